@@ -1,0 +1,2 @@
+//! Actuator firmware: one application over the boards it runs on.
+#![no_std]

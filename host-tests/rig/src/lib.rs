@@ -1,0 +1,1 @@
+//! f64 plants that play the measured actuator in the tests.

@@ -1,0 +1,3 @@
+//! `cargo hil gap`: measured log in, missing effects out, errors before and after.
+
+pub mod outcome;

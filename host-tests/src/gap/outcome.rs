@@ -1,0 +1,223 @@
+//! What `cargo hil gap` found: the JSON of the contract, and the evidence behind it for the report.
+
+use serde::Serialize;
+
+/// The answer, serialised as it stands. Keys beyond the contract are additions.
+#[derive(Debug, Clone, Serialize)]
+pub struct Outcome {
+    /// The name in the machine file.
+    pub machine: String,
+    /// What the tracing concludes.
+    pub verdict: Verdict,
+    /// The effects that were accepted, in the order in which they were.
+    pub effects: Vec<FoundEffect>,
+    /// Which variable carries a structure that the catalogue does not explain.
+    pub unknown: Option<Unknown>,
+    /// The parameters named in `[fit]`, as declared and in the final model.
+    pub fit: Vec<FittedParameter>,
+    /// Errors of the three models on both logs.
+    pub errors: Errors,
+    /// Every effect that was looked at, round by round, and why it was taken or refused.
+    pub candidates: Vec<Candidate>,
+    /// Whiteness of the residual of the base fit, as evidence.
+    pub whiteness: Whiteness,
+    /// What the run cost.
+    pub cost: Cost,
+}
+
+/// The conclusion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The residual holds nothing that a candidate, named or learned, predicts on held-out data.
+    NoMissingEffect,
+    /// At least one effect of the catalogue was accepted.
+    EffectsFound,
+    /// The residual is structured and no effect of the catalogue explains it.
+    UnknownEffect,
+}
+
+/// One accepted effect.
+#[derive(Debug, Clone, Serialize)]
+pub struct FoundEffect {
+    /// The catalogue's id.
+    pub id: String,
+    /// Its parameters from the joint fit.
+    pub parameters: Vec<Estimate>,
+    /// Share of the residual's energy that it explains once the base is projected out, 0 to 1.
+    pub score: f64,
+    /// Share of its own sensitivity that no other fitted parameter can imitate, 0 to 1.
+    pub identifiability: f64,
+    /// One-sided Wilcoxon signed-rank p over held-out blocks of the training log.
+    pub p_value: f64,
+    /// Effects that this log cannot tell from it.
+    pub equivalent: Vec<String>,
+}
+
+/// A fitted number with its standard deviation.
+#[derive(Debug, Clone, Serialize)]
+pub struct Estimate {
+    /// Name of the parameter.
+    pub name: String,
+    /// Its value, SI.
+    pub value: f64,
+    /// Its standard deviation, SI.
+    pub std: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// One parameter of `[fit]`.
+#[derive(Debug, Clone, Serialize)]
+pub struct FittedParameter {
+    /// Name, as in the machine file.
+    pub name: String,
+    /// The machine file's value.
+    pub declared: f64,
+    /// The value in the final model.
+    pub fitted: f64,
+    /// Its standard deviation; null for a parameter that an effect has taken over.
+    pub std: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// Structure that the catalogue does not explain.
+#[derive(Debug, Clone, Serialize)]
+pub struct Unknown {
+    /// `position`, `velocity`, `current`, `load` or `time`.
+    pub depends_on: String,
+    /// Share of the residual that the learned map of this variable explains.
+    pub score: f64,
+}
+
+/// Errors on the training log, and on the validation log where there is one.
+#[derive(Debug, Clone, Serialize)]
+pub struct Errors {
+    /// On the training logs.
+    pub train: Stages,
+    /// On the validation logs, opened once at the end.
+    pub validate: Option<Stages>,
+}
+
+/// Errors of the three models on one set of logs.
+#[derive(Debug, Clone, Serialize)]
+pub struct Stages {
+    /// The machine file as it stands.
+    pub declared: ErrorSet,
+    /// Its `[fit]` parameters re-estimated on the training log.
+    pub before: ErrorSet,
+    /// With the effects, everything refitted.
+    pub after: ErrorSet,
+}
+
+/// Errors of one model on one set of logs.
+#[derive(Debug, Clone, Serialize)]
+pub struct ErrorSet {
+    /// Length of a replay window, s.
+    pub window_s: f64,
+    /// Root mean square of the windowed position error, rad or m.
+    pub position_rms: f64,
+    /// Largest windowed position error, rad or m.
+    pub position_max: f64,
+    /// `position_rms` over the standard deviation of the measured position (throttle paper, eq. 23).
+    pub position_nrmse: f64,
+    /// Root mean square of the windowed current error, A, where current was measured.
+    pub current_rms: Option<f64>,
+    /// Norm of the torque residual over the norm of the torque.
+    pub torque_rel: f64,
+    /// Root mean square position error of one replay without restarts, rad or m.
+    pub free_run_rms: f64,
+}
+
+/// One look at one effect in one round of the selection.
+#[derive(Debug, Clone, Serialize)]
+pub struct Candidate {
+    /// Round of the selection, from 1.
+    pub round: usize,
+    /// The catalogue's id, or `map:VARIABLE` for a learned map.
+    pub id: String,
+    /// As in [`FoundEffect`], from the screening.
+    pub score: f64,
+    /// As in [`FoundEffect`], from the screening.
+    pub identifiability: f64,
+    /// Held-out mean square error with the effect over that without; null if it was not refitted.
+    pub held_out_ratio: Option<f64>,
+    /// One-sided Wilcoxon p over held-out blocks; null if it was not refitted.
+    pub p_value: Option<f64>,
+    /// Whether the round took it.
+    pub accepted: bool,
+    /// Why it was taken or refused, in words.
+    pub reason: String,
+}
+
+/// Portmanteau test of the base fit's residual.
+#[derive(Debug, Clone, Serialize)]
+pub struct Whiteness {
+    /// Ljung–Box statistic over its degrees of freedom.
+    pub ljung_box: f64,
+    /// Lags that it sums.
+    pub lags: usize,
+    /// Its p-value.
+    pub p_value: f64,
+}
+
+/// What the run cost.
+#[derive(Debug, Clone, Serialize)]
+pub struct Cost {
+    /// Wall-clock seconds.
+    pub seconds: f64,
+    /// Replays of the whole training log.
+    pub simulations: u64,
+    /// Samples of the training log.
+    pub samples: usize,
+}
+
+/// Sample-by-sample evidence for the report's plots, one entry a log. All series of one
+/// `Evidence` have the same length. Windowed replays: restarted every `ErrorSet::window_s`.
+#[derive(Debug, Clone, Default)]
+pub struct Evidence {
+    /// The file it came from, as the user named it.
+    pub label: String,
+    /// Sample times, s.
+    pub time: Vec<f32>,
+    /// Measured position, rad or m.
+    pub position: Vec<f32>,
+    /// Measured position smoothed and differentiated, rad/s or m/s.
+    pub velocity: Vec<f32>,
+    /// What the drive was told, unit of the log's `input`.
+    pub input: Vec<f32>,
+    /// Measured current, A; empty where it was not measured.
+    pub current: Vec<f32>,
+    /// Position of the model before effects, windowed replay.
+    pub before: Vec<f32>,
+    /// Position of the model with its effects, windowed replay.
+    pub after: Vec<f32>,
+    /// Torque (or force) residual of the model before effects, filtered, at `torque_time`.
+    pub torque_before: Vec<f32>,
+    /// Torque (or force) residual of the model with its effects, filtered, at `torque_time`.
+    pub torque_after: Vec<f32>,
+    /// Times of the torque residuals (decimated), s.
+    pub torque_time: Vec<f32>,
+    /// Measured velocity at `torque_time`.
+    pub torque_velocity: Vec<f32>,
+    /// Measured position at `torque_time`.
+    pub torque_position: Vec<f32>,
+    /// Start rows of the replay windows.
+    pub window_starts: Vec<usize>,
+}
+
+/// Everything that the report shows.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// The answer.
+    pub outcome: Outcome,
+    /// `rad` or `m`.
+    pub coordinate: String,
+    /// Unit of torque or force: `N·m` or `N`.
+    pub load_unit: String,
+    /// Training logs.
+    pub train: Vec<Evidence>,
+    /// Validation logs.
+    pub validate: Vec<Evidence>,
+}

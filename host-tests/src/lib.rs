@@ -1,0 +1,3 @@
+//! The host side of the actuator model: machine files, logs, the gap loop, its report.
+
+pub mod gap;

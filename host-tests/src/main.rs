@@ -1,0 +1,2 @@
+//! `cargo hil`: the command line.
+fn main() {}
