@@ -1,0 +1,165 @@
+//! The affine modes, discretised for an input held over the step.
+//!
+//! Sliding, x = (i, ω, q) with q the deflection from the spring's rest obeys
+//!
+//! ```text
+//! L di/dt = g u − R i − k ω
+//! J dω/dt = k i − B ω − K q + d
+//!   dq/dt = ω
+//! ```
+//!
+//! with d = offset ∓ Coulomb friction ∓ preload constant in the mode. The exact step is
+//! x⁺ = Φ x + Γ (u, d) with Φ = exp(A h); it is kept as x⁺ − x, so that the slow changes that a
+//! short step makes are not rounded against the state. A *ladder* holds it for h, h/2, … h/16: an
+//! event inside the step is found by going down it.
+
+use super::parameters::{Drive, Parameters};
+use crate::numeric::matrix_exponential::{Matrix, exponential, multiply};
+
+/// Rungs of a ladder: the step halved up to four times.
+pub const RUNGS: usize = 5;
+
+/// Finest cells in a whole step.
+pub const CELLS: f32 = 16.0;
+
+/// Change of the state over one rung, by row: (current, velocity, position), of
+/// (current, velocity, deflection, input, torque).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Increment {
+    /// Change of current.
+    pub current: [f32; 5],
+    /// Change of velocity.
+    pub velocity: [f32; 5],
+    /// Change of position.
+    pub position: [f32; 5],
+}
+
+/// Change of the current over one rung at rest: of (current, input).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestIncrement {
+    /// Of the current.
+    pub current: f32,
+    /// Of the input.
+    pub input: f32,
+}
+
+/// A sliding mode over a step, its half, quarter, eighth and sixteenth.
+pub type Ladder = [Increment; RUNGS];
+
+/// Rest over a step, its half, quarter, eighth and sixteenth.
+pub type RestLadder = [RestIncrement; RUNGS];
+
+/// What the electrical side comes to: with a torque input the "current" is the torque.
+struct Electrics {
+    gain: f64,
+    torque_constant: f64,
+    back_emf: f64,
+    resistance: f64,
+    inductance: f64,
+}
+
+impl Electrics {
+    fn of(parameters: &Parameters) -> Self {
+        let gain = f64::from(parameters.gain);
+        match parameters.drive {
+            Drive::Voltage {
+                resistance,
+                inductance,
+                torque_constant,
+            } => Self {
+                gain,
+                torque_constant: f64::from(torque_constant),
+                back_emf: f64::from(torque_constant),
+                resistance: f64::from(resistance),
+                inductance: f64::from(inductance),
+            },
+            Drive::Torque => Self {
+                gain,
+                torque_constant: 1.0,
+                back_emf: 0.0,
+                resistance: 1.0,
+                inductance: 0.0,
+            },
+        }
+    }
+}
+
+/// Discretises sliding with the given viscous friction.
+pub fn sliding(parameters: &Parameters, viscous: f32, period: f32) -> Ladder {
+    let electrics = Electrics::of(parameters);
+    let inertia = f64::from(parameters.inertia);
+    let damping = f64::from(viscous) / inertia;
+    let stiffness = f64::from(parameters.spring) / inertia;
+    let torque = electrics.torque_constant / inertia;
+    let algebraic = electrics.inductance == 0.0;
+
+    let mut generator: Matrix<5> = [[0.0; 5]; 5];
+    if algebraic {
+        let conductance = 1.0 / electrics.resistance;
+        generator[1][1] = -damping - torque * electrics.back_emf * conductance;
+        generator[1][3] = torque * electrics.gain * conductance;
+    } else {
+        generator[0][0] = -electrics.resistance / electrics.inductance;
+        generator[0][1] = -electrics.back_emf / electrics.inductance;
+        generator[0][3] = electrics.gain / electrics.inductance;
+        generator[1][0] = torque;
+        generator[1][1] = -damping;
+    }
+    generator[1][2] = -stiffness;
+    generator[1][4] = 1.0 / inertia;
+    generator[2][1] = 1.0;
+
+    let finest = f64::from(period) / f64::from(CELLS);
+    let mut transition = exponential(&generator.map(|row| row.map(|entry| entry * finest)));
+    let mut ladder = [Increment {
+        current: [0.0; 5],
+        velocity: [0.0; 5],
+        position: [0.0; 5],
+    }; RUNGS];
+    for rung in (0..RUNGS).rev() {
+        let change = |row: usize| {
+            let mut entries = transition[row];
+            entries[row] -= 1.0;
+            entries.map(|entry| entry as f32)
+        };
+        ladder[rung] = Increment {
+            current: if algebraic {
+                // i⁺ = (g u − k ω⁺) / R, whatever the current was.
+                let mut entries =
+                    transition[1].map(|entry| -electrics.back_emf / electrics.resistance * entry);
+                entries[0] = -1.0;
+                entries[3] += electrics.gain / electrics.resistance;
+                entries.map(|entry| entry as f32)
+            } else {
+                change(0)
+            },
+            velocity: change(1),
+            position: change(2),
+        };
+        transition = multiply(&transition, &transition);
+    }
+    ladder
+}
+
+/// Discretises the winding of an actuator at rest.
+pub fn rest(parameters: &Parameters, period: f32) -> RestLadder {
+    let electrics = Electrics::of(parameters);
+    let conductance = electrics.gain / electrics.resistance;
+    let mut ladder = [RestIncrement {
+        current: -1.0,
+        input: conductance as f32,
+    }; RUNGS];
+    if electrics.inductance > 0.0 {
+        let finest = f64::from(period) / f64::from(CELLS);
+        let exponent = -electrics.resistance / electrics.inductance * finest;
+        let mut decay = exponential(&[[exponent]])[0][0];
+        for rung in ladder.iter_mut().rev() {
+            *rung = RestIncrement {
+                current: (decay - 1.0) as f32,
+                input: (conductance * (1.0 - decay)) as f32,
+            };
+            decay *= decay;
+        }
+    }
+    ladder
+}
