@@ -1,0 +1,11 @@
+//! Numerical tools: nothing here knows what an actuator is.
+
+pub mod chi_square;
+pub mod invalid_parameter;
+pub mod ljung_box;
+pub mod normal;
+pub mod random;
+pub mod sine;
+pub mod statistics;
+pub mod sum;
+pub mod wilcoxon;
