@@ -1,3 +1,6 @@
 //! `cargo hil gap`: measured log in, missing effects out, errors before and after.
 
+pub mod engine;
+pub mod metrics;
 pub mod outcome;
+pub mod zero_phase;
