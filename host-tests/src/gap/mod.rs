@@ -3,4 +3,6 @@
 pub mod engine;
 pub mod metrics;
 pub mod outcome;
+pub mod report;
+pub mod table;
 pub mod zero_phase;
