@@ -32,6 +32,9 @@ const SCREEN_WINDOW_S: f64 = 0.04;
 /// Length of a held-out block, s.
 const BLOCK_S: f64 = 0.5;
 
+/// Samples on either side of a restart that its state is smoothed over.
+const HALF_WIDTH: usize = 8;
+
 /// Lags of the whiteness test.
 const LAGS: usize = 20;
 
@@ -332,18 +335,11 @@ fn samples(seconds: f64, period: f64, least: usize) -> usize {
 fn settings(machine: &Machine, period: f64) -> Settings {
     Settings {
         window: samples(WINDOW_S, period, 5),
-        half_width: HALF_WIDTH(),
+        half_width: HALF_WIDTH,
         resolution: machine.resolution.unwrap_or(0.0) as f32,
         position_weight: 1.0,
         current_weight: 0.0,
     }
-}
-#[allow(non_snake_case)]
-fn HALF_WIDTH() -> usize {
-    std::env::var("HW")
-        .ok()
-        .and_then(|s| s.parse().ok())
-        .unwrap_or(8)
 }
 
 /// The sampling period that all logs share.
@@ -462,7 +458,7 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
             let report = |model: &Model| model.effects[slot].report(&model.plant);
             let values = report(&trace.after.model);
             let stds = propagate(&trace.after, &trace.variables, report);
-            let description = accepted.id.description();
+            let description = accepted.candidate.effect.id.description();
             FoundEffect {
                 id: description.id.to_owned(),
                 parameters: description
@@ -476,8 +472,8 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
                         unit: dimension.unit(rotary).to_owned(),
                     })
                     .collect(),
-                score: f64::from(accepted.score),
-                identifiability: f64::from(accepted.identifiability),
+                score: f64::from(accepted.candidate.score),
+                identifiability: f64::from(accepted.candidate.identifiability),
                 p_value: accepted.p_value,
                 equivalent: accepted
                     .equivalent

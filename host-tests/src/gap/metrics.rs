@@ -3,7 +3,7 @@
 use super::outcome::ErrorSet;
 use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
 use model_core::gap::log::Log;
-use model_core::gap::model::{Model, Simulator};
+use model_core::gap::model::{Lateness, Model, Simulator};
 use model_core::gap::replay::{self, Data, Runner, Schedule};
 use model_core::plant::parameters::{Drive, ParameterError};
 
@@ -56,11 +56,15 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
     let position = filter(&BUTTERWORTH, &measured);
     let velocity = differentiate(&position, period);
     let acceleration = differentiate(&velocity, period);
+    let back = |series: &[f32], index: usize, late: Lateness| {
+        let at = |index: usize| f64::from(series[index.saturating_sub(late.whole)]);
+        let (now, before) = (at(index), at(index.saturating_sub(1)));
+        now + f64::from(late.share) * (before - now)
+    };
     let held = |index: usize| {
-        let delay = simulator.input_delay;
-        let now = f64::from(log.delayed_input(index, delay));
-        let before = f64::from(log.delayed_input(index.saturating_sub(1), delay));
-        0.5 * (now + before)
+        let late = simulator.input_lateness();
+        let now = back(log.input, index, late);
+        0.5 * (now + back(log.input, index.saturating_sub(1), late))
     };
     let motor: Vec<f64> = (0..samples)
         .map(|index| match (plant.drive, log.current) {
@@ -68,13 +72,8 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
                 Drive::Voltage {
                     torque_constant, ..
                 },
-                Some(_),
-            ) => {
-                let current = log
-                    .delayed_current(index, simulator.sensor_delay)
-                    .unwrap_or(0.0);
-                f64::from(torque_constant) * f64::from(current)
-            }
+                Some(current),
+            ) => f64::from(torque_constant) * back(current, index, simulator.sensor_lateness()),
             (
                 Drive::Voltage {
                     resistance,
