@@ -4,5 +4,8 @@
 //! files and no clock: the firmware and the host call the same functions and get the same bits.
 #![no_std]
 
+pub mod control;
+pub mod identify;
 pub mod numeric;
 pub mod plant;
+pub mod signal;

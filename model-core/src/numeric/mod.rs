@@ -1,4 +1,13 @@
-//! Numerical parts that the other modules stand on.
+//! Numerical tools: nothing here knows what an actuator is.
 
+pub mod chi_square;
 pub mod cholesky;
+pub mod invalid_parameter;
+pub mod ljung_box;
 pub mod matrix_exponential;
+pub mod normal;
+pub mod random;
+pub mod sine;
+pub mod statistics;
+pub mod sum;
+pub mod wilcoxon;

@@ -1,0 +1,3 @@
+//! Controllers and their anti-windups.
+
+pub mod pid;

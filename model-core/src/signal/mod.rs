@@ -1,0 +1,1 @@
+//! Test signals, each a function of the tick: nothing accumulates, nothing drifts.
