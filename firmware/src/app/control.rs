@@ -1,10 +1,10 @@
 //! The position loop, one step in an interrupt below the plant's and above every task.
 
-use super::placeholder as pid;
 use super::profile;
 use super::record::{Recorder, Sample};
 use super::timing::CONTROL_PERIOD_US;
 use super::wiring::{Fault, Wiring};
+use model_core::control::pid;
 
 /// Controller, its command and its end of the log.
 pub struct Control {

@@ -3,7 +3,7 @@
 use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 
-use super::placeholder as pid;
+use model_core::control::pid;
 
 /// Supply of the bridge, V.
 const SUPPLY: f32 = 24.0;
@@ -40,4 +40,5 @@ pub const POSITION_LOOP: pid::Parameters = pid::Parameters {
     derivative_set_point_weight: 0.0,
     output_minimum: -SUPPLY,
     output_maximum: SUPPLY,
+    anti_windup: pid::AntiWindup::ConditionalIntegration,
 };

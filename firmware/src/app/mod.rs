@@ -9,7 +9,6 @@
 pub mod control;
 pub mod emulate;
 pub mod machine;
-mod placeholder;
 pub mod profile;
 pub mod record;
 #[cfg(feature = "tasks")]

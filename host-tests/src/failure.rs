@@ -1,0 +1,54 @@
+//! How a command fails, and the exit status that follows.
+
+use std::fmt;
+use std::io;
+use std::process::ExitCode;
+
+use crate::error::InputError;
+
+/// Why a command did not do what it was asked. Displayed as one line, but for what a tool that was
+/// run has to say, which follows it.
+#[derive(Debug)]
+pub enum Failure {
+    /// A file of the user's is wrong: exit status 2.
+    Input(InputError),
+    /// Anything else, with what can be done about it: exit status 1.
+    Other(String),
+}
+
+impl Failure {
+    /// Anything but a wrong file.
+    pub fn other(message: impl Into<String>) -> Self {
+        Self::Other(message.into())
+    }
+
+    /// An operation of the system that failed, and on what.
+    pub fn system(what: impl fmt::Display, error: &io::Error) -> Self {
+        Self::Other(format!("{what}: {error}"))
+    }
+
+    /// The exit status of the program.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Input(_) => ExitCode::from(2),
+            Self::Other(_) => ExitCode::FAILURE,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(error) => error.fmt(f),
+            Self::Other(message) => f.write_str(message),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
