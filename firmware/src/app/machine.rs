@@ -29,13 +29,14 @@ pub const ACTUATOR: Parameters = Parameters {
 };
 
 /// Position loop. The derivative cancels the mechanical time constant J R / k² = 33 ms, which
-/// leaves an integrator of K_p / k = 250 1/s: the crossover, a quarter of the corner R / L of the
-/// winding. The integral overcomes the breakaway torque, 2.5 V, within the hold of a position.
+/// leaves an integrator: the crossover K_p / k = 500 1/s lies at half the corner R / L of the
+/// winding. The actuator may rest wherever friction holds it, at most breakaway · R / (k K_p) =
+/// 83 mrad off; what the integral does about that within one hold is left at that.
 pub const POSITION_LOOP: pid::Parameters = pid::Parameters {
-    proportional: 15.0,
-    integral: 60.0,
-    derivative: 0.5,
-    derivative_filter_time: 1.0e-3,
+    proportional: 30.0,
+    integral: 150.0,
+    derivative: 1.0,
+    derivative_filter_time: 0.2e-3,
     set_point_weight: 1.0,
     derivative_set_point_weight: 0.0,
     output_minimum: -SUPPLY,
