@@ -50,6 +50,7 @@ const COLUMNS: [&str; 6] = [
     "velocity",
 ];
 const REQUIRED: usize = 3;
+const TIME: usize = 0;
 
 /// What a file should have been, for messages.
 const EXPECTED: &str = "a log (CSV with the columns time_s, input, position)";
@@ -117,8 +118,8 @@ impl Log {
             assert_eq!(column.len(), self.samples(), "series of unequal length");
         }
         let mut out = BufWriter::new(File::create(path)?);
-        write!(out, "{}", COLUMNS[0])?;
-        for (name, column) in COLUMNS[1..].iter().zip(series) {
+        write!(out, "{}", COLUMNS[TIME])?;
+        for (name, column) in COLUMNS[TIME + 1..].iter().zip(series) {
             if column.is_some() {
                 write!(out, ",{name}")?;
             }
@@ -162,40 +163,15 @@ struct Table {
 
 impl Table {
     fn parse(path: &Path, text: &str) -> Result<Self, InputError> {
-        let fail = |line, message: String| Err(InputError::new(path, Some(line), message));
-        let mut reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
+        let fail = |line, message: String| InputError::new(path, Some(line), message);
+        let mut rows = Rows::new(text);
         let mut record = csv::StringRecord::new();
-        let mut line = Lines::new(text);
 
-        let mut read = |record: &mut csv::StringRecord| -> Result<Option<usize>, InputError> {
-            loop {
-                let more = reader.read_record(record).map_err(|error| {
-                    InputError::new(path, None, format!("cannot be read as CSV ({error})"))
-                })?;
-                if !more {
-                    return Ok(None);
-                }
-                let offset = record.position().map_or(0, csv::Position::byte);
-                let at = line.advance(offset as usize);
-                // A line of spaces is a blank line too.
-                if record.len() > 1 || !record[0].is_empty() {
-                    return Ok(Some(at));
-                }
-            }
-        };
-
-        let Some(header_line) = read(&mut record)? else {
-            return fail(1, format!("the file is empty; expected {EXPECTED}"));
+        let Some(header_line) = rows.read(&mut record) else {
+            return Err(fail(1, format!("the file is empty; expected {EXPECTED}")));
         };
         let width = record.len();
-        let places = match find_columns(&record) {
-            Ok(places) => places,
-            Err(message) => return fail(header_line, message),
-        };
+        let places = find_columns(&record).map_err(|message| fail(header_line, message))?;
 
         let mut table = Self {
             lines: Vec::new(),
@@ -203,131 +179,155 @@ impl Table {
             digits: PrintedDigits::default(),
         };
         let mut last_line = header_line;
-        while let Some(line) = read(&mut record)? {
+        let mut last_time = f64::NEG_INFINITY;
+        while let Some(line) = rows.read(&mut record) {
             if record.len() != width {
-                let remedy = if record.len() < width {
-                    "the row is cut short; complete or remove it"
-                } else {
-                    "write decimal points, not decimal commas, and one sample a row"
-                };
-                return fail(
-                    line,
-                    format!(
-                        "{}, the header has {width}: {remedy}",
-                        counted(record.len(), "field")
-                    ),
-                );
+                return Err(fail(line, describe_width(record.len(), width)));
             }
-            for (index, place) in places.iter().enumerate() {
-                let (Some(place), Some(column)) = (place, &mut table.columns[index]) else {
-                    continue;
-                };
-                let value = match parse_number(&record[*place]) {
-                    Ok(value) => value,
-                    Err(reason) => return fail(line, format!("`{}` {reason}", COLUMNS[index])),
-                };
-                if index == 0 {
-                    let previous = column.last().copied().unwrap_or(f64::NEG_INFINITY);
-                    if value <= previous {
-                        let fault = if value < previous {
-                            "is earlier than"
-                        } else {
-                            "repeats"
-                        };
-                        return fail(
-                            line,
-                            format!(
-                                "`time_s` {value:?} {fault} that of line {last_line}; \
-                                 expected each sample later than the one before"
-                            ),
-                        );
+            let known = COLUMNS.iter().zip(places).zip(&mut table.columns);
+            for ((name, place), column) in known {
+                if let (Some(place), Some(column)) = (place, column) {
+                    let value = parse_number(&record[place])
+                        .map_err(|reason| fail(line, format!("`{name}` {reason}")))?;
+                    column.push(value);
+                    if *name == COLUMNS[TIME] {
+                        if value <= last_time {
+                            let message = describe_order(value, last_time, last_line);
+                            return Err(fail(line, message));
+                        }
+                        last_time = value;
+                        table.digits.see(&record[place]);
                     }
-                    table.digits.see(&record[*place]);
                 }
-                column.push(value);
             }
             table.lines.push(line);
             last_line = line;
         }
-        if table.lines.len() < Log::MIN_SAMPLES {
-            return fail(
-                last_line,
-                format!(
-                    "the log ends after {}, expected at least {}",
-                    counted(table.lines.len(), "sample"),
-                    Log::MIN_SAMPLES
-                ),
+        let samples = table.lines.len();
+        if samples < Log::MIN_SAMPLES {
+            let message = format!(
+                "the log ends after {}, expected at least {}",
+                counted(samples, "sample"),
+                Log::MIN_SAMPLES
             );
+            return Err(fail(last_line, message));
         }
         Ok(table)
     }
 
     /// The sample period in s, if the time stamps are uniform (see [`Log::read`]).
     fn period(&self, path: &Path) -> Result<f64, InputError> {
-        let time = self.columns[0].as_deref().expect("the header was checked");
-        let resolution = self.digits.resolution(time);
+        let time = self.columns[TIME]
+            .as_deref()
+            .expect("the header was checked");
         let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-
-        // A period that neither a gap nor the printed digits move: the mean of the steps near the
-        // median one.
-        let median = {
-            let mut sorted = steps.clone();
-            let middle = sorted.len() / 2;
-            *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
-        // Beyond half a period, rounding could pass for a missing sample.
+        let median = median(&steps);
+        let resolution = self.digits.resolution(time);
+        // What rounding does to a step. Beyond half a period it could pass for a missing sample.
         let rounding = if resolution <= median / 2.0 {
             resolution
         } else {
             0.0
         };
+        let refuse = |interval: usize, period: f64| {
+            let message = describe_step(steps[interval], period, resolution);
+            InputError::new(path, Some(self.lines[interval + 1]), message)
+        };
+
+        // First a period that neither a gap nor rounding moves, to find what a line could not be
+        // fitted to: two stamps, each off the grid by the tolerance, are the most that may pass.
         let near = |step: &&f64| (**step - median).abs() <= 0.1 * median + rounding;
         let (sum, count) = steps
             .iter()
             .filter(near)
             .fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
         let period = sum / count;
-        let refuse = |interval: usize, period: f64| {
-            let message = describe_step(steps[interval], period, resolution);
-            Err(InputError::new(
-                path,
-                Some(self.lines[interval + 1]),
-                message,
-            ))
-        };
         if period < MIN_PERIOD_S {
-            let message = format!("`time_s` steps by {period:?} s; expected seconds");
+            let message = format!("`time_s` steps by {period:e} s; expected seconds");
             return Err(InputError::new(path, Some(self.lines[1]), message));
         }
-        // Two stamps may each be off the grid by the tolerance.
-        let tolerance = JITTER * GRID_MARGIN * period;
-        let coarse = |step: &f64| (step - period).abs() > 2.0 * tolerance + rounding;
-        if let Some(interval) = steps.iter().position(coarse) {
-            return refuse(interval, period);
+        let tolerance = 2.0 * JITTER * GRID_MARGIN * period + rounding;
+        let too_far = |step: &f64| (step - period).abs() > tolerance;
+        if let Some(interval) = steps.iter().position(too_far) {
+            return Err(refuse(interval, period));
         }
 
         let grid = Grid::fit(time);
-        // A period that is a multiple of the resolution is printed exactly, and what is left is jitter.
-        let multiple = (grid.period / resolution).round() * resolution;
-        let rounded_exactly =
-            (grid.period - multiple).abs() * (time.len() as f64) < resolution / 2.0;
-        let rounding = if rounded_exactly { 0.0 } else { rounding };
-        let tolerance = JITTER * GRID_MARGIN * grid.period;
+        // Multiples of the resolution are printed exactly: what is left is jitter.
+        let multiple = (grid.period / resolution).round().max(1.0) * resolution;
+        let strays = (grid.period - multiple).abs() * time.len() as f64;
+        let (period, rounding) = if strays < resolution / 2.0 {
+            (multiple, 0.0)
+        } else {
+            (grid.period, rounding)
+        };
+        let tolerance = JITTER * GRID_MARGIN * period;
         let on_grid = |row: usize| (time[row] - grid.time(row)).abs() <= tolerance + rounding / 2.0;
         let uniform = |interval: usize| {
-            (steps[interval] - grid.period).abs() <= tolerance + rounding
+            (steps[interval] - period).abs() <= tolerance + rounding
                 || (on_grid(interval) && on_grid(interval + 1))
         };
         match (0..steps.len()).find(|&interval| !uniform(interval)) {
-            Some(interval) => refuse(interval, grid.period),
+            Some(interval) => Err(refuse(interval, period)),
             // What follows the twelfth digit is the rounding of the sums: a sample in 10¹².
-            None => Ok(rounded(grid.period, 12)),
+            None => Ok(rounded(period, 12)),
+        }
+    }
+}
+
+/// The rows of a CSV text that are not blank, each with its line.
+struct Rows<'t> {
+    text: &'t [u8],
+    reader: csv::Reader<&'t [u8]>,
+    offset: usize,
+    line: usize,
+}
+
+impl<'t> Rows<'t> {
+    fn new(text: &'t str) -> Self {
+        Self {
+            text: text.as_bytes(),
+            reader: csv::ReaderBuilder::new()
+                .has_headers(false)
+                .flexible(true)
+                .trim(csv::Trim::All)
+                .from_reader(text.as_bytes()),
+            offset: 0,
+            line: 1,
+        }
+    }
+
+    /// Reads the next row and returns its line, or `None` at the end.
+    fn read(&mut self, record: &mut csv::StringRecord) -> Option<usize> {
+        loop {
+            // Reading fails for lack of UTF-8, which the text has, or of equal widths, which are
+            // checked by the caller.
+            if !self.reader.read_record(record).unwrap_or(false) {
+                return None;
+            }
+            let start = record.position().map_or(0, csv::Position::byte) as usize;
+            // The reader counts the blank lines before a row as part of it.
+            let blank = self.text[start..]
+                .iter()
+                .take_while(|byte| matches!(byte, b'\r' | b'\n'))
+                .count();
+            self.line += line_ends(self.text, self.offset, start + blank);
+            self.offset = start + blank;
+            // A line of spaces is a blank line too.
+            if record.len() > 1 || !record[0].is_empty() {
+                return Some(self.line);
+            }
         }
     }
 }
 
 /// The places of the known columns in the header, or what is wrong with it.
 fn find_columns(header: &csv::StringRecord) -> Result<[Option<usize>; COLUMNS.len()], String> {
+    if header.iter().all(|field| field.parse::<f64>().is_ok()) {
+        return Err(format!(
+            "the first row holds numbers, not column names; expected {EXPECTED}"
+        ));
+    }
     for (place, name) in header.iter().enumerate() {
         if !name.is_empty() && header.iter().take(place).any(|earlier| earlier == name) {
             return Err(format!(
@@ -358,9 +358,7 @@ fn find_columns(header: &csv::StringRecord) -> Result<[Option<usize>; COLUMNS.le
     if missing.is_empty() {
         return Ok(places);
     }
-    let hint = if header.iter().all(|field| field.parse::<f64>().is_ok()) {
-        "; the first row holds numbers, not column names"
-    } else if header.len() == 1 && header[0].contains([';', '\t']) {
+    let hint = if header.len() == 1 && header[0].contains([';', '\t']) {
         "; separate the fields by commas"
     } else {
         ""
@@ -391,26 +389,52 @@ fn parse_number(field: &str) -> Result<f64, String> {
     }
 }
 
+/// What is wrong with a row of that many fields.
+fn describe_width(fields: usize, width: usize) -> String {
+    let remedy = if fields < width {
+        "the row is cut short; complete or remove it"
+    } else {
+        "write decimal points, not decimal commas, and one sample a row"
+    };
+    let fields = counted(fields, "field");
+    format!("{fields}, the header has {width}: {remedy}")
+}
+
+/// What is wrong with a time that is not later than the last one.
+fn describe_order(time: f64, last_time: f64, last_line: usize) -> String {
+    let fault = if time < last_time {
+        "is earlier than"
+    } else {
+        "repeats"
+    };
+    format!(
+        "`time_s` {time:?} {fault} that of line {last_line}; \
+         expected each sample later than the one before"
+    )
+}
+
 /// What is wrong with a step of `time_s`.
 fn describe_step(step: f64, period: f64, resolution: f64) -> String {
     let missing = (step / period).round() - 1.0;
-    let fault = if missing >= 1.0 {
+    let (fault, blurred) = if missing >= 1.0 {
         let samples = counted(missing as usize, "sample");
-        format!("a gap of {samples}; cut the log here or fill it in")
+        let fault = format!("a gap of {samples}; cut the log here or fill it in");
+        (fault, resolution > period / 2.0)
     } else {
         let percent = 100.0 * (step / period - 1.0).abs();
-        let digits = if resolution > JITTER * period {
-            ", or print `time_s` with more digits"
-        } else {
-            ""
-        };
-        format!(
-            "a jitter of {percent:.1} %, at most {} % is accepted; resample the log uniformly{digits}",
-            100.0 * JITTER
-        )
+        let accepted = 100.0 * JITTER;
+        let fault = format!(
+            "a jitter of {percent:.1} %, at most {accepted} % is accepted; resample the log uniformly"
+        );
+        (fault, resolution > JITTER * period)
+    };
+    let digits = if blurred {
+        ", or print `time_s` with more digits"
+    } else {
+        ""
     };
     format!(
-        "`time_s` steps by {:?} s where the period is {:?} s: {fault}",
+        "`time_s` steps by {:?} s where the period is {:?} s: {fault}{digits}",
         rounded(step, 6),
         rounded(period, 6)
     )
@@ -482,33 +506,10 @@ impl PrintedDigits {
     }
 }
 
-/// Line numbers of ascending byte offsets.
-struct Lines<'t> {
-    text: &'t [u8],
-    offset: usize,
-    line: usize,
-}
-
-impl<'t> Lines<'t> {
-    fn new(text: &'t str) -> Self {
-        Self {
-            text: text.as_bytes(),
-            offset: 0,
-            line: 1,
-        }
-    }
-
-    /// The line of the record that the CSV reader says to begin at `offset`: it counts the blank
-    /// lines before a record as part of it.
-    fn advance(&mut self, offset: usize) -> usize {
-        let blank = self.text[offset..]
-            .iter()
-            .take_while(|byte| matches!(byte, b'\r' | b'\n'))
-            .count();
-        self.line += line_ends(self.text, self.offset, offset + blank);
-        self.offset = offset + blank;
-        self.line
-    }
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    let middle = sorted.len() / 2;
+    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 fn counted(count: usize, noun: &str) -> String {

@@ -295,7 +295,7 @@ struct Document {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section")]
 struct InputSection {
     kind: Option<InputKind>,
     gain: Option<Spanned<Number>>,
@@ -309,13 +309,13 @@ enum InputKind {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section")]
 struct SensorSection {
     resolution: Option<Spanned<Number>>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section")]
 struct FitSection {
     parameters: Option<Vec<Spanned<String>>>,
     #[serde(default)]
@@ -442,12 +442,20 @@ impl Source<'_> {
         let start = error.span().map_or(0, |span| span.start);
         // Without its excerpt of the file the error displays its message, then the key.
         error.set_input(None);
-        let message = error
-            .to_string()
-            .trim_end()
-            .replace('\n', " ")
-            .replace("unknown field", "unknown key")
-            .replace("unknown variant", "unknown value");
+        let shown = error.to_string();
+        let (message, key) = shown.split_at(error.message().len());
+        let mut message = message.to_owned();
+        for (serde, toml) in [
+            ("unknown field", "unknown key"),
+            ("unknown variant", "unknown value"),
+            ("expected a sequence", "expected a list"),
+            ("expected a map", "expected a section"),
+        ] {
+            message = message.replacen(serde, toml, 1);
+        }
+        if let Some(key) = key.trim().strip_prefix("in ") {
+            message = format!("{key}: {message}");
+        }
         self.error(line_of(self.text.as_bytes(), start), message)
     }
 

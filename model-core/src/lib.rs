@@ -5,7 +5,10 @@
 #![no_std]
 
 pub mod control;
+pub mod effect;
+pub mod gap;
 pub mod identify;
 pub mod numeric;
 pub mod plant;
 pub mod signal;
+pub mod unit;

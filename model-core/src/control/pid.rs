@@ -120,7 +120,8 @@ impl Parameters {
     pub fn build(self, period: f32) -> Result<Coefficients, InvalidParameter> {
         require_positive(period, "period")?;
         require_finite(self.proportional, "proportional")?;
-        require_finite(self.integral, "integral")?;
+        let integral = self.integral * period;
+        require_finite(integral, "integral")?;
         require_finite(self.derivative, "derivative")?;
         let filter_time = self.derivative_filter_time;
         require(
@@ -157,7 +158,7 @@ impl Parameters {
         Ok(Coefficients {
             proportional: self.proportional,
             set_point_weight: self.set_point_weight,
-            integral: self.integral * period,
+            integral,
             derivative_set_point_weight: self.derivative_set_point_weight,
             derivative_decay: filter_time / (filter_time + period),
             derivative_gain,

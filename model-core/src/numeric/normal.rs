@@ -4,7 +4,7 @@ use core::f64::consts::FRAC_1_SQRT_2;
 
 /// P(X ≤ x) of a standard normal X.
 ///
-/// Any `x`; NaN gives NaN. Computed in `f64` as erfc(−x/√2)/2, hence relative error below 1e-14 in
+/// Any `x`; NaN gives NaN. Computed in `f64` as erfc(−x/√2)/2, hence relative error below 1e-13 in
 /// the lower tail down to 1e-16 as well as in the bulk.
 ///
 /// ```

@@ -73,8 +73,8 @@ impl Extend<f32> for Moments {
 
 /// Root of the mean of the squares, in the samples' unit. `None` without samples.
 ///
-/// Compensated: relative error below 2e-7 for any number of samples up to 2²⁴. The sum of the
-/// squares must stay below `f32::MAX`.
+/// Compensated: relative error below 2e-7 for any number of samples up to 2²⁴. A NaN among them
+/// gives NaN. The sum of the squares must stay below `f32::MAX`.
 ///
 /// ```
 /// use model_core::numeric::statistics::root_mean_square;

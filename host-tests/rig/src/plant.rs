@@ -1,0 +1,468 @@
+//! The equations of motion and their integrator.
+//!
+//! Between events the plant is smooth and advances by the explicit midpoint rule (second order)
+//! at 2 µs or less. Four events end a smooth stretch, each placed inside its step by linear
+//! interpolation, which keeps the second order: the velocity reaches zero, the load exceeds
+//! static friction, the position passes the spring's rest, the position reaches a stop. At zero
+//! velocity the machine sticks, truly, unless the load exceeds static friction: a sticking
+//! machine has velocity 0 and a constant position, and only its current moves on.
+
+use crate::effect::Effect;
+use crate::machine::{Machine, Motor, Stops};
+use std::f64::consts::TAU;
+
+/// Default and largest integration step, s.
+const STEP: f64 = 2.0e-6;
+
+/// What the integrator carries.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct State {
+    /// A; stays 0 for a machine without a winding or without inductance.
+    pub current: f64,
+    /// rad/s or m/s.
+    pub velocity: f64,
+    /// rad or m.
+    pub position: f64,
+}
+
+/// Whether it moves, and which way: the sign of friction while it does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Motion {
+    Stuck,
+    Sliding(f64),
+}
+
+/// A machine with its effects, in motion. Delays are not the plant's: the
+/// [`Experiment`](crate::Experiment) has them.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    motor: Motor,
+    inertia: f64,
+    viscous_forward: f64,
+    viscous_backward: f64,
+    coulomb: f64,
+    static_friction: f64,
+    asymmetry: f64,
+    offset: f64,
+    drag: f64,
+    /// All springs together: load −stiffness x + spring_load.
+    stiffness: f64,
+    spring_load: f64,
+    rest: f64,
+    preload: f64,
+    stops: Stops,
+    load_ratio: f64,
+    /// Effects that cost a transcendental function each.
+    shaped: Vec<Effect>,
+    step: f64,
+    state: State,
+    motion: Motion,
+    /// Side of the spring's rest, −1 or 1; 0 while the preload holds the machine at rest.
+    side: f64,
+}
+
+impl Plant {
+    /// A machine with its effects, at standstill at 0. Several effects of one kind add up.
+    pub fn new(machine: &Machine, effects: &[Effect]) -> Self {
+        let spring = machine.spring;
+        let mut plant = Self {
+            motor: machine.motor,
+            inertia: machine.inertia,
+            viscous_forward: machine.viscous,
+            viscous_backward: machine.viscous,
+            coulomb: machine.coulomb,
+            static_friction: machine.static_friction.max(machine.coulomb),
+            asymmetry: 0.0,
+            offset: 0.0,
+            drag: 0.0,
+            stiffness: spring.map_or(0.0, |s| s.stiffness),
+            spring_load: spring.map_or(0.0, |s| s.stiffness * s.rest),
+            rest: spring.map_or(0.0, |s| s.rest),
+            preload: spring.map_or(0.0, |s| s.preload),
+            stops: machine.stops.unwrap_or(Stops {
+                lower: f64::NEG_INFINITY,
+                upper: f64::INFINITY,
+            }),
+            load_ratio: 0.0,
+            shaped: Vec::new(),
+            step: STEP,
+            state: State::default(),
+            motion: Motion::Stuck,
+            side: 0.0,
+        };
+        for &effect in effects {
+            match effect {
+                Effect::AsymmetricCoulomb { ratio } => plant.asymmetry += ratio,
+                Effect::AsymmetricViscous { forward, backward } => {
+                    plant.viscous_forward += forward;
+                    plant.viscous_backward += backward;
+                }
+                Effect::OffsetTorque { torque } => plant.offset += torque,
+                Effect::QuadraticDrag { coefficient } => plant.drag += coefficient,
+                Effect::Spring { stiffness, rest } => {
+                    plant.stiffness += stiffness;
+                    plant.spring_load += stiffness * rest;
+                }
+                Effect::LoadDependentFriction { ratio } => plant.load_ratio += ratio,
+                Effect::Stribeck { .. }
+                | Effect::Cogging { .. }
+                | Effect::SpeedBand { .. }
+                | Effect::RoughSpot { .. } => plant.shaped.push(effect),
+                Effect::InputDelay { .. } | Effect::SensorDelay { .. } => {}
+            }
+        }
+        plant.place(0.0, 0.0);
+        plant
+    }
+
+    /// The same plant with an integration step of at most `step` seconds.
+    pub fn with_step(mut self, step: f64) -> Self {
+        self.step = step;
+        self
+    }
+
+    /// Puts the machine somewhere, without current.
+    pub fn place(&mut self, position: f64, velocity: f64) {
+        self.state = State {
+            current: 0.0,
+            velocity,
+            position,
+        };
+        self.motion = if velocity == 0.0 {
+            Motion::Stuck
+        } else {
+            Motion::Sliding(velocity.signum())
+        };
+        self.side = match position - self.rest {
+            _ if self.preload == 0.0 => 0.0,
+            0.0 if velocity == 0.0 => 0.0,
+            0.0 => velocity.signum(),
+            distance => distance.signum(),
+        };
+    }
+
+    /// Where the machine is.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// Whether friction, the preload or a stop holds it.
+    pub fn is_stuck(&self) -> bool {
+        self.motion == Motion::Stuck
+    }
+
+    /// Current under `input`, A; 0 for a machine without a winding.
+    pub fn current(&self, input: f64) -> f64 {
+        match self.motor {
+            Motor::Winding {
+                resistance,
+                inductance: 0.0,
+                torque_constant,
+            } => (input - torque_constant * self.state.velocity) / resistance,
+            Motor::Winding { .. } => self.state.current,
+            Motor::Direct { .. } => 0.0,
+        }
+    }
+
+    /// Lets `seconds` pass under a constant `input`.
+    pub fn advance(&mut self, input: f64, seconds: f64) {
+        // The tolerance keeps a rounded multiple of the step from costing one step more.
+        let steps = (seconds / self.step - 1e-6).ceil().max(0.0);
+        let length = seconds / steps.max(1.0);
+        for _ in 0..steps as usize {
+            self.step_by(input, length);
+        }
+    }
+
+    /// One step, cut at its events.
+    fn step_by(&mut self, input: f64, length: f64) {
+        let mut left = length;
+        // Set when a direction was tried and the machine came back at once: it stays put until
+        // the next step, or events would follow each other without time passing.
+        let mut held = false;
+        while left > 0.0 {
+            left -= match self.motion {
+                Motion::Stuck => self.stick(input, left, &mut held),
+                Motion::Sliding(direction) => self.slide(input, left, direction, &mut held),
+            };
+        }
+    }
+
+    /// Advances a machine at standstill until it breaks away, at most by `length`; returns the
+    /// time it took.
+    fn stick(&mut self, input: f64, length: f64, held: &mut bool) -> f64 {
+        let start = self.state;
+        let before = self.excess(input);
+        if before > 0.0 && !*held {
+            self.break_away(input);
+            return 0.0;
+        }
+        self.state.current = self.locked_current(input, start.current, length);
+        let after = self.excess(input);
+        if after <= 0.0 || before >= 0.0 {
+            return length;
+        }
+        let taken = length * before / (before - after);
+        self.state.current = self.locked_current(input, start.current, taken);
+        self.break_away(input);
+        taken
+    }
+
+    /// Advances a machine in motion until an event, at most by `length`; returns the time it took.
+    fn slide(&mut self, input: f64, length: f64, direction: f64, held: &mut bool) -> f64 {
+        let start = self.state;
+        let end = self.midpoint(input, length, direction);
+        let mut share = 1.0;
+        let mut event = None;
+        let mut meet = |candidate: f64, what: Event| {
+            if event.is_none() || candidate < share {
+                share = candidate;
+                event = Some(what);
+            }
+        };
+        let passed = |level| share_of(start.position, end.position, level);
+        if end.velocity * direction <= 0.0 {
+            meet(share_of(start.velocity, end.velocity, 0.0), Event::Halt);
+        }
+        if (end.position - self.rest) * self.side < 0.0 {
+            meet(passed(self.rest), Event::Rest);
+        }
+        if end.position >= self.stops.upper && direction > 0.0 {
+            meet(passed(self.stops.upper), Event::Stop);
+        } else if end.position <= self.stops.lower && direction < 0.0 {
+            meet(passed(self.stops.lower), Event::Stop);
+        }
+        let Some(event) = event else {
+            self.state = end;
+            return length;
+        };
+        let taken = share * length;
+        self.state = self.midpoint(input, taken, direction);
+        match event {
+            Event::Rest => {
+                self.state.position = self.rest;
+                self.side = direction;
+            }
+            Event::Stop => {
+                self.state.position = if direction > 0.0 {
+                    self.stops.upper
+                } else {
+                    self.stops.lower
+                };
+                self.halt(input);
+            }
+            Event::Halt => {
+                *held |= start.velocity == 0.0;
+                self.halt(input);
+            }
+        }
+        taken
+    }
+
+    /// Velocity has reached zero: stick there, and on the spring's rest if the machine cannot get
+    /// away from it within a step. The next stretch tries the breakaway.
+    fn halt(&mut self, input: f64) {
+        self.state.velocity = 0.0;
+        self.motion = Motion::Stuck;
+        if self.side != 0.0 {
+            // Between preload and friction a plate bounces about its rest ever more often in ever
+            // shorter time. Below the distance that the load covers in one step that is rest.
+            let acceleration =
+                (self.preload + self.motor_load(input, self.state).abs()) / self.inertia;
+            if (self.state.position - self.rest).abs() <= acceleration * self.step * self.step {
+                self.state.position = self.rest;
+                self.side = 0.0;
+            }
+        }
+    }
+
+    /// How far the load exceeds what holds the machine at standstill; negative while it holds.
+    fn excess(&self, input: f64) -> f64 {
+        let load = self.load(input, self.state);
+        let direction = load.signum();
+        if (direction > 0.0 && self.state.position >= self.stops.upper)
+            || (direction < 0.0 && self.state.position <= self.stops.lower)
+        {
+            return -load.abs();
+        }
+        let preload = if self.side == 0.0 { self.preload } else { 0.0 };
+        load.abs() - self.breakaway(input, direction) - preload
+    }
+
+    /// Starts to slide the way the load points.
+    fn break_away(&mut self, input: f64) {
+        let direction = self.load(input, self.state).signum();
+        self.motion = Motion::Sliding(direction);
+        if self.preload > 0.0 && self.side == 0.0 {
+            self.side = direction;
+        }
+    }
+
+    /// Current of the winding after `length` seconds at standstill, A.
+    fn locked_current(&self, input: f64, current: f64, length: f64) -> f64 {
+        match self.motor {
+            Motor::Winding {
+                resistance,
+                inductance,
+                ..
+            } if inductance > 0.0 => {
+                let middle = current + 0.5 * length * (input - resistance * current) / inductance;
+                current + length * (input - resistance * middle) / inductance
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// The state `length` seconds on, sliding one way without an event (explicit midpoint rule).
+    #[inline]
+    fn midpoint(&self, input: f64, length: f64, direction: f64) -> State {
+        let start = self.state;
+        let half = 0.5 * length;
+        let (current_rate, acceleration) = self.rates(input, start, direction);
+        let middle = State {
+            current: start.current + half * current_rate,
+            velocity: start.velocity + half * acceleration,
+            position: start.position + half * start.velocity,
+        };
+        let (current_rate, acceleration) = self.rates(input, middle, direction);
+        State {
+            current: start.current + length * current_rate,
+            velocity: start.velocity + length * acceleration,
+            position: start.position + length * middle.velocity,
+        }
+    }
+
+    /// di/dt in A/s and dv/dt in rad/s² or m/s², sliding one way.
+    #[inline]
+    fn rates(&self, input: f64, state: State, direction: f64) -> (f64, f64) {
+        let current_rate = match self.motor {
+            Motor::Winding {
+                resistance,
+                inductance,
+                torque_constant,
+            } if inductance > 0.0 => {
+                (input - resistance * state.current - torque_constant * state.velocity) / inductance
+            }
+            _ => 0.0,
+        };
+        let friction = direction * self.sliding_friction(input, state, direction);
+        (
+            current_rate,
+            (self.load(input, state) - friction) / self.inertia,
+        )
+    }
+
+    /// Load of the motor.
+    #[inline]
+    fn motor_load(&self, input: f64, state: State) -> f64 {
+        match self.motor {
+            Motor::Winding {
+                resistance,
+                inductance,
+                torque_constant,
+            } => {
+                let current = if inductance > 0.0 {
+                    state.current
+                } else {
+                    (input - torque_constant * state.velocity) / resistance
+                };
+                torque_constant * current
+            }
+            Motor::Direct { gain } => gain * input,
+        }
+    }
+
+    /// All loads but friction.
+    #[inline]
+    fn load(&self, input: f64, state: State) -> f64 {
+        let mut load = self.motor_load(input, state) + self.offset + self.spring_load
+            - self.stiffness * state.position
+            - self.preload * self.side
+            - self.drag * state.velocity * state.velocity.abs();
+        for effect in &self.shaped {
+            if let Effect::Cogging {
+                amplitude,
+                period,
+                phase,
+            } = effect
+            {
+                load += amplitude * (TAU * state.position / period + phase).sin();
+            }
+        }
+        load
+    }
+
+    /// Friction against a motion in `direction`, positive.
+    #[inline]
+    fn sliding_friction(&self, input: f64, state: State, direction: f64) -> f64 {
+        let speed = direction * state.velocity;
+        let viscous = if direction > 0.0 {
+            self.viscous_forward
+        } else {
+            self.viscous_backward
+        };
+        let mut friction = self.dry_friction(self.coulomb, input, state, direction);
+        for effect in &self.shaped {
+            friction += match effect {
+                Effect::Stribeck { drop, speed: scale } => drop * (-speed / scale).exp(),
+                Effect::SpeedBand {
+                    torque,
+                    centre,
+                    width,
+                } => torque * bell((speed - centre) / width),
+                _ => 0.0,
+            };
+        }
+        friction + viscous * speed
+    }
+
+    /// Friction to be overcome from standstill. It is never below the sliding friction there: a
+    /// machine that breaks away must not be stopped by that at once.
+    fn breakaway(&self, input: f64, direction: f64) -> f64 {
+        self.dry_friction(self.static_friction, input, self.state, direction)
+            .max(self.sliding_friction(input, self.state, direction))
+    }
+
+    /// The part of friction that knows direction, load and place, but no speed.
+    #[inline]
+    fn dry_friction(&self, level: f64, input: f64, state: State, direction: f64) -> f64 {
+        let mut friction = level * (1.0 + direction * self.asymmetry)
+            + self.load_ratio * self.motor_load(input, state).abs();
+        for effect in &self.shaped {
+            if let Effect::RoughSpot {
+                torque,
+                centre,
+                width,
+            } = effect
+            {
+                friction += torque * bell((state.position - centre) / width);
+            }
+        }
+        friction
+    }
+}
+
+/// exp(−x²)
+fn bell(x: f64) -> f64 {
+    (-x * x).exp()
+}
+
+/// Where between `from` and `to` the value `level` lies, 0 to 1.
+fn share_of(from: f64, to: f64, level: f64) -> f64 {
+    if to == from {
+        0.0
+    } else {
+        ((level - from) / (to - from)).clamp(0.0, 1.0)
+    }
+}
+
+/// What ends a smooth stretch of sliding.
+#[derive(Debug, Clone, Copy)]
+enum Event {
+    /// The velocity reached zero.
+    Halt,
+    /// The position passed the spring's rest.
+    Rest,
+    /// The position reached a stop.
+    Stop,
+}

@@ -1,0 +1,611 @@
+//! From files to the answer: the host's side of the tracing in `model_core::gap`.
+
+use std::time::Instant;
+
+use model_core::effect::{Active, Id, MOST_PARAMETERS, Scope};
+use model_core::gap::fit::{Fit, Variables};
+use model_core::gap::log::Log as CoreLog;
+use model_core::gap::model::{Base, Model};
+use model_core::gap::replay::{Data, Runner, Schedule, Settings};
+use model_core::gap::select::{self, Consideration, Decision, Options, Trace};
+use model_core::numeric::ljung_box::ljung_box;
+use model_core::plant::Directional;
+use model_core::plant::parameters::{Drive, Parameters};
+use rayon::prelude::*;
+
+use super::metrics::{self, torque_balance};
+use super::outcome::{
+    Candidate, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome, Report,
+    Stages, Verdict, Whiteness,
+};
+use crate::error::InputError;
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::machine::{Coordinate, Machine};
+
+/// Length of a replay window by which models are judged, s.
+const WINDOW_S: f64 = 0.2;
+
+/// Length of a replay window for screening, s.
+const SCREEN_WINDOW_S: f64 = 0.04;
+
+/// Length of a held-out block, s.
+const BLOCK_S: f64 = 0.5;
+
+/// Lags of the whiteness test.
+const LAGS: usize = 20;
+
+/// All cores; results are folded in the order of the windows, so that the sums have the same bits
+/// as on one core.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AllCores;
+
+impl Schedule for AllCores {
+    fn run<R: Send>(
+        &self,
+        count: usize,
+        work: impl Fn(usize) -> R + Send + Sync,
+        mut fold: impl FnMut(usize, R),
+    ) {
+        let results: Vec<R> = (0..count).into_par_iter().map(work).collect();
+        for (index, result) in results.into_iter().enumerate() {
+            fold(index, result);
+        }
+    }
+}
+
+/// A log in the core's numbers.
+struct Series {
+    label: String,
+    start: f64,
+    period: f32,
+    input: Vec<f32>,
+    position: Vec<f32>,
+    current: Option<Vec<f32>>,
+}
+
+impl Series {
+    fn new(log: &Log) -> Self {
+        let narrow = |series: &[f64]| series.iter().map(|&value| value as f32).collect();
+        Self {
+            label: log.path.display().to_string(),
+            start: log.start_s,
+            period: log.period_s as f32,
+            input: narrow(&log.input),
+            position: narrow(&log.position),
+            current: log.current.as_deref().map(narrow),
+        }
+    }
+
+    fn log(&self) -> CoreLog<'_> {
+        CoreLog {
+            period: self.period,
+            input: &self.input,
+            position: &self.position,
+            current: self.current.as_deref(),
+        }
+    }
+}
+
+/// The core's model of a machine file.
+///
+/// # Errors
+/// A declared effect that the catalogue does not have, or a parameter that it does not have.
+pub fn model(machine: &Machine) -> Result<Model, InputError> {
+    let mechanics = &machine.mechanics;
+    let plant = Parameters {
+        drive: match &machine.motor {
+            Some(motor) => Drive::Voltage {
+                resistance: motor.resistance as f32,
+                inductance: motor.inductance as f32,
+                torque_constant: motor.torque_constant as f32,
+            },
+            None => Drive::Torque,
+        },
+        gain: machine.gain as f32,
+        inertia: mechanics.inertia as f32,
+        viscous: Directional::both(mechanics.viscous as f32),
+        coulomb: Directional::both(machine.friction.coulomb as f32),
+        breakaway: Directional::both(machine.friction.r#static as f32),
+        spring: mechanics.spring as f32,
+        spring_rest: mechanics.spring_rest as f32,
+        spring_preload: mechanics.spring_preload as f32,
+        offset: 0.0,
+        lower_stop: mechanics
+            .lower_stop
+            .map_or(f32::NEG_INFINITY, |stop| stop as f32),
+        upper_stop: mechanics
+            .upper_stop
+            .map_or(f32::INFINITY, |stop| stop as f32),
+    };
+    let mut model = Model {
+        plant,
+        gravity_torque: mechanics.gravity_torque as f32,
+        gravity_rest: mechanics.gravity_rest as f32,
+        effects: Default::default(),
+    };
+    for declared in &machine.declared_effects {
+        let known = || {
+            let ids: Vec<&str> = Id::ALL.iter().map(|id| id.description().id).collect();
+            ids.join(", ")
+        };
+        let id = Id::from_id(&declared.id).ok_or_else(|| {
+            let message = format!(
+                "unknown effect `{}`: expected one of {}",
+                declared.id,
+                known()
+            );
+            machine.error_at(declared.line, message)
+        })?;
+        let parameters = id.description().parameters;
+        let form: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
+        let mut values = [0.0; MOST_PARAMETERS];
+        for (name, value) in &declared.parameters {
+            let Some(index) = form.iter().position(|known| known == name) else {
+                let message = format!(
+                    "effect `{}` has no parameter `{name}`: expected {}",
+                    declared.id,
+                    form.join(", ")
+                );
+                return Err(machine.error_at(declared.line, message));
+            };
+            values[index] = *value as f32;
+        }
+        if let Some(missing) = form
+            .iter()
+            .find(|name| !declared.parameters.contains_key(**name))
+        {
+            let message = format!("effect `{}` lacks its parameter `{missing}`", declared.id);
+            return Err(machine.error_at(declared.line, message));
+        }
+        if model.effects.push(Active { id, values }).is_err() {
+            let message = "too many declared effects: at most 8";
+            return Err(machine.error_at(declared.line, message));
+        }
+    }
+    Ok(model)
+}
+
+/// The base parameters that a machine file lets be fitted; its reader has checked their names.
+fn base_parameters(machine: &Machine) -> Vec<Base> {
+    Base::ALL
+        .into_iter()
+        .filter(|base| machine.fit.iter().any(|name| name == base.name()))
+        .collect()
+}
+
+/// Typical sizes, from the declared model and the training logs.
+fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Scope {
+    let Ok(simulator) = model.build(logs[0].period) else {
+        return Scope {
+            friction: 1.0,
+            torque: 1.0,
+            speed: 1.0,
+            stroke: 1.0,
+            period: logs[0].period,
+            rotary,
+        };
+    };
+    let (mut torque, mut torques) = (0.0, 0usize);
+    let mut speeds = Vec::new();
+    let (mut lowest, mut highest) = (f64::MAX, f64::MIN);
+    for log in logs {
+        let balance = torque_balance(log, &simulator, 0.0);
+        torque += balance.torque.iter().map(|t| t * t).sum::<f64>();
+        torques += balance.torque.len();
+        speeds.extend(balance.velocity.iter().map(|v| v.abs()));
+        for &position in &balance.position {
+            lowest = lowest.min(position);
+            highest = highest.max(position);
+        }
+    }
+    let torque = (torque / torques.max(1) as f64).sqrt().max(1e-9) as f32;
+    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    // Rests say nothing about how fast the machine moves.
+    let moving: Vec<f64> = speeds.into_iter().filter(|v| *v > 0.02 * fastest).collect();
+    let speed = (moving.iter().map(|v| v * v).sum::<f64>() / moving.len().max(1) as f64).sqrt();
+    let coulomb = model.plant.coulomb.forward;
+    Scope {
+        friction: if coulomb > 0.0 { coulomb } else { 0.1 * torque },
+        torque,
+        speed: speed.max(1e-9) as f32,
+        stroke: (highest - lowest).max(1e-9) as f32,
+        period: logs[0].period,
+        rotary,
+    }
+}
+
+/// Traces the training logs, then opens the validation logs.
+///
+/// `validate` is called once, when nothing is left to be chosen or fitted.
+///
+/// # Errors
+/// A declared effect that does not exist; logs too short for a window, or of different sampling
+/// periods; whatever `validate` returns.
+pub fn run(
+    machine: &Machine,
+    train: &[Log],
+    validate: impl FnOnce() -> Result<Vec<Log>, Failure>,
+    mut progress: impl FnMut(&str),
+) -> Result<Report, Failure> {
+    let started = Instant::now();
+    let declared = model(machine)?;
+    let base = base_parameters(machine);
+    let rotary = machine.coordinate == Coordinate::Radian;
+    let series: Vec<Series> = train.iter().map(Series::new).collect();
+    let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
+    let period = same_period(train, None)?;
+    let scope = scope(&declared, &logs, rotary);
+    let data = Data {
+        logs: &logs,
+        settings: settings(machine, period),
+    };
+    if data.windows() < 4 {
+        let message = format!(
+            "too short to be traced: expected at least {} s",
+            5.0 * WINDOW_S
+        );
+        return Err(InputError::new(&train[0].path, None, message).into());
+    }
+    let options = Options {
+        base: &base,
+        scope,
+        screen_window: samples(SCREEN_WINDOW_S, period, 4),
+        block: samples(BLOCK_S, period, 1),
+    };
+    let schedule = AllCores;
+    let mut candidates = Vec::new();
+    let trace = select::trace(&data, &schedule, &declared, &options, |look| {
+        let entry = candidate(look);
+        if entry.accepted {
+            progress(&format!("round {}: {} accepted", entry.round, entry.id));
+        }
+        candidates.push(entry);
+    })
+    .ok_or_else(|| Failure::other("the model cannot be simulated with the declared parameters"))?;
+    let seconds = started.elapsed().as_secs_f64();
+
+    let judged = Data {
+        settings: trace.settings,
+        ..data
+    };
+    let models = [&declared, &trace.before.model, &trace.after.model];
+    let train_errors = stages(&judged, &schedule, models)?;
+    let train_evidence = evidence(&series, &judged, &trace)?;
+
+    let held_back = validate()?;
+    let (validate_errors, validate_evidence) = if held_back.is_empty() {
+        (None, Vec::new())
+    } else {
+        same_period(&held_back, Some(period))?;
+        let series: Vec<Series> = held_back.iter().map(Series::new).collect();
+        let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
+        let data = Data {
+            logs: &logs,
+            ..judged
+        };
+        if data.windows() == 0 {
+            let message = format!("too short: expected at least {} s", 2.0 * WINDOW_S);
+            return Err(InputError::new(&held_back[0].path, None, message).into());
+        }
+        (
+            Some(stages(&data, &schedule, models)?),
+            evidence(&series, &data, &trace)?,
+        )
+    };
+
+    let outcome = Outcome {
+        machine: machine.name.clone(),
+        verdict: if trace.accepted.is_empty() {
+            Verdict::NoMissingEffect
+        } else {
+            Verdict::EffectsFound
+        },
+        effects: found(&trace, &declared, rotary),
+        unknown: None,
+        fit: fitted(&trace, &declared, &base, rotary),
+        errors: Errors {
+            train: train_errors,
+            validate: validate_errors,
+        },
+        candidates,
+        whiteness: whiteness(&judged, &trace.before.model)?,
+        cost: Cost {
+            seconds,
+            simulations: trace.simulated / judged.windows() as u64,
+            samples: logs.iter().map(CoreLog::samples).sum(),
+        },
+    };
+    Ok(Report {
+        outcome,
+        coordinate: machine.coordinate.unit().to_owned(),
+        load_unit: machine.coordinate.load_unit().to_owned(),
+        train: train_evidence,
+        validate: validate_evidence,
+    })
+}
+
+fn samples(seconds: f64, period: f64, least: usize) -> usize {
+    ((seconds / period).round() as usize).max(least)
+}
+
+fn settings(machine: &Machine, period: f64) -> Settings {
+    Settings {
+        window: samples(WINDOW_S, period, 5),
+        half_width: HALF_WIDTH(),
+        resolution: machine.resolution.unwrap_or(0.0) as f32,
+        position_weight: 1.0,
+        current_weight: 0.0,
+    }
+}
+#[allow(non_snake_case)]
+fn HALF_WIDTH() -> usize {
+    std::env::var("HW")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(8)
+}
+
+/// The sampling period that all logs share.
+fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
+    let period = expected.unwrap_or(logs[0].period_s);
+    for log in logs {
+        if (log.period_s - period).abs() > 0.01 * period {
+            let message = format!(
+                "sampled every {} s where the other logs have {period} s: expected one sampling period",
+                log.period_s
+            );
+            return Err(InputError::new(&log.path, None, message));
+        }
+    }
+    Ok(period)
+}
+
+fn stages(data: &Data, schedule: &impl Schedule, models: [&Model; 3]) -> Result<Stages, Failure> {
+    let errors = |model: &Model| {
+        metrics::errors(data, schedule, model).map_err(|error| Failure::other(error.to_string()))
+    };
+    Ok(Stages {
+        declared: errors(models[0])?,
+        before: errors(models[1])?,
+        after: errors(models[2])?,
+    })
+}
+
+/// Why a candidate was taken or refused, in words.
+fn candidate(look: &Consideration) -> Candidate {
+    let id = |id: Id| id.description().id;
+    let share = |ratio: f64| format!("{:.0} %", 100.0 * (1.0 - ratio));
+    let reason = match (look.decision, look.held_out) {
+        (Decision::Accepted, Some(held_out)) => format!(
+            "held-out error falls by {}, p = {:.1e}",
+            share(held_out.ratio),
+            held_out.p_value
+        ),
+        (Decision::Outdone { by }, Some(held_out)) => format!(
+            "would take {} off the held-out error, {} takes more",
+            share(held_out.ratio),
+            id(by)
+        ),
+        (Decision::NotSignificant, Some(held_out)) => format!(
+            "no significant gain on held-out blocks (p = {:.2})",
+            held_out.p_value
+        ),
+        (Decision::GainTooSmall, Some(held_out)) => format!(
+            "held-out error falls by {} only, 10 % is required",
+            share(held_out.ratio)
+        ),
+        (Decision::GainNotCommon, _) => "the gain comes from few of the held-out blocks".to_owned(),
+        (Decision::SameAs { other }, _) => format!("the same model as {} here", id(other)),
+        (Decision::Absorbed, _) => format!(
+            "absorbed by the fitted parameters (identifiability {:.3})",
+            look.candidate.identifiability
+        ),
+        (Decision::WrongSign, _) => "the residual asks for a sign that physics forbids".to_owned(),
+        (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
+        (Decision::NotShortlisted, _) => "eight others score higher".to_owned(),
+        (Decision::Dropped, _) => "not needed beside the effects found later".to_owned(),
+        (Decision::Accepted | Decision::Outdone { .. }, None)
+        | (Decision::NotSignificant | Decision::GainTooSmall, None) => String::new(),
+    };
+    Candidate {
+        round: look.round,
+        id: id(look.candidate.effect.id).to_owned(),
+        score: f64::from(look.candidate.score),
+        identifiability: f64::from(look.candidate.identifiability),
+        held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
+        p_value: look.held_out.map(|held_out| held_out.p_value),
+        accepted: look.decision == Decision::Accepted,
+        reason,
+    }
+}
+
+/// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
+fn propagate(
+    fit: &Fit,
+    variables: &Variables,
+    quantity: impl Fn(&Model) -> [f32; MOST_PARAMETERS],
+) -> [f64; MOST_PARAMETERS] {
+    let covariance = fit.covariance(variables);
+    let start = quantity(&fit.model);
+    let slopes: Vec<[f64; MOST_PARAMETERS]> = variables
+        .iter()
+        .map(|variable| {
+            let mut moved = fit.model.clone();
+            let step = 0.01 * variable.scale;
+            variable.set(&mut moved, variable.get(&fit.model) + step);
+            let end = quantity(&moved);
+            std::array::from_fn(|index| f64::from(end[index] - start[index]) / f64::from(step))
+        })
+        .collect();
+    std::array::from_fn(|index| {
+        let mut variance = 0.0;
+        for (row, a) in slopes.iter().enumerate() {
+            for (column, b) in slopes.iter().enumerate() {
+                let product = a[index] * b[index];
+                if product != 0.0 {
+                    variance += product * covariance[row][column];
+                }
+            }
+        }
+        variance.max(0.0).sqrt()
+    })
+}
+
+fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
+    trace
+        .accepted
+        .iter()
+        .enumerate()
+        .map(|(index, accepted)| {
+            let slot = declared.effects.len() + index;
+            let report = |model: &Model| model.effects[slot].report(&model.plant);
+            let values = report(&trace.after.model);
+            let stds = propagate(&trace.after, &trace.variables, report);
+            let description = accepted.id.description();
+            FoundEffect {
+                id: description.id.to_owned(),
+                parameters: description
+                    .reported
+                    .iter()
+                    .zip(values.iter().zip(stds))
+                    .map(|((name, dimension), (value, std))| Estimate {
+                        name: (*name).to_owned(),
+                        value: f64::from(*value),
+                        std,
+                        unit: dimension.unit(rotary).to_owned(),
+                    })
+                    .collect(),
+                score: f64::from(accepted.score),
+                identifiability: f64::from(accepted.identifiability),
+                p_value: accepted.p_value,
+                equivalent: accepted
+                    .equivalent
+                    .iter()
+                    .map(|id| id.description().id.to_owned())
+                    .collect(),
+            }
+        })
+        .collect()
+}
+
+fn fitted(trace: &Trace, declared: &Model, base: &[Base], rotary: bool) -> Vec<FittedParameter> {
+    base.iter()
+        .map(|&parameter| {
+            let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
+            let std = propagate(&trace.after, &trace.variables, value)[0];
+            FittedParameter {
+                name: parameter.name().to_owned(),
+                declared: f64::from(declared.get(parameter)),
+                fitted: f64::from(trace.after.model.get(parameter)),
+                std: std.is_finite().then_some(std),
+                unit: parameter.dimension().unit(rotary).to_owned(),
+            }
+        })
+        .collect()
+}
+
+/// Ljung–Box test of the base fit's torque residual.
+fn whiteness(data: &Data, model: &Model) -> Result<Whiteness, Failure> {
+    let simulator = model
+        .build(data.logs[0].period)
+        .map_err(|error| Failure::other(error.to_string()))?;
+    let residual: Vec<f64> = data
+        .logs
+        .iter()
+        .flat_map(|log| {
+            torque_balance(log, &simulator, f64::from(data.settings.resolution)).residual
+        })
+        .collect();
+    let mean = residual.iter().sum::<f64>() / residual.len() as f64;
+    let product = |lag: usize| -> f64 {
+        residual
+            .iter()
+            .zip(&residual[lag..])
+            .map(|(a, b)| (a - mean) * (b - mean))
+            .sum()
+    };
+    let lags = LAGS.min(residual.len() / 4);
+    let autocorrelations: Vec<f32> = (1..=lags)
+        .map(|lag| (product(lag) / product(0)) as f32)
+        .collect();
+    let test = ljung_box(&autocorrelations, residual.len() as u32, 0)
+        .map_err(|error| Failure::other(error.to_string()))?;
+    Ok(Whiteness {
+        ljung_box: f64::from(test.statistic as f32) / lags as f64,
+        lags,
+        p_value: test.p_value,
+    })
+}
+
+/// Positions of a model replayed in windows; the measurement where no window reaches.
+fn windowed(data: &Data, log: usize, model: &Model) -> Result<(Vec<f32>, Vec<usize>), Failure> {
+    let series = &data.logs[log];
+    let simulator = model
+        .build(series.period)
+        .map_err(|error| Failure::other(error.to_string()))?;
+    let mut positions = series.position.to_vec();
+    let mut starts = Vec::new();
+    for number in 0..data.windows() {
+        let Some(window) = data.window(number).filter(|window| window.log == log) else {
+            continue;
+        };
+        starts.push(window.start);
+        let mut runner = Runner::new(&simulator, series, window.start, &data.settings);
+        for index in window.start..window.start + data.settings.window {
+            runner.advance(index);
+            positions[index + 1] = runner.state().position.value();
+        }
+    }
+    Ok((positions, starts))
+}
+
+fn evidence(series: &[Series], data: &Data, trace: &Trace) -> Result<Vec<Evidence>, Failure> {
+    series
+        .iter()
+        .enumerate()
+        .map(|(index, series)| {
+            let log = series.log();
+            let (before, window_starts) = windowed(data, index, &trace.before.model)?;
+            let (after, _) = windowed(data, index, &trace.after.model)?;
+            let balance = |model: &Model| {
+                model
+                    .build(series.period)
+                    .map(|simulator| {
+                        torque_balance(&log, &simulator, f64::from(data.settings.resolution))
+                    })
+                    .map_err(|error| Failure::other(error.to_string()))
+            };
+            let (torque_before, torque_after) =
+                (balance(&trace.before.model)?, balance(&trace.after.model)?);
+            let narrow =
+                |series: &[f64]| -> Vec<f32> { series.iter().map(|&value| value as f32).collect() };
+            let time =
+                |sample: usize| (series.start + sample as f64 * f64::from(series.period)) as f32;
+            let samples = log.samples();
+            let half = data.settings.half_width;
+            Ok(Evidence {
+                label: series.label.clone(),
+                time: (0..samples).map(time).collect(),
+                position: series.position.clone(),
+                velocity: (0..samples)
+                    .map(|sample| {
+                        let inside = sample.max(half).min(samples - 1 - half);
+                        let state = log.smoothed_state(inside, half, data.settings.resolution);
+                        state.velocity.value()
+                    })
+                    .collect(),
+                input: series.input.clone(),
+                current: series.current.clone().unwrap_or_default(),
+                before,
+                after,
+                torque_before: narrow(&torque_before.residual),
+                torque_after: narrow(&torque_after.residual),
+                torque_time: torque_before.sample.iter().map(|&s| time(s)).collect(),
+                torque_velocity: narrow(&torque_before.velocity),
+                torque_position: narrow(&torque_before.position),
+                window_starts,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,209 @@
+//! Errors of a model on a log: windowed replay, free run, torque balance.
+
+use super::outcome::ErrorSet;
+use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
+use model_core::gap::log::Log;
+use model_core::gap::model::{Model, Simulator};
+use model_core::gap::replay::{self, Data, Runner, Schedule};
+use model_core::plant::parameters::{Drive, ParameterError};
+
+/// Samples at the start of a free run that are not counted.
+const FREE_RUN_START: usize = 20;
+
+/// Decimation of the torque balance.
+const DECIMATE: usize = 10;
+
+/// Decimated samples left out at either end of the torque balance, where the filters settle.
+const EDGE: usize = 5;
+
+/// The torque residual of one log, decimated.
+#[derive(Debug, Clone, Default)]
+pub struct TorqueBalance {
+    /// Sample of the log of each entry.
+    pub sample: Vec<usize>,
+    /// Motor torque or force less what the model needs for the measured motion.
+    pub residual: Vec<f64>,
+    /// Motor torque or force.
+    pub torque: Vec<f64>,
+    /// Measured velocity, filtered.
+    pub velocity: Vec<f64>,
+    /// Measured position, filtered.
+    pub position: Vec<f64>,
+}
+
+/// Central differences, one-sided at the ends.
+fn differentiate(series: &[f64], period: f64) -> Vec<f64> {
+    let last = series.len() - 1;
+    (0..=last)
+        .map(|index| {
+            let (before, after) = (index.saturating_sub(1), (index + 1).min(last));
+            (series[after] - series[before]) / ((after - before) as f64 * period)
+        })
+        .collect()
+}
+
+/// The torque balance of a model on filtered, decimated data with the held input aligned.
+///
+/// The position is filtered (Butterworth, 4th order, a tenth of the sampling rate, forward and
+/// backward) and differentiated centrally. The input acts from its row to the next, so that the
+/// torque *at* a sample is the mean of the two inputs held around it; comparing with the input of
+/// the row alone would find a delay of half a sample that is not there.
+pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> TorqueBalance {
+    let period = f64::from(log.period);
+    let samples = log.samples();
+    let plant = simulator.plant();
+    let measured: Vec<f64> = log.position[..samples].iter().map(|&p| p.into()).collect();
+    let position = filter(&BUTTERWORTH, &measured);
+    let velocity = differentiate(&position, period);
+    let acceleration = differentiate(&velocity, period);
+    let held = |index: usize| {
+        let delay = simulator.input_delay;
+        let now = f64::from(log.delayed_input(index, delay));
+        let before = f64::from(log.delayed_input(index.saturating_sub(1), delay));
+        0.5 * (now + before)
+    };
+    let motor: Vec<f64> = (0..samples)
+        .map(|index| match (plant.drive, log.current) {
+            (
+                Drive::Voltage {
+                    torque_constant, ..
+                },
+                Some(_),
+            ) => {
+                let current = log
+                    .delayed_current(index, simulator.sensor_delay)
+                    .unwrap_or(0.0);
+                f64::from(torque_constant) * f64::from(current)
+            }
+            (
+                Drive::Voltage {
+                    resistance,
+                    torque_constant,
+                    ..
+                },
+                None,
+            ) => {
+                let constant = f64::from(torque_constant);
+                let voltage = f64::from(plant.gain) * held(index) - constant * velocity[index];
+                constant * voltage / f64::from(resistance)
+            }
+            (Drive::Torque, _) => f64::from(plant.gain) * held(index),
+        })
+        .collect();
+    // Below this speed the sensor does not tell motion from rest.
+    let rest = resolution / (2.0 * DECIMATE as f64 * period);
+    let residual: Vec<f64> = (0..samples)
+        .map(|index| {
+            let (speed, place) = (velocity[index] as f32, position[index] as f32);
+            let per_current = plant.torque_per_current();
+            let load = simulator.load_at(motor[index] as f32 / per_current, speed, place);
+            let deflection = f64::from(place) - f64::from(plant.spring_rest);
+            let drive = motor[index] + f64::from(load.torque)
+                - f64::from(plant.spring) * deflection
+                - f64::from(plant.spring_preload).copysign(deflection)
+                - f64::from(plant.inertia) * acceleration[index];
+            let speed = velocity[index];
+            if speed.abs() < rest {
+                // At rest friction takes what it must, up to the breakaway level.
+                let (lowest, highest) = (load.breakaway.backward, load.breakaway.forward);
+                drive - drive.clamp(-f64::from(lowest), f64::from(highest))
+            } else if speed > 0.0 {
+                drive - f64::from(load.coulomb.forward) - f64::from(plant.viscous.forward) * speed
+            } else {
+                drive + f64::from(load.coulomb.backward) - f64::from(plant.viscous.backward) * speed
+            }
+        })
+        .collect();
+    let residual = filter(&DECIMATION, &residual);
+    let torque = filter(&DECIMATION, &motor);
+    let kept: Vec<usize> = (0..samples).step_by(DECIMATE).collect();
+    let kept =
+        &kept[EDGE.min(kept.len())..kept.len().saturating_sub(EDGE).max(EDGE.min(kept.len()))];
+    let pick = |series: &[f64]| kept.iter().map(|&index| series[index]).collect();
+    TorqueBalance {
+        sample: kept.to_vec(),
+        residual: pick(&residual),
+        torque: pick(&torque),
+        velocity: pick(&velocity),
+        position: pick(&position),
+    }
+}
+
+/// Positions of one replay of the whole log without restarts, from the first sample with a smoothed
+/// state on; measured ones before it.
+fn free_run_error(data: &Data, log: &Log, simulator: &Simulator) -> (f64, usize) {
+    let start = data.settings.half_width;
+    let mut runner = Runner::new(simulator, log, start, &data.settings);
+    let (mut sum, mut count) = (0.0, 0);
+    for index in start..log.samples() - 1 {
+        let (position, _) = runner.advance(index);
+        if index + 1 >= FREE_RUN_START {
+            sum += f64::from(position) * f64::from(position);
+            count += 1;
+        }
+    }
+    (sum, count)
+}
+
+/// All errors of one model on a set of logs.
+///
+/// # Errors
+/// A parameter of the model outside its range.
+pub fn errors(
+    data: &Data,
+    schedule: &impl Schedule,
+    model: &Model,
+) -> Result<ErrorSet, ParameterError> {
+    let period = data.logs[0].period;
+    let simulator = model.build(period)?;
+    let (mut position, mut current, mut largest, mut windows) = (0.0, 0.0, 0.0f64, 0usize);
+    schedule.run(
+        data.windows(),
+        |number| {
+            data.window(number)
+                .map(|window| replay::window_error(data, window, &simulator))
+        },
+        |_, error| {
+            let Some(error) = error else { return };
+            position += f64::from(error.position);
+            current += f64::from(error.current);
+            largest = largest.max(f64::from(error.largest));
+            windows += 1;
+        },
+    );
+    let compared = (windows * data.settings.window) as f64;
+    let position_rms = (position / compared).sqrt();
+
+    let resolution = f64::from(data.settings.resolution);
+    let (mut residual, mut torque) = (0.0, 0.0);
+    let (mut free, mut counted) = (0.0, 0);
+    let (mut mean, mut square, mut samples) = (0.0, 0.0, 0usize);
+    for log in data.logs {
+        let balance = torque_balance(log, &simulator, resolution);
+        residual += balance.residual.iter().map(|r| r * r).sum::<f64>();
+        torque += balance.torque.iter().map(|t| t * t).sum::<f64>();
+        let (sum, count) = free_run_error(data, log, &simulator);
+        free += sum;
+        counted += count;
+        for &p in &log.position[..log.samples()] {
+            mean += f64::from(p);
+            square += f64::from(p) * f64::from(p);
+        }
+        samples += log.samples();
+    }
+    mean /= samples as f64;
+    let deviation = (square / samples as f64 - mean * mean).max(0.0).sqrt();
+    Ok(ErrorSet {
+        window_s: data.settings.window as f64 * f64::from(period),
+        position_rms,
+        position_max: largest,
+        position_nrmse: position_rms / deviation,
+        current_rms: data
+            .logs
+            .iter()
+            .all(|log| log.current.is_some())
+            .then(|| (current / compared).sqrt()),
+        torque_rel: (residual / torque).sqrt(),
+        free_run_rms: (free / counted as f64).sqrt(),
+    })
+}

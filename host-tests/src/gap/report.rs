@@ -1,0 +1,412 @@
+//! The result as a page: one HTML file that needs nothing beside it, with the evidence drawn.
+
+mod figures;
+mod plot;
+mod series;
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::Path;
+
+use self::figures::Figure;
+use self::series::{difference, extent, rms};
+use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
+use super::table::quantity::{
+    Scale, change, estimate, given, prefixed_estimate, probability, significant,
+};
+use super::table::{
+    ErrorCells, Headline, cost, error_legend, error_rows, is_extended, rounds, whiteness,
+};
+
+const STYLE: &str = include_str!("report/style.css");
+
+/// Writes `index.html` into `directory`, which is created where it is missing. The page holds its
+/// style and its drawings; it asks for no script, font or other file.
+///
+/// # Errors
+/// Those of creating the directory and of writing the file.
+pub fn write(report: &Report, directory: &Path) -> io::Result<()> {
+    let page = page(report)?;
+    std::fs::create_dir_all(directory)?;
+    std::fs::write(directory.join("index.html"), page)
+}
+
+fn page(report: &Report) -> io::Result<String> {
+    let outcome = &report.outcome;
+    let mut body = header(report);
+    body += &errors(report);
+    body += &effects(outcome);
+    body += &parameters(outcome);
+    for (title, note, logs) in [
+        (
+            "validation",
+            "Unseen data: nothing was chosen or fitted on it.",
+            &report.validate,
+        ),
+        (
+            "training",
+            "The data that the model was fitted to.",
+            &report.train,
+        ),
+    ] {
+        if let Some((first, others)) = logs.split_first() {
+            body += &log(report, title, note, first, others)?;
+        }
+    }
+    body += &selection(&outcome.candidates);
+    let machine = escape(&outcome.machine);
+    Ok(format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta \
+         name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{machine}: \
+         missing effects</title>\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n<main>\n{body}\
+         <footer><p>{}</p><p>{}</p></footer>\n</main>\n</body>\n</html>\n",
+        plot::theme(),
+        escape(&whiteness(outcome)),
+        escape(&cost(outcome)),
+    ))
+}
+
+fn header(report: &Report) -> String {
+    let outcome = &report.outcome;
+    let headline = Headline::of(report);
+    let (data, stages) = match &outcome.errors.validate {
+        Some(validate) => ("unseen data", validate),
+        None => ("training data", &outcome.errors.train),
+    };
+    let figure = |label: &str, unit: Option<&str>, pick: fn(&ErrorSet) -> f64| {
+        let (before, after) = (pick(&stages.before), pick(&stages.after));
+        let scale = unit.map_or_else(Scale::percent, |unit| Scale::of(unit, [before, after]));
+        let numbers = if is_extended(outcome) {
+            let change = change(before, after).map_or(String::new(), |c| format!("<em>{c}</em>"));
+            format!(
+                "<b><s>{}</s> → {} {}</b>{change}",
+                scale.number(before),
+                scale.number(after),
+                scale.unit
+            )
+        } else {
+            format!("<b>{}</b>", scale.quantity(after))
+        };
+        format!("<li><span>{label}, {data}</span>{numbers}</li>\n")
+    };
+    let mut text = format!(
+        "<header>\n<p class=\"kind\">Missing effects</p>\n<h1>{}</h1>\n<p class=\"finding\">{}</p>\n\
+         <p>{}</p>\n<ul class=\"numbers\">\n",
+        escape(&outcome.machine),
+        escape(&capitalised(&headline.finding)),
+        escape(&headline.evidence),
+    );
+    text += &figure("Position error rms", Some(&report.coordinate), |e| {
+        e.position_rms
+    });
+    text += &figure("Torque residual", None, |e| e.torque_rel);
+    text += &figure("Free run rms", Some(&report.coordinate), |e| e.free_run_rms);
+    text + "</ul>\n</header>\n"
+}
+
+fn errors(report: &Report) -> String {
+    let errors = &report.outcome.errors;
+    let rows = error_rows(errors, &report.coordinate);
+    let sets = if errors.validate.is_some() { 2 } else { 1 };
+    let mut text = String::from(
+        "<section>\n<h2>Errors</h2>\n<div class=\"wide\"><table>\n<thead>\n<tr><td \
+         colspan=\"2\"></td><th colspan=\"4\" class=\"group\">training data</th>",
+    );
+    if sets == 2 {
+        text += "<th colspan=\"4\" class=\"group\">validation data</th>";
+    }
+    text += "</tr>\n<tr><th>error</th><th>unit</th>";
+    text += &"<th class=\"n first\">declared</th><th class=\"n\">before</th><th \
+              class=\"n\">after</th><th class=\"n\">ratio</th>"
+        .repeat(sets);
+    text += "</tr>\n</thead>\n<tbody>\n";
+    let cells = |cells: &ErrorCells| {
+        let [declared, before, after] = &cells.models;
+        format!(
+            "<td class=\"n first\">{declared}</td><td class=\"n\">{before}</td><td \
+             class=\"n strong\">{after}</td><td class=\"n\">{}</td>",
+            cells.ratio
+        )
+    };
+    for row in &rows {
+        let _ = write!(
+            text,
+            "<tr><td>{}</td><td>{}</td>",
+            row.label,
+            escape(&row.unit)
+        );
+        text += &cells(&row.train);
+        text += &row.validate.as_ref().map(cells).unwrap_or_default();
+        text += "</tr>\n";
+    }
+    text += "</tbody>\n</table></div>\n<p class=\"note\">";
+    for (term, meaning) in error_legend(errors) {
+        let _ = writeln!(text, "<b>{term}</b>: {}.", escape(&meaning));
+    }
+    text + "</p>\n</section>\n"
+}
+
+fn effects(outcome: &Outcome) -> String {
+    if !is_extended(outcome) {
+        return String::new();
+    }
+    let mut text = String::from("<section>\n<h2>What was missing</h2>\n");
+    for effect in &outcome.effects {
+        text += &found(effect);
+    }
+    if let Some(unknown) = &outcome.unknown {
+        let _ = write!(
+            text,
+            "<article class=\"unknown\">\n<h3>unknown effect of {}</h3>\n<p>No entry of the \
+             catalogue explains it. A learned map of this variable explains {} of the \
+             residual.</p>\n</article>\n",
+            escape(&unknown.depends_on),
+            Scale::percent().quantity(unknown.score)
+        );
+    }
+    text + "</section>\n"
+}
+
+fn found(effect: &FoundEffect) -> String {
+    let mut text = format!(
+        "<article>\n<h3>{}</h3>\n<table class=\"narrow\">\n<tbody>\n",
+        escape(&effect.id)
+    );
+    for parameter in &effect.parameters {
+        let _ = writeln!(
+            text,
+            "<tr><td>{}</td><td class=\"strong\">{}</td></tr>",
+            escape(&parameter.name),
+            escape(&prefixed_estimate(
+                parameter.value,
+                parameter.std,
+                &parameter.unit
+            ))
+        );
+    }
+    let _ = write!(
+        text,
+        "</tbody>\n</table>\n<p>It explains {} of the residual that the fitted parameters \
+         leave (score). {} of its own trace is beyond what they can imitate (identifiability). \
+         Gain on held-out blocks of the training data: p {}, one-sided Wilcoxon.</p>\n",
+        Scale::percent().quantity(effect.score),
+        Scale::percent().quantity(effect.identifiability),
+        escape(&probability(effect.p_value))
+    );
+    if !effect.equivalent.is_empty() {
+        let _ = writeln!(
+            text,
+            "<p>This log cannot tell it from: <b>{}</b>.</p>",
+            escape(&effect.equivalent.join(", "))
+        );
+    }
+    text + "</article>\n"
+}
+
+fn parameters(outcome: &Outcome) -> String {
+    if outcome.fit.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "<section>\n<h2>Fitted parameters</h2>\n<div class=\"wide\"><table class=\"short\">\n<thead>\n<tr>\
+         <th>parameter</th><th class=\"n\">declared</th><th class=\"n\">fitted ± standard \
+         deviation</th><th class=\"n\">change</th></tr>\n</thead>\n<tbody>\n",
+    );
+    for parameter in &outcome.fit {
+        let fitted = match parameter.std {
+            Some(std) => estimate(parameter.fitted, std, &parameter.unit),
+            None => format!(
+                "{} {}, taken over by an effect",
+                given(parameter.fitted),
+                parameter.unit
+            ),
+        };
+        let _ = writeln!(
+            text,
+            "<tr><td>{}</td><td class=\"n\">{} {}</td><td class=\"n strong\">{}</td><td \
+             class=\"n\">{}</td></tr>",
+            escape(&parameter.name),
+            given(parameter.declared),
+            escape(&parameter.unit),
+            escape(&fitted),
+            change(parameter.declared, parameter.fitted).unwrap_or("–".into())
+        );
+    }
+    text + "</tbody>\n</table></div>\n</section>\n"
+}
+
+fn log(
+    report: &Report,
+    title: &str,
+    note: &str,
+    first: &Evidence,
+    others: &[Evidence],
+) -> io::Result<String> {
+    let mut text = format!(
+        "<section>\n<h2>{} log</h2>\n<p class=\"note\"><code>{}</code> {note}</p>\n",
+        capitalised(title),
+        escape(&first.label)
+    );
+    let figures = figures::of_log(report, first)?;
+    if figures.is_empty() {
+        text += "<p>The log is too short to draw.</p>\n";
+    }
+    for figure in &figures {
+        text += &drawn(figure);
+    }
+    if !others.is_empty() {
+        text += &all_logs(report, title, std::iter::once(first).chain(others));
+    }
+    Ok(text + "</section>\n")
+}
+
+fn drawn(figure: &Figure) -> String {
+    let keys: String = figure
+        .keys
+        .iter()
+        .map(|(class, name)| format!("<span class=\"{class}\">{name}</span>"))
+        .collect();
+    format!(
+        "<figure>\n<figcaption><b>{}</b> {}\n<div class=\"keys\">{keys}</div></figcaption>\n{}\
+         </figure>\n",
+        escape(&figure.statement),
+        escape(&figure.method),
+        figure.svg
+    )
+}
+
+/// The logs of one kind in numbers.
+fn all_logs<'a>(
+    report: &Report,
+    title: &str,
+    logs: impl Iterator<Item = &'a Evidence> + Clone,
+) -> String {
+    let error = |model: &[f32], log: &Evidence| {
+        rms(difference(model, &log.position).into_iter().map(f64::from))
+    };
+    let torque = |residual: &[f32]| rms(residual.iter().map(|&value| f64::from(value)));
+    let position = Scale::of(
+        &report.coordinate,
+        logs.clone().map(|log| error(&log.before, log)),
+    );
+    let load = Scale::of(
+        &report.load_unit,
+        logs.clone().map(|log| torque(&log.torque_before)),
+    );
+    let mut text = format!(
+        "<h3>All {title} logs</h3>\n<div class=\"wide\"><table>\n<thead>\n<tr><td \
+         colspan=\"3\"></td><th colspan=\"2\" class=\"group\">position error rms, {}</th><th \
+         colspan=\"2\" class=\"group\">torque residual rms, {}</th></tr>\n<tr><th>log</th><th \
+         class=\"n\">samples</th><th class=\"n\">length, s</th><th class=\"n first\">before</th>\
+         <th class=\"n\">after</th><th class=\"n first\">before</th><th class=\"n\">after</th>\
+         </tr>\n</thead>\n<tbody>\n",
+        escape(&position.unit),
+        escape(&load.unit)
+    );
+    for log in logs {
+        let length = extent(log.time.iter().map(|&time| f64::from(time)))
+            .map_or(0.0, |(start, end)| end - start);
+        let _ = write!(
+            text,
+            "<tr><td><code>{}</code></td><td class=\"n\">{}</td><td class=\"n\">{}</td>",
+            escape(&log.label),
+            log.time.len(),
+            significant(length, 3)
+        );
+        for (scale, before, after) in [
+            (&position, error(&log.before, log), error(&log.after, log)),
+            (&load, torque(&log.torque_before), torque(&log.torque_after)),
+        ] {
+            let _ = write!(
+                text,
+                "<td class=\"n first\">{}</td><td class=\"n strong\">{}</td>",
+                scale.number(before),
+                scale.number(after)
+            );
+        }
+        text += "</tr>\n";
+    }
+    text + "</tbody>\n</table></div>\n"
+}
+
+fn selection(candidates: &[Candidate]) -> String {
+    if candidates.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "<section>\n<h2>How it was chosen</h2>\n<p class=\"note\">Score: share of the residual \
+         that an effect explains once the fitted parameters are projected out. Identifiability: \
+         share of its trace that they cannot imitate. Held-out ratio: mean square error with the \
+         effect over that without, on blocks that were not fitted.</p>\n",
+    );
+    let scores = candidates.iter().map(|candidate| candidate.score);
+    let best = scores.fold(f64::MIN_POSITIVE, f64::max);
+    for (number, round) in rounds(candidates) {
+        let _ = write!(
+            text,
+            "<h3>Round {number}</h3>\n<div class=\"wide\"><table class=\"candidates\">\n<thead>\n\
+             <tr><th>candidate</th><th>score</th><th class=\"n\">identifiability</th><th \
+             class=\"n\">held-out ratio</th><th class=\"n\">p</th><th>decision</th></tr>\n\
+             </thead>\n<tbody>\n"
+        );
+        for candidate in round {
+            text += &considered(candidate, best);
+        }
+        text += "</tbody>\n</table></div>\n";
+    }
+    text + "</section>\n"
+}
+
+/// A row of a round; the bar of its score is relative to the best of all rounds.
+fn considered(candidate: &Candidate, best: f64) -> String {
+    let class = if candidate.accepted {
+        " class=\"taken\""
+    } else {
+        ""
+    };
+    let decision = if candidate.accepted {
+        "taken"
+    } else {
+        "refused"
+    };
+    format!(
+        "<tr{class}><td>{}</td><td class=\"score\"><i style=\"width:{:.1}%\"></i>\
+         <span>{}</span></td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
+         <td><b>{decision}</b> {}</td></tr>\n",
+        escape(&candidate.id),
+        60.0 * (candidate.score / best).clamp(0.0, 1.0),
+        significant(candidate.score, 3),
+        significant(candidate.identifiability, 3),
+        candidate
+            .held_out_ratio
+            .map_or("–".into(), |r| significant(r, 3)),
+        escape(&candidate.p_value.map_or("–".into(), probability)),
+        escape(&candidate.reason),
+    )
+}
+
+/// Text as HTML and its attributes hold it.
+fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '"' => escaped += "&quot;",
+            '\'' => escaped += "&#39;",
+            // No control character but white space may stand in a page.
+            c if c.is_control() && !c.is_whitespace() => {}
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// The text with its first letter in upper case, as the start of a sentence.
+fn capitalised(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(characters).collect()
+    })
+}

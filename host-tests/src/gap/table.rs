@@ -1,0 +1,499 @@
+//! The result as a terminal shows it: plain text, at most [`WIDTH`] columns.
+
+pub(super) mod quantity;
+
+use self::quantity::{Scale, change, estimate, given, prefixed_estimate, probability, significant};
+use super::outcome::{Candidate, ErrorSet, Errors, Outcome, Report, Stages, Verdict};
+
+/// Columns that the table takes at most, unless a single word is longer.
+pub const WIDTH: usize = 100;
+
+/// Refused candidates that a round lists even though they were not refitted.
+const RUNNERS_UP: usize = 5;
+
+/// The table, ready to print; it ends with a line feed. `colour` adds ANSI escapes and belongs to
+/// a terminal: a pipe gets the same text without.
+pub fn render(report: &Report, colour: bool) -> String {
+    let mut page = Page {
+        text: String::new(),
+        colour,
+    };
+    let outcome = &report.outcome;
+    let headline = Headline::of(report);
+    page.wrapped(
+        &format!("{}: {}", printable(&outcome.machine), headline.finding),
+        0,
+        Style::Strong,
+    );
+    page.wrapped(&headline.evidence, 0, Style::Plain);
+    errors(&mut page, &outcome.errors, &report.coordinate);
+    effects(&mut page, outcome);
+    parameters(&mut page, outcome);
+    selection(&mut page, &outcome.candidates);
+    page.line("", Style::Plain);
+    page.wrapped(&whiteness(outcome), 0, Style::Faint);
+    page.wrapped(&cost(outcome), 0, Style::Faint);
+    page.text
+}
+
+/// The answer in two sentences.
+pub(super) struct Headline {
+    /// What was missing.
+    pub finding: String,
+    /// What that does to the errors, on unseen data where there is some.
+    pub evidence: String,
+}
+
+impl Headline {
+    /// The sentences for a report.
+    pub fn of(report: &Report) -> Self {
+        let outcome = &report.outcome;
+        Self {
+            finding: finding(outcome),
+            evidence: evidence(report),
+        }
+    }
+}
+
+fn finding(outcome: &Outcome) -> String {
+    let ids: Vec<&str> = outcome.effects.iter().map(|e| e.id.as_str()).collect();
+    let known = match ids.as_slice() {
+        [] => String::new(),
+        [one] => format!("one effect was missing, {one}."),
+        [rest @ .., last] => format!(
+            "{} effects were missing, {} and {last}.",
+            ids.len(),
+            rest.join(", ")
+        ),
+    };
+    match (outcome.verdict, &outcome.unknown) {
+        (Verdict::NoMissingEffect, _) => "no effect is missing.".into(),
+        (Verdict::EffectsFound, _) => known,
+        (Verdict::UnknownEffect, unknown) => {
+            let subject = if known.is_empty() {
+                "an effect is missing"
+            } else {
+                " A further effect is missing"
+            };
+            let variable = unknown.as_ref().map_or(String::new(), |unknown| {
+                format!("; it depends on {}", unknown.depends_on)
+            });
+            format!("{known}{subject} that the catalogue does not name{variable}.")
+        }
+    }
+}
+
+fn evidence(report: &Report) -> String {
+    let errors = &report.outcome.errors;
+    let (stages, logs, count, caveat) = match &errors.validate {
+        Some(validate) => (validate, "validation", report.validate.len(), ""),
+        None => (
+            &errors.train,
+            "training",
+            report.train.len(),
+            " No validation log was given: how the model does on unseen data is not known.",
+        ),
+    };
+    let place = if count > 1 {
+        format!("On the {count} {logs} logs")
+    } else {
+        format!("On the {logs} log")
+    };
+    let position = Scale::of(&report.coordinate, [stages.before.position_rms]);
+    let percent = Scale::percent();
+    let sentence = if is_extended(&report.outcome) {
+        format!(
+            "{place} the windowed position error {}, the torque residual {}.",
+            movement(
+                &position,
+                stages.before.position_rms,
+                stages.after.position_rms,
+                " rms"
+            ),
+            movement(
+                &percent,
+                stages.before.torque_rel,
+                stages.after.torque_rel,
+                ""
+            ),
+        )
+    } else {
+        format!(
+            "{place} the windowed position error of the fitted model is {} rms, its torque residual \
+             {}; nothing that was tried lowers them on held-out data.",
+            position.quantity(stages.after.position_rms),
+            percent.quantity(stages.after.torque_rel),
+        )
+    };
+    sentence + caveat
+}
+
+/// `fell from 0.291 mm to 0.052 mm rms (-82 %)`
+fn movement(scale: &Scale, before: f64, after: f64, suffix: &str) -> String {
+    let verb = if after < before { "fell" } else { "went" };
+    let change = change(before, after).map_or(String::new(), |change| format!(" ({change})"));
+    format!(
+        "{verb} from {} to {}{suffix}{change}",
+        scale.quantity(before),
+        scale.quantity(after)
+    )
+}
+
+/// Whether the model after the tracing differs from the one before.
+pub(super) fn is_extended(outcome: &Outcome) -> bool {
+    !outcome.effects.is_empty() || outcome.verdict == Verdict::UnknownEffect
+}
+
+/// One kind of error, in one unit, on both sets of logs.
+pub(super) struct ErrorRow {
+    /// What it measures.
+    pub label: &'static str,
+    /// The unit of all its numbers.
+    pub unit: String,
+    /// On the training logs.
+    pub train: ErrorCells,
+    /// On the validation logs.
+    pub validate: Option<ErrorCells>,
+}
+
+/// One kind of error of the three models on one set of logs.
+pub(super) struct ErrorCells {
+    /// The machine file as it stands, its parameters refitted, with the effects.
+    pub models: [String; 3],
+    /// `after / before`
+    pub ratio: String,
+}
+
+/// The error table, kind by kind. Current has a row where it was measured.
+pub(super) fn error_rows(errors: &Errors, coordinate: &str) -> Vec<ErrorRow> {
+    type Pick = fn(&ErrorSet) -> Option<f64>;
+    let kinds: [(&str, Option<&str>, Pick); 6] = [
+        ("position rms", Some(coordinate), |e| Some(e.position_rms)),
+        ("position max", Some(coordinate), |e| Some(e.position_max)),
+        ("position NRMSE", None, |e| Some(e.position_nrmse)),
+        ("current rms", Some("A"), |e| e.current_rms),
+        ("torque residual", None, |e| Some(e.torque_rel)),
+        ("free run rms", Some(coordinate), |e| Some(e.free_run_rms)),
+    ];
+    let sets = || std::iter::once(&errors.train).chain(&errors.validate);
+    kinds
+        .into_iter()
+        .filter_map(|(label, unit, pick)| {
+            let values: Vec<f64> = sets().flat_map(models).filter_map(pick).collect();
+            if values.is_empty() {
+                return None;
+            }
+            let scale = unit.map_or_else(Scale::percent, |unit| Scale::of(unit, values));
+            let cells = |stages: &Stages| {
+                let [_, before, after] = models(stages).map(pick);
+                ErrorCells {
+                    models: models(stages)
+                        .map(|set| pick(set).map_or("–".into(), |value| scale.number(value))),
+                    ratio: before
+                        .zip(after)
+                        .map(|(before, after)| after / before)
+                        .filter(|ratio| ratio.is_finite())
+                        .map_or("–".into(), |ratio| significant(ratio, 3)),
+                }
+            };
+            Some(ErrorRow {
+                label,
+                train: cells(&errors.train),
+                validate: errors.validate.as_ref().map(cells),
+                unit: scale.unit,
+            })
+        })
+        .collect()
+}
+
+fn models(stages: &Stages) -> [&ErrorSet; 3] {
+    [&stages.declared, &stages.before, &stages.after]
+}
+
+/// What the columns and rows of the error table mean.
+pub(super) fn error_legend(errors: &Errors) -> [(&'static str, String); 7] {
+    let window = errors.train.before.window_s;
+    let window = Scale::of("s", [window]).quantity(window);
+    [
+        ("declared", "the machine file as it stands".into()),
+        (
+            "before",
+            "its fit parameters re-estimated on the training data".into(),
+        ),
+        ("after", "with what was found, everything refitted".into()),
+        ("ratio", "after / before".into()),
+        (
+            "position and current",
+            format!(
+                "replay in windows of {window}, each restarted from the measured state; NRMSE is \
+                 over the standard deviation of the measurement"
+            ),
+        ),
+        (
+            "torque residual",
+            "its norm over the norm of the torque".into(),
+        ),
+        ("free run", "one replay without restarts".into()),
+    ]
+}
+
+/// What the test for whiteness says.
+pub(super) fn whiteness(outcome: &Outcome) -> String {
+    let whiteness = &outcome.whiteness;
+    format!(
+        "Whiteness of the residual before effects: Ljung–Box {} per degree of freedom over {} lags \
+         (white noise: about 1), p {}.",
+        significant(whiteness.ljung_box, 3),
+        whiteness.lags,
+        probability(whiteness.p_value)
+    )
+}
+
+/// What the run cost.
+pub(super) fn cost(outcome: &Outcome) -> String {
+    let cost = &outcome.cost;
+    format!(
+        "Cost: {} s, {} simulations of the training data ({} samples).",
+        significant(cost.seconds, 3),
+        cost.simulations,
+        cost.samples
+    )
+}
+
+/// The candidates round by round. In a round: what was taken, what was refitted and refused, the
+/// rest; each by falling score.
+pub(super) fn rounds(candidates: &[Candidate]) -> Vec<(usize, Vec<&Candidate>)> {
+    let mut numbers: Vec<usize> = candidates.iter().map(|c| c.round).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+        .into_iter()
+        .map(|number| {
+            let mut round: Vec<_> = candidates.iter().filter(|c| c.round == number).collect();
+            let class = |c: &Candidate| (!c.accepted, c.held_out_ratio.is_none());
+            round.sort_by(|a, b| class(a).cmp(&class(b)).then(b.score.total_cmp(&a.score)));
+            (number, round)
+        })
+        .collect()
+}
+
+fn errors(page: &mut Page, errors: &Errors, coordinate: &str) {
+    let group = |cells: [&str; 4]| {
+        let [declared, before, after, ratio] = cells;
+        format!("{declared:>11}{before:>9}{after:>9}{ratio:>8}")
+    };
+    let heads = group(["declared", "before", "after", "ratio"]);
+    let sets = if errors.validate.is_some() { 2 } else { 1 };
+    page.section("Errors");
+    let mut titles = format!("{:22}{:>37}", "", "on the training data");
+    if sets == 2 {
+        titles += &format!("{:>37}", "on the validation data");
+    }
+    page.line(&titles, Style::Faint);
+    page.line(&format!("{:22}{}", "", heads.repeat(sets)), Style::Faint);
+    for row in error_rows(errors, coordinate) {
+        let mut line = format!("{:16}{:6}", row.label, row.unit);
+        for cells in std::iter::once(&row.train).chain(&row.validate) {
+            let [declared, before, after] = &cells.models;
+            line += &group([declared, before, after, &cells.ratio]);
+        }
+        page.line(&line, Style::Plain);
+    }
+    let legend = error_legend(errors).map(|(term, meaning)| format!("{term}: {meaning}."));
+    page.wrapped(&legend.join(" "), 0, Style::Faint);
+}
+
+fn effects(page: &mut Page, outcome: &Outcome) {
+    if !outcome.effects.is_empty() {
+        page.section("Effects");
+    }
+    for effect in &outcome.effects {
+        page.line(
+            &format!(
+                "{:30} score {}   identifiability {}   p {}",
+                effect.id,
+                significant(effect.score, 3),
+                significant(effect.identifiability, 3),
+                probability(effect.p_value)
+            ),
+            Style::Good,
+        );
+        for parameter in &effect.parameters {
+            let value = prefixed_estimate(parameter.value, parameter.std, &parameter.unit);
+            page.line(&format!("  {:28} {value}", parameter.name), Style::Plain);
+        }
+        if !effect.equivalent.is_empty() {
+            let others = effect.equivalent.join(", ");
+            page.wrapped(
+                &format!("  this log cannot tell it from: {others}"),
+                4,
+                Style::Plain,
+            );
+        }
+    }
+    if let Some(unknown) = &outcome.unknown {
+        page.section("Unknown effect");
+        page.wrapped(
+            &format!(
+                "depends on {}: a learned map of it explains {} of the residual",
+                unknown.depends_on,
+                Scale::percent().quantity(unknown.score)
+            ),
+            0,
+            Style::Warning,
+        );
+    }
+}
+
+fn parameters(page: &mut Page, outcome: &Outcome) {
+    if outcome.fit.is_empty() {
+        return;
+    }
+    page.section("Fitted parameters");
+    for parameter in &outcome.fit {
+        let fitted = match parameter.std {
+            Some(std) => estimate(parameter.fitted, std, &parameter.unit),
+            None => format!(
+                "{} {} (taken over by an effect)",
+                given(parameter.fitted),
+                parameter.unit
+            ),
+        };
+        let change = change(parameter.declared, parameter.fitted).unwrap_or_default();
+        page.line(
+            &format!(
+                "{:30} {:>12} → {fitted:40} {change:>9}",
+                parameter.name,
+                given(parameter.declared)
+            ),
+            Style::Plain,
+        );
+    }
+}
+
+fn selection(page: &mut Page, candidates: &[Candidate]) {
+    for (number, round) in rounds(candidates) {
+        page.section(&format!("Round {number} of the selection"));
+        page.line(
+            &format!(
+                "{:30} {:>8} {:>16} {:>15} {:>10}",
+                "candidate", "score", "identifiability", "held-out ratio", "p"
+            ),
+            Style::Faint,
+        );
+        let listed = round
+            .iter()
+            .filter(|c| c.accepted || c.held_out_ratio.is_some())
+            .count()
+            .max(RUNNERS_UP)
+            .min(round.len());
+        let (shown, others) = round.split_at(listed);
+        for candidate in shown {
+            let ratio = candidate
+                .held_out_ratio
+                .map_or("–".into(), |r| significant(r, 3));
+            let p = candidate.p_value.map_or("–".into(), probability);
+            page.line(
+                &format!(
+                    "{:30} {:>8} {:>16} {ratio:>15} {p:>10}",
+                    candidate.id,
+                    significant(candidate.score, 3),
+                    significant(candidate.identifiability, 3),
+                ),
+                if candidate.accepted {
+                    Style::Good
+                } else {
+                    Style::Plain
+                },
+            );
+            let decision = if candidate.accepted {
+                "taken"
+            } else {
+                "refused"
+            };
+            page.wrapped(
+                &format!("    {decision}: {}", printable(&candidate.reason)),
+                6,
+                Style::Faint,
+            );
+        }
+        if let Some(best) = others.first() {
+            page.line(
+                &format!(
+                    "and {} more, none with a score above {}",
+                    others.len(),
+                    significant(best.score, 3)
+                ),
+                Style::Faint,
+            );
+        }
+    }
+}
+
+/// Text without what would move a terminal's cursor.
+fn printable(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).collect()
+}
+
+#[derive(Clone, Copy)]
+enum Style {
+    Plain,
+    Strong,
+    Faint,
+    Good,
+    Warning,
+}
+
+struct Page {
+    text: String,
+    colour: bool,
+}
+
+impl Page {
+    fn line(&mut self, text: &str, style: Style) {
+        let code = match style {
+            Style::Plain => "",
+            Style::Strong => "1",
+            Style::Faint => "2",
+            Style::Good => "32",
+            Style::Warning => "33",
+        };
+        let text = text.trim_end();
+        if self.colour && !code.is_empty() && !text.is_empty() {
+            self.text += &format!("\x1b[{code}m{text}\x1b[0m\n");
+        } else {
+            self.text += text;
+            self.text.push('\n');
+        }
+    }
+
+    fn section(&mut self, title: &str) {
+        self.line("", Style::Plain);
+        self.line(title, Style::Strong);
+    }
+
+    /// A paragraph broken between words. Its own leading spaces stay, further lines have `hang`.
+    fn wrapped(&mut self, text: &str, hang: usize, style: Style) {
+        let indent = text.len() - text.trim_start().len();
+        let mut line = " ".repeat(indent);
+        let mut columns = indent;
+        let mut is_empty = true;
+        for word in text.split_whitespace() {
+            let length = word.chars().count();
+            if !is_empty && columns + 1 + length > WIDTH {
+                self.line(&line, style);
+                line = " ".repeat(hang);
+                columns = hang;
+                is_empty = true;
+            }
+            if !is_empty {
+                line.push(' ');
+                columns += 1;
+            }
+            line += word;
+            columns += length;
+            is_empty = false;
+        }
+        self.line(&line, style);
+    }
+}

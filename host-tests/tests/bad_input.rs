@@ -1,0 +1,919 @@
+//! Promise: bad input is named by file and line with what was expected, good input is read, and
+//! nothing panics.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use host_tests::error::InputError;
+use host_tests::log::Log;
+use host_tests::machine::{Coordinate, Machine};
+use proptest::prelude::*;
+use tempfile::TempDir;
+
+/// A directory with one file in it, both gone when dropped.
+struct Given {
+    _directory: TempDir,
+    path: PathBuf,
+}
+
+fn given(name: &str, content: impl AsRef<[u8]>) -> Given {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join(name);
+    fs::write(&path, content).expect("a writable temporary directory");
+    Given {
+        _directory: directory,
+        path,
+    }
+}
+
+/// Asserts where the error is, that it is one line, and that it says these words.
+#[track_caller]
+fn assert_error(error: &InputError, file: &Path, line: Option<usize>, words: &[&str]) {
+    let shown = error.to_string();
+    assert_eq!(error.file, file, "{shown}");
+    assert_eq!(error.line, line, "{shown}");
+    let place = match line {
+        Some(line) => format!("{}:{line}: ", file.display()),
+        None => format!("{}: ", file.display()),
+    };
+    assert_eq!(shown.strip_prefix(&place), Some(&*error.message));
+    assert!(!shown.contains(char::is_control), "{shown:?}");
+    for word in words {
+        assert!(error.message.contains(word), "no {word:?} in: {shown}");
+    }
+}
+
+mod log {
+    use super::*;
+
+    const HEADER: &str = "time_s,input,position";
+
+    /// A 1 kHz log of 200 rows below `HEADER`: row `i`, counted from 0, is line `i + 2`.
+    fn rows() -> Vec<String> {
+        (0..200)
+            .map(|i| {
+                format!(
+                    "{:.4},{},{}",
+                    f64::from(i) * 1e-3,
+                    i % 7,
+                    f64::from(i) * 0.5
+                )
+            })
+            .collect()
+    }
+
+    fn text(header: &str, rows: &[String]) -> String {
+        format!("{header}\n{}\n", rows.join("\n"))
+    }
+
+    /// The log with the time stamps of `time`, printed in full.
+    fn timed(time: impl Fn(usize) -> f64) -> String {
+        let rows: Vec<String> = (0..200).map(|i| format!("{:?},0,0", time(i))).collect();
+        text(HEADER, &rows)
+    }
+
+    #[track_caller]
+    fn read(content: impl AsRef<[u8]>) -> Log {
+        let file = given("log.csv", content);
+        Log::read(&file.path).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[track_caller]
+    fn refused(content: impl AsRef<[u8]>, line: usize, words: &[&str]) {
+        let file = given("log.csv", content);
+        let error = Log::read(&file.path).expect_err("a bad log");
+        assert_error(&error, &file.path, Some(line), words);
+    }
+
+    /// Refused when row `row` is replaced, at that row's line.
+    #[track_caller]
+    fn row_refused(row: usize, replacement: &str, words: &[&str]) {
+        let mut rows = rows();
+        rows[row] = replacement.into();
+        refused(text(HEADER, &rows), row + 2, words);
+    }
+
+    #[test]
+    fn a_good_log_is_read() {
+        let log = read(text(HEADER, &rows()));
+        assert_eq!(log.samples(), 200);
+        assert_eq!(log.start_s, 0.0);
+        assert_eq!(log.period_s, 1e-3);
+        assert_eq!(log.input[9], 2.0);
+        assert_eq!(log.position[199], 99.5);
+        assert_eq!((log.command, log.current, log.velocity), (None, None, None));
+    }
+
+    #[test]
+    fn columns_stand_in_any_order_among_others() {
+        let rows: Vec<String> = (0..100)
+            .map(|i| format!("{i},4,x,3,{},2,1", f64::from(i) * 0.01))
+            .collect();
+        let log = read(text(
+            "position,current_a,remark,velocity,time_s,command,input",
+            &rows,
+        ));
+        assert_eq!(log.period_s, 0.01);
+        assert_eq!(log.position[99], 99.0);
+        assert_eq!(log.input, [1.0; 100]);
+        assert_eq!(log.command, Some(vec![2.0; 100]));
+        assert_eq!(log.velocity, Some(vec![3.0; 100]));
+        assert_eq!(log.current, Some(vec![4.0; 100]));
+    }
+
+    #[test]
+    fn layout_does_no_harm() {
+        let plain = read(text(HEADER, &rows()));
+        let clean = text(HEADER, &rows());
+        let spaced = clean.replace(',', " , \t");
+        let blank_lines = clean.replace('\n', "\n\n  \n");
+        for variant in [
+            format!("\u{feff}{clean}"),
+            clean.replace('\n', "\r\n"),
+            clean.replace('\n', "\r"),
+            spaced,
+            blank_lines,
+            clean.trim_end().to_owned(),
+        ] {
+            let mut log = read(variant);
+            log.path.clone_from(&plain.path);
+            assert_eq!(log, plain);
+        }
+    }
+
+    #[test]
+    fn the_wrong_file_is_refused() {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let error = Log::read(directory.path()).expect_err("a directory");
+        assert_error(&error, directory.path(), None, &["directory", "CSV"]);
+        let absent = directory.path().join("absent.csv");
+        let error = Log::read(&absent).expect_err("no file");
+        assert_error(&error, &absent, None, &["no such file", "CSV"]);
+
+        refused("", 1, &["empty", "time_s"]);
+        refused("\n \n\n", 1, &["empty"]);
+        refused(b"\x7fELF\x02\x01\x01\xff\xfe", 1, &["UTF-8"]);
+        let mut binary = text(HEADER, &rows()).into_bytes();
+        let line_5 = text(HEADER, &rows()[..3]).len();
+        binary[line_5 + 2] = 0x80;
+        refused(binary, 5, &["UTF-8"]);
+        refused(b"\0\0\0\n\0\0", 1, &["no column", "`time_s`"]);
+    }
+
+    #[test]
+    fn a_bad_header_is_refused() {
+        refused(
+            text("time_s,input,x", &rows()),
+            1,
+            &["`position`", "expected"],
+        );
+        refused(
+            text("t,u,y", &rows()),
+            1,
+            &["`time_s`, `input`, `position`"],
+        );
+        refused(format!("\n\n{}", text("t,u,y", &rows())), 3, &["no column"]);
+        refused(rows().join("\n"), 1, &["numbers, not column names"]);
+        refused(
+            text(HEADER, &rows()).replace(',', ";"),
+            1,
+            &["separate the fields by commas"],
+        );
+        refused(
+            text("time_s,input,position,input", &rows()),
+            1,
+            &["\"input\"", "twice"],
+        );
+        refused(
+            text("Time,input,position", &rows()),
+            1,
+            &["\"Time\"", "`time_s`"],
+        );
+        refused(
+            text("time_s,input,position,current", &rows()),
+            1,
+            &["\"current\"", "`current_a`"],
+        );
+    }
+
+    #[test]
+    fn a_short_log_is_refused() {
+        refused(HEADER, 1, &["0 samples", "at least 100"]);
+        refused(
+            text(HEADER, &rows()[..1]),
+            2,
+            &["1 sample,", "at least 100"],
+        );
+        refused(text(HEADER, &rows()[..99]), 100, &["99 samples"]);
+        assert_eq!(read(text(HEADER, &rows()[..100])).samples(), 100);
+    }
+
+    #[test]
+    fn a_bad_row_is_refused() {
+        row_refused(40, "0.0400,1", &["2 fields", "3", "cut short"]);
+        row_refused(199, "0.19", &["1 field,", "cut short"]);
+        row_refused(40, "0,0400,1,0", &["4 fields", "decimal commas"]);
+        row_refused(40, "0.0400,volt,0", &["`input`", "\"volt\"", "a number"]);
+        row_refused(40, "0.0400,1 V,0", &["`input`", "\"1 V\""]);
+        row_refused(40, "0.0400,1,", &["`position`", "empty"]);
+        row_refused(40, "0.0400,1,nan", &["`position`", "\"nan\"", "finite"]);
+        row_refused(40, "0.0400,-inf,1", &["`input`", "\"-inf\"", "finite"]);
+        row_refused(40, "0.0400,1,1e39", &["`position`", "\"1e39\"", "finite"]);
+        row_refused(40, "NaN,1,1", &["`time_s`", "\"NaN\""]);
+        let long = format!("0.0400,{},1", "z\u{7}".repeat(1000));
+        row_refused(40, &long, &["`input`", "z\\u{7}z", "…"]);
+        // An opened quotation mark swallows the rest of the file.
+        row_refused(40, "0.0400,\"1,1", &["2 fields"]);
+    }
+
+    #[test]
+    fn an_optional_column_is_checked_and_an_unknown_one_is_not() {
+        let mut rows: Vec<String> = rows().into_iter().map(|row| row + ",1").collect();
+        rows[10] = rows[10].replace(",1", ",NaN");
+        refused(
+            text("time_s,input,position,current_a", &rows),
+            12,
+            &["`current_a`", "NaN"],
+        );
+        read(text("time_s,input,position,temperature", &rows));
+    }
+
+    #[test]
+    fn the_line_is_that_of_the_file() {
+        let mut rows = rows();
+        rows[40] = "0.0400,x,0".into();
+        let plain = text(HEADER, &rows);
+        refused(plain.replace('\n', "\r\n"), 42, &["\"x\""]);
+        refused(plain.replace('\n', "\r"), 42, &["\"x\""]);
+        refused(plain.replace('\n', "\n\n"), 83, &["\"x\""]);
+        refused(plain.replace('\n', "\r\n \r\n\r\n"), 124, &["\"x\""]);
+    }
+
+    #[test]
+    fn time_that_does_not_advance_is_refused() {
+        row_refused(40, "0.0390,1,1", &["0.039", "repeats", "line 41", "later"]);
+        row_refused(40, "0.0380,1,1", &["0.038", "earlier", "line 41", "later"]);
+        row_refused(40, "-5,1,1", &["-5", "earlier", "line 41"]);
+    }
+
+    #[test]
+    fn a_gap_is_refused_wherever_it_is() {
+        for first_missing in [2, 40, 100, 190, 198] {
+            let mut rows = rows();
+            rows.remove(first_missing);
+            refused(
+                text(HEADER, &rows),
+                first_missing + 2,
+                &["0.002 s", "0.001 s", "a gap of 1 sample;"],
+            );
+        }
+        // Longer than the rest of the log: the period must not follow it.
+        refused(
+            timed(|i| i as f64 * 1e-3 + if i >= 60 { 5.0 } else { 0.0 }),
+            62,
+            &["a gap of 5000 samples"],
+        );
+        // Printed no finer than the period.
+        let mut rows: Vec<String> = (0..200).map(|i| format!("{i},0,0")).collect();
+        rows.remove(100);
+        refused(text(HEADER, &rows), 102, &["a gap of 1 sample;"]);
+    }
+
+    #[test]
+    fn jitter_is_accepted_up_to_one_percent() {
+        // Stamps that scatter to either side of the grid, the hardest way last.
+        let scatter =
+            |share: f64| timed(move |i| (i as f64 + share * (i as f64 * 2.4).sin()) * 1e-3);
+        let alternate = |share: f64| {
+            timed(move |i| (i as f64 + if i % 2 == 0 { share } else { -share }) * 1e-3)
+        };
+        let one_off =
+            |share: f64| timed(move |i| (i as f64 + if i == 70 { share } else { 0.0 }) * 1e-3);
+        for accepted in [0.0, 0.001, 0.0099] {
+            for log in [scatter(accepted), alternate(accepted), one_off(accepted)] {
+                let period = read(log).period_s;
+                assert!((period / 1e-3 - 1.0).abs() < 1e-4, "{period}");
+            }
+        }
+        for too_much in [-0.015, 0.015, 0.1, -0.4] {
+            refused(one_off(too_much), 72, &["jitter", "1 %", "resample"]);
+        }
+        for log in [scatter(0.03), alternate(0.015)] {
+            let file = given("log.csv", log);
+            let error = Log::read(&file.path).expect_err("too much jitter");
+            assert_error(&error, &file.path, error.line, &["jitter", "1 %"]);
+            assert!(error.line.is_some());
+        }
+        // One off by the last digit printed, which is a tenth of the period.
+        row_refused(40, "0.0401,1,1", &["jitter"]);
+        row_refused(199, "0.1991,1,1", &["jitter"]);
+    }
+
+    #[test]
+    fn a_slowly_drifting_clock_is_accepted() {
+        let period = read(timed(|i| {
+            let i = i as f64;
+            i * 1e-3 + 2e-8 * i * i
+        }))
+        .period_s;
+        assert!((1e-3..1.01e-3).contains(&period), "{period}");
+    }
+
+    #[test]
+    fn few_printed_digits_are_accepted() {
+        let printed = |stamp: &dyn Fn(usize) -> String| {
+            let rows: Vec<String> = (0..3000).map(|i| stamp(i) + ",0,0").collect();
+            read(text(HEADER, &rows)).period_s
+        };
+        assert_eq!(printed(&|i| format!("{:.3}", i as f64 * 1e-3)), 1e-3);
+        assert_eq!(printed(&|i| format!("{:.1}", 1e6 + i as f64 * 0.1)), 0.1);
+        assert_eq!(printed(&|i| format!("{:.4e}", 1.0 + i as f64 * 1e-3)), 1e-3);
+        assert_eq!(
+            printed(&|i| format!("{:.6}", 1.7e9 + i as f64 * 1e-3)),
+            1e-3
+        );
+        // Stamps that rounding moves by up to 15 % of the period.
+        let period = printed(&|i| format!("{:.4}", i as f64 / 3000.0));
+        assert!((period * 3000.0 - 1.0).abs() < 1e-4, "{period}");
+        // `%g`: six significant digits, coarser as time goes on.
+        let period = printed(&|i| {
+            let stamp = 8.0 + i as f64 / 800.0;
+            let decimals = if stamp < 10.0 { 5 } else { 4 };
+            format!("{stamp:.decimals$}")
+                .trim_end_matches('0')
+                .to_owned()
+        });
+        assert!((period * 800.0 - 1.0).abs() < 1e-4, "{period}");
+        // Coarser than half a period it cannot be told from jitter.
+        let rows: Vec<String> = (0..200)
+            .map(|i| format!("{:.3},0,0", i as f64 / 700.0))
+            .collect();
+        refused(text(HEADER, &rows), 4, &["print `time_s` with more digits"]);
+    }
+
+    #[test]
+    fn time_in_another_unit_is_refused() {
+        refused(
+            timed(|i| i as f64 * 1e-10),
+            3,
+            &["1e-10 s", "expected seconds"],
+        );
+    }
+
+    #[test]
+    fn the_public_benchmark_is_read() {
+        let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/emps");
+        if !directory.is_dir() {
+            eprintln!("not run: the EMPS logs are not at ../shared/data/emps");
+            return;
+        }
+        for name in ["train.csv", "validate.csv"] {
+            let log = Log::read(&directory.join(name)).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(log.samples(), 24_841);
+            assert_eq!((log.start_s, log.period_s), (0.0, 1e-3));
+            assert!(log.command.is_some_and(|command| command.len() == 24_841));
+            assert!(log.current.is_none());
+        }
+    }
+
+    fn series(samples: usize) -> impl Strategy<Value = Vec<f64>> {
+        let value = prop_oneof![
+            -1e3..1e3,
+            Just(0.0),
+            Just(-0.0),
+            any::<f32>().prop_map(f64::from)
+        ]
+        .prop_filter("finite", |value: &f64| value.is_finite());
+        prop::collection::vec(value, samples)
+    }
+
+    prop_compose! {
+        fn any_log()(samples in Log::MIN_SAMPLES..400)(
+            start_us in -1_000_000_000_i64..1_000_000_000,
+            period_us in 10_u32..100_000,
+            input in series(samples),
+            position in series(samples),
+            command in prop::option::of(series(samples)),
+            current in prop::option::of(series(samples)),
+            velocity in prop::option::of(series(samples)),
+        ) -> Log {
+            Log {
+                path: PathBuf::new(),
+                start_s: start_us as f64 / 1e6,
+                period_s: f64::from(period_us) / 1e6,
+                input,
+                position,
+                command,
+                current,
+                velocity,
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn a_written_log_reads_back_identical(mut log in any_log()) {
+            let directory = tempfile::tempdir().expect("a temporary directory");
+            log.path = directory.path().join("log.csv");
+            log.write(&log.path).expect("a writable temporary directory");
+            prop_assert_eq!(Log::read(&log.path), Ok(log));
+        }
+
+        #[test]
+        fn arbitrary_bytes_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
+            let file = given("log.csv", bytes);
+            prop_assert!(Log::read(&file.path).is_err());
+        }
+
+        /// A good log, patched with what logs are made of: reaches further than noise does.
+        #[test]
+        fn a_damaged_log_does_not_panic(
+            at in 0_usize..4000,
+            length in 0_usize..30,
+            patch in "[-+0-9eE.,\"\r\n \t]{0,30}",
+        ) {
+            let mut bytes = text(HEADER, &rows()).into_bytes();
+            let start = at.min(bytes.len());
+            let end = (at + length).min(bytes.len());
+            bytes.splice(start..end, patch.into_bytes());
+            let file = given("log.csv", bytes);
+            if let Err(error) = Log::read(&file.path) {
+                assert_error(&error, &file.path, error.line, &[]);
+            }
+        }
+
+        #[test]
+        fn arbitrary_time_stamps_do_not_panic(stamps in prop::collection::vec(
+            prop_oneof![any::<f64>(), 0.0..1.0],
+            100..300,
+        )) {
+            let mut stamps: Vec<f64> = stamps.into_iter().filter(|t| t.abs() < 1e38).collect();
+            stamps.sort_by(f64::total_cmp);
+            stamps.dedup();
+            let rows: Vec<String> = stamps.iter().map(|t| format!("{t:?},0,0")).collect();
+            let file = given("log.csv", text(HEADER, &rows));
+            if let Err(error) = Log::read(&file.path) {
+                assert_error(&error, &file.path, error.line, &[]);
+            }
+        }
+    }
+}
+
+mod machine {
+    use super::*;
+
+    fn declared(name: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("machines")
+            .join(name)
+    }
+
+    fn rotary() -> String {
+        fs::read_to_string(declared("ema-24v.toml")).expect("a machine of the repository")
+    }
+
+    fn linear() -> String {
+        fs::read_to_string(declared("emps.toml")).expect("a machine of the repository")
+    }
+
+    /// `text` with the line that begins with `key` replaced, and that line's number.
+    #[track_caller]
+    fn replace_line(text: &str, key: &str, replacement: &str) -> (String, usize) {
+        let index = text
+            .lines()
+            .position(|line| line.starts_with(key))
+            .expect("the key is in the file");
+        let mut lines: Vec<&str> = text.lines().collect();
+        lines[index] = replacement;
+        (lines.join("\n"), index + 1)
+    }
+
+    /// `text` without its section `[name]`.
+    #[track_caller]
+    fn without(text: &str, name: &str) -> String {
+        let start = text.find(&format!("[{name}]")).expect("the section");
+        let end = text[start..]
+            .find("\n[")
+            .map_or(text.len(), |end| start + end + 1);
+        format!("{}{}", &text[..start], &text[end..])
+    }
+
+    #[track_caller]
+    fn read(content: &str) -> Machine {
+        let file = given("machine.toml", content);
+        Machine::read(&file.path).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[track_caller]
+    fn refused(content: impl AsRef<[u8]>, line: usize, words: &[&str]) {
+        let file = given("machine.toml", content);
+        let error = Machine::read(&file.path).expect_err("a bad machine file");
+        assert_error(&error, &file.path, Some(line), words);
+    }
+
+    /// Refused when the line that begins with `key` is replaced, at that line.
+    #[track_caller]
+    fn line_refused(text: &str, key: &str, replacement: &str, words: &[&str]) {
+        let (text, line) = replace_line(text, key, replacement);
+        refused(text, line, words);
+    }
+
+    #[test]
+    fn the_rotary_example_is_read() {
+        let machine = Machine::read(&declared("ema-24v.toml")).expect("a good machine");
+        assert_eq!(machine.name, "ema-24v");
+        assert_eq!(machine.coordinate, Coordinate::Radian);
+        assert_eq!(machine.gain, 1.0);
+        assert_eq!(machine.resolution, Some(3.1e-3));
+        assert_eq!(machine.fit, ["inertia", "viscous", "coulomb", "static"]);
+        assert_eq!(machine.declared_effects, []);
+        for (name, value, unit) in [
+            ("resistance", 1.0, "Ω"),
+            ("inductance", 1e-3, "H"),
+            ("torque_constant", 0.06, "N·m/A"),
+            ("inertia", 1.2e-4, "kg·m²"),
+            ("viscous", 2e-4, "N·m·s/rad"),
+            ("spring", 0.0, "N·m/rad"),
+            ("spring_rest", 0.0, "rad"),
+            ("spring_preload", 0.0, "N·m"),
+            ("gravity_torque", 0.0, "N·m"),
+            ("gravity_rest", 0.0, "rad"),
+            ("lower_stop", -1.0, "rad"),
+            ("upper_stop", 1.0, "rad"),
+            ("coulomb", 0.12, "N·m"),
+            ("static", 0.15, "N·m"),
+        ] {
+            assert_eq!(machine.parameter(name), Some(value), "{name}");
+            assert_eq!(
+                machine.coordinate.parameter_unit(name),
+                Some(unit),
+                "{name}"
+            );
+        }
+        assert_eq!(machine.parameter("gain"), None);
+        assert_eq!(machine.coordinate.parameter_unit("gain"), None);
+    }
+
+    #[test]
+    fn the_linear_benchmark_is_read() {
+        let machine = Machine::read(&declared("emps.toml")).expect("a good machine");
+        assert_eq!(machine.name, "EMPS");
+        assert_eq!(machine.coordinate.unit(), "m");
+        assert_eq!(machine.coordinate.load_unit(), "N");
+        assert_eq!(machine.gain, 35.15065188);
+        assert_eq!(machine.motor, None);
+        assert_eq!(machine.fit, ["inertia", "viscous", "coulomb"]);
+        for (name, value, unit) in [
+            ("resistance", None, Some("Ω")),
+            ("torque_constant", None, Some("N/A")),
+            ("inertia", Some(95.1089), Some("kg")),
+            ("viscous", Some(203.5034), Some("N·s/m")),
+            ("spring", Some(0.0), Some("N/m")),
+            ("gravity_torque", Some(0.0), None),
+            ("lower_stop", None, Some("m")),
+            ("coulomb", Some(20.3935), Some("N")),
+        ] {
+            assert_eq!(machine.parameter(name), value, "{name}");
+            assert_eq!(machine.coordinate.parameter_unit(name), unit, "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_optional_may_be_left_out() {
+        let machine = read(
+            "name = \"least\"\ncoordinate = \"rad\"\n[input]\nkind = \"torque\"\ngain = -2\n\
+             [mechanics]\ninertia = 1\nviscous = 0\n[friction]\ncoulomb = 0\nstatic = 0\n\
+             [fit]\nparameters = []\n",
+        );
+        assert_eq!((machine.gain, machine.mechanics.inertia), (-2.0, 1.0));
+        assert_eq!((machine.motor, machine.resolution), (None, None));
+        assert_eq!(machine.mechanics.upper_stop, None);
+        let windows = format!("\u{feff}{}", rotary().replace('\n', "\r\n"));
+        assert_eq!(read(&windows).fit.len(), 4);
+    }
+
+    #[test]
+    fn declared_effects_keep_their_numbers_and_their_lines() {
+        let (text, line) = replace_line(
+            &linear(),
+            "declared_effects",
+            "declared_effects = [\n  { id = \"offset_torque\", torque = 1 },\n\n  \
+             { id = \"cogging\", period = 0.1, amplitude = -2.5 },\n]",
+        );
+        let file = given("machine.toml", text);
+        let machine = Machine::read(&file.path).expect("a good machine");
+        let [offset, cogging] = &machine.declared_effects[..] else {
+            panic!("{:?}", machine.declared_effects);
+        };
+        assert_eq!(
+            (&*offset.id, offset.parameters["torque"]),
+            ("offset_torque", 1.0)
+        );
+        assert_eq!(
+            (&*cogging.id, cogging.parameters["amplitude"]),
+            ("cogging", -2.5)
+        );
+        assert_eq!((offset.line, cogging.line), (line + 1, line + 3));
+        let error = machine.error_at(cogging.line, "unknown parameter");
+        assert_error(&error, &file.path, Some(line + 3), &["unknown parameter"]);
+    }
+
+    #[test]
+    fn a_bad_declared_effect_is_refused() {
+        let bad = |entry: &str, words: &[&str]| {
+            let line = format!("declared_effects = [{entry}]");
+            line_refused(&rotary(), "declared_effects", &line, words);
+        };
+        let form = "{ id = \"offset_torque\", torque = 0.1 }";
+        bad("\"cogging\"", &["\"cogging\"", form]);
+        bad("{ id = \"cogging\" }", &["without parameters", form]);
+        bad("{ torque = 0.1 }", &["without `id`", form]);
+        bad("{ id = 3, torque = 0.1 }", &["integer `3`", "string"]);
+        bad(
+            "{ id = \"cogging\", period = \"x\" }",
+            &["\"x\"", "a number"],
+        );
+        bad(
+            "{ id = \"cogging\", period = inf }",
+            &["inf", "single precision"],
+        );
+    }
+
+    #[test]
+    fn the_wrong_file_is_refused() {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let error = Machine::read(directory.path()).expect_err("a directory");
+        assert_error(&error, directory.path(), None, &["directory", "TOML"]);
+        let absent = directory.path().join("absent.toml");
+        let error = Machine::read(&absent).expect_err("no file");
+        assert_error(&error, &absent, None, &["no such file", "TOML"]);
+        refused("", 1, &["`name`", "missing"]);
+        refused(b"name = \"a\"\n\xff\xfe", 2, &["UTF-8"]);
+        refused("name = \"a\"\ntime_s,input\n", 2, &["expected", "="]);
+        refused("name = \"a\"\nname = \"b\"\n", 2, &["duplicate key"]);
+        refused("name = \"a\"\ncoordinate = \"rad\n", 2, &["expected"]);
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let (text, _) = replace_line(&rotary(), "name", "");
+        refused(text, 1, &["`name`", "missing"]);
+        let (text, _) = replace_line(&rotary(), "coordinate", "");
+        refused(text, 1, &["`coordinate`", "\"rad\"", "\"m\""]);
+        for section in ["input", "mechanics", "friction", "fit"] {
+            let text = without(&rotary(), section);
+            let last = text.trim_end().lines().count();
+            refused(
+                text,
+                last,
+                &[&format!("[{section}]"), "missing", "expected"],
+            );
+        }
+        read(&without(&rotary(), "sensor"));
+        for (section, key, words) in [
+            ("input", "kind", &["\"voltage\"", "\"torque\""][..]),
+            ("input", "gain", &["V for one unit"]),
+            ("motor", "resistance", &["Ω"]),
+            ("motor", "inductance", &["H"]),
+            ("motor", "torque_constant", &["N·m/A"]),
+            ("mechanics", "inertia", &["kg·m²"]),
+            ("mechanics", "viscous", &["N·m·s/rad"]),
+            ("friction", "coulomb", &["N·m"]),
+            ("friction", "static", &["N·m"]),
+            ("fit", "parameters", &["list"]),
+        ] {
+            let (text, _) = replace_line(&rotary(), key, "");
+            let header = format!("[{section}]");
+            let line = text.lines().position(|line| line.starts_with(&header));
+            let key = format!("`{key}`");
+            let words = [&[&*header, &*key, "expected"], words].concat();
+            refused(&text, line.expect("the section") + 1, &words);
+        }
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_the_known_ones() {
+        line_refused(
+            &rotary(),
+            "name",
+            "nome = \"x\"",
+            &["unknown key", "`nome`", "`name`"],
+        );
+        line_refused(
+            &rotary(),
+            "gain",
+            "gian = 1.0",
+            &["unknown key", "`gian`", "`gain`"],
+        );
+        line_refused(
+            &rotary(),
+            "resolution",
+            "step = 1.0",
+            &["`step`", "`resolution`"],
+        );
+        line_refused(
+            &rotary(),
+            "parameters",
+            "params = []",
+            &["`params`", "`parameters`"],
+        );
+        line_refused(
+            &rotary(),
+            "viscous",
+            "viscus = 2.0e-4",
+            &[
+                "unknown key",
+                "`viscus`",
+                "[mechanics]",
+                "`inertia`, `viscous`",
+            ],
+        );
+        line_refused(
+            &rotary(),
+            "resistance",
+            "r = 1",
+            &["`r`", "[motor]", "`resistance`"],
+        );
+        line_refused(
+            &rotary(),
+            "static",
+            "stick = 1",
+            &["`stick`", "[friction]", "`static`"],
+        );
+        line_refused(
+            &rotary(),
+            "[sensor]",
+            "[sensors]",
+            &["`sensors`", "`sensor`"],
+        );
+        line_refused(&rotary(), "name", "\"a\\nb\" = 1", &["`a\\nb`"]);
+    }
+
+    #[test]
+    fn a_wrong_type_or_word_is_refused() {
+        line_refused(
+            &rotary(),
+            "name",
+            "name = 3",
+            &["integer `3`", "string", "`name`"],
+        );
+        line_refused(&rotary(), "name", "name = \"  \"", &["`name`", "empty"]);
+        line_refused(
+            &rotary(),
+            "coordinate",
+            "coordinate = \"deg\"",
+            &["`deg`", "`rad` or `m`"],
+        );
+        line_refused(
+            &rotary(),
+            "kind",
+            "kind = \"force\"",
+            &["`force`", "`voltage` or `torque`"],
+        );
+        line_refused(
+            &rotary(),
+            "inertia",
+            "inertia = \"1.2 g·cm²\"",
+            &["\"1.2 g·cm²\"", "a number in SI units", "mechanics.inertia"],
+        );
+        line_refused(
+            &rotary(),
+            "coulomb",
+            "coulomb = [1.0]",
+            &["a number", "friction.coulomb"],
+        );
+        line_refused(
+            &rotary(),
+            "gain",
+            "gain = true",
+            &["boolean", "a number", "input.gain"],
+        );
+        line_refused(
+            &rotary(),
+            "parameters",
+            "parameters = \"inertia\"",
+            &["a list"],
+        );
+        line_refused(&rotary(), "parameters", "parameters = [1]", &["string"]);
+        line_refused(
+            &linear(),
+            "name",
+            "sensor = 3",
+            &["`3`", "a section", "`sensor`"],
+        );
+        line_refused(&linear(), "name", "motor = []", &["a section", "`motor`"]);
+    }
+
+    #[test]
+    fn an_impossible_value_is_refused() {
+        for (key, bad, expected) in [
+            ("resistance", "0.0", "more than 0"),
+            ("inductance", "-1e-3", "0 or more"),
+            ("torque_constant", "0", "more than 0"),
+            ("torque_constant", "-0.06", "more than 0"),
+            ("inertia", "0.0", "more than 0"),
+            ("inertia", "-1", "more than 0"),
+            ("viscous", "-2.0e-4", "0 or more"),
+            ("spring", "-1.0", "0 or more"),
+            ("spring_preload", "-1.0", "0 or more"),
+            ("coulomb", "-0.1", "0 or more"),
+            ("resolution", "0.0", "more than 0"),
+            ("gain", "0.0", "`gain` is 0"),
+            ("static", "0.1199", "less than `coulomb` 0.12"),
+            ("lower_stop", "1.0", "not below `upper_stop` 1.0"),
+            ("lower_stop", "2.0", "not below `upper_stop` 1.0"),
+            // Equal in single precision.
+            ("lower_stop", "0.999999999", "not below `upper_stop` 1.0"),
+            ("inertia", "nan", "single precision"),
+            ("gain", "-inf", "single precision"),
+            ("spring_rest", "1e39", "single precision"),
+            ("inertia", "1e-60", "single precision"),
+        ] {
+            // "spring =" rather than "spring_rest".
+            let line = format!("{key} = {bad}");
+            line_refused(&rotary(), &format!("{key} ="), &line, &[key, expected]);
+        }
+    }
+
+    #[test]
+    fn sections_that_contradict_each_other_are_refused() {
+        let text = without(&rotary(), "motor");
+        let last = text.trim_end().lines().count();
+        refused(
+            text,
+            last,
+            &["[motor]", "missing", "`resistance`", "kind = \"torque\""],
+        );
+        let (text, _) = replace_line(&rotary(), "kind", "kind = \"torque\"");
+        let line = text.lines().position(|line| line.starts_with("[motor]"));
+        let words = ["[motor]", "remove", "kind = \"voltage\""];
+        refused(&text, line.expect("the section") + 1, &words);
+        for key in ["gravity_torque", "gravity_rest"] {
+            let replacement = format!("inertia = 1.0\n{key} = 0.0");
+            let (text, line) = replace_line(&linear(), "inertia", &replacement);
+            refused(text, line + 1, &[key, "rotary", "remove"]);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_fitted_is_refused() {
+        let bad = |text: &str, name: &str, words: &[&str]| {
+            let line = format!("parameters = [\"inertia\",\n  \"{name}\"]");
+            let (text, line) = replace_line(text, "parameters", &line);
+            refused(text, line + 1, words);
+        };
+        bad(&rotary(), "inertia", &["`inertia`", "twice"]);
+        bad(
+            &rotary(),
+            "mass",
+            &["`mass`", "`resistance`", "`gravity_torque`", "or `static`"],
+        );
+        bad(&rotary(), "gain", &["`gain`", "`inertia`"]);
+        bad(
+            &linear(),
+            "resistance",
+            &["`resistance`", "expected `inertia`"],
+        );
+        bad(
+            &linear(),
+            "gravity_torque",
+            &["`gravity_torque`", "or `static`"],
+        );
+        bad(&linear(), "upper_stop", &["`upper_stop`", "no such number"]);
+        let (text, _) = replace_line(
+            &rotary(),
+            "parameters",
+            "parameters = [\"torque_constant\", \"spring\", \"upper_stop\"]",
+        );
+        assert_eq!(read(&text).fit, ["torque_constant", "spring", "upper_stop"]);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn arbitrary_bytes_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
+            let file = given("machine.toml", bytes);
+            prop_assert!(Machine::read(&file.path).is_err());
+        }
+
+        /// A good file, patched with what TOML is made of: reaches further than noise does.
+        #[test]
+        fn a_damaged_file_does_not_panic(
+            at in 0_usize..2500,
+            length in 0_usize..30,
+            patch in "[-+0-9aeinf_.,=\"'{}\\[\\]#\r\n ]{0,30}",
+        ) {
+            let mut bytes = rotary().into_bytes();
+            let start = at.min(bytes.len());
+            let end = (at + length).min(bytes.len());
+            bytes.splice(start..end, patch.into_bytes());
+            let file = given("machine.toml", bytes);
+            if let Err(error) = Machine::read(&file.path) {
+                assert_error(&error, &file.path, error.line, &[]);
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! `asymmetric_coulomb`: Coulomb friction that depends on the direction of motion.
+//!
+//! ```text
+//! F(ω > 0) = F_C + δ,  F(ω < 0) = F_C − δ
+//! ```
+//!
+//! with the breakaway levels shifted alike. Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de
+//! Wit, *A survey of models, analysis tools and compensation methods for the control of machines
+//! with friction*, Automatica 30 (1994). Equal to [`offset_torque`](super::offset_torque) of −δ in
+//! every motion.
+
+use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Half the difference between the two directions' Coulomb levels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AsymmetricCoulomb {
+    difference: f32,
+}
+
+impl Effect for AsymmetricCoulomb {
+    const DESCRIPTION: Description = Description {
+        id: "asymmetric_coulomb",
+        summary: "Coulomb friction depends on the direction of motion",
+        source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
+        parameters: &[Parameter {
+            name: "difference",
+            dimension: Dimension::Torque,
+            role: Role::SignedStrength,
+        }],
+        reported: &[
+            ("forward", Dimension::Torque),
+            ("backward", Dimension::Torque),
+        ],
+        rotary_only: false,
+    };
+
+    fn new([difference, ..]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { difference }
+    }
+
+    fn scale(scope: &Scope) -> f32 {
+        scope.friction
+    }
+
+    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+        for level in [&mut plant.coulomb, &mut plant.breakaway] {
+            level.forward = (level.forward + self.difference).max(0.0);
+            level.backward = (level.backward - self.difference).max(0.0);
+        }
+    }
+
+    fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [
+            plant.coulomb.forward + self.difference,
+            plant.coulomb.backward - self.difference,
+            0.0,
+        ]
+    }
+}

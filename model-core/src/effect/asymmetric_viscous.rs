@@ -1,0 +1,59 @@
+//! `asymmetric_viscous`: viscous friction that depends on the direction of motion.
+//!
+//! ```text
+//! B(ω > 0) = B + δ,  B(ω < 0) = B − δ
+//! ```
+//!
+//! Source: Armstrong-Hélouvry, Dupont, Canudas de Wit 1994 (see
+//! [`asymmetric_coulomb`](super::asymmetric_coulomb)). Told from an asymmetric Coulomb level by
+//! motion at several speeds; at one speed the two are the same.
+
+use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Half the difference between the two directions' viscous coefficients.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AsymmetricViscous {
+    difference: f32,
+}
+
+impl Effect for AsymmetricViscous {
+    const DESCRIPTION: Description = Description {
+        id: "asymmetric_viscous",
+        summary: "viscous friction depends on the direction of motion",
+        source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
+        parameters: &[Parameter {
+            name: "difference",
+            dimension: Dimension::TorquePerVelocity,
+            role: Role::SignedStrength,
+        }],
+        reported: &[
+            ("forward", Dimension::TorquePerVelocity),
+            ("backward", Dimension::TorquePerVelocity),
+        ],
+        rotary_only: false,
+    };
+
+    fn new([difference, ..]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { difference }
+    }
+
+    fn scale(scope: &Scope) -> f32 {
+        scope.friction / scope.speed
+    }
+
+    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+        // A mode with negative damping is not friction any more.
+        plant.viscous.forward = (plant.viscous.forward + self.difference).max(0.0);
+        plant.viscous.backward = (plant.viscous.backward - self.difference).max(0.0);
+    }
+
+    fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [
+            plant.viscous.forward + self.difference,
+            plant.viscous.backward - self.difference,
+            0.0,
+        ]
+    }
+}

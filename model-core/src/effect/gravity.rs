@@ -1,0 +1,78 @@
+//! `gravity`: an unbalanced load on a horizontal axis.
+//!
+//! ```text
+//! J dω/dt = … − a sin θ − b cos θ = … − G sin(θ − θ_rest)
+//! ```
+//!
+//! Source: the physical pendulum. Over a small stroke it is a spring and an offset; told from them
+//! by a stroke of a radian or more.
+
+use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use crate::numeric::sine::sine_cycles;
+use crate::plant::actuator::Load;
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// The two components of the torque.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gravity {
+    sine: f32,
+    cosine: f32,
+}
+
+impl Gravity {
+    /// The values of a load with the torque `torque` at a right angle to where it hangs, `rest`.
+    pub fn values(torque: f32, rest: f32) -> [f32; MOST_PARAMETERS] {
+        let cycles = rest * (0.5 * core::f32::consts::FRAC_1_PI);
+        [
+            torque * sine_cycles(cycles + 0.25),
+            -torque * sine_cycles(cycles),
+            0.0,
+        ]
+    }
+}
+
+impl Effect for Gravity {
+    const DESCRIPTION: Description = Description {
+        id: "gravity",
+        summary: "an unbalanced load: a torque proportional to the sine of the angle",
+        source: "physical pendulum",
+        parameters: &[
+            Parameter {
+                name: "sine",
+                dimension: Dimension::Torque,
+                role: Role::SignedStrength,
+            },
+            Parameter {
+                name: "cosine",
+                dimension: Dimension::Torque,
+                role: Role::SignedStrength,
+            },
+        ],
+        reported: &[("torque", Dimension::Torque), ("rest", Dimension::Phase)],
+        rotary_only: true,
+    };
+    const HELD: bool = true;
+
+    fn new([sine, cosine, _]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { sine, cosine }
+    }
+
+    fn scale(scope: &Scope) -> f32 {
+        scope.friction
+    }
+
+    #[inline]
+    fn hold(&self, middle: &Middle, load: &mut Load) {
+        let cycles = middle.position * (0.5 * core::f32::consts::FRAC_1_PI);
+        load.torque -= self.sine * sine_cycles(cycles) + self.cosine * sine_cycles(cycles + 0.25);
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [
+            libm::hypotf(self.sine, self.cosine),
+            libm::atan2f(-self.cosine, self.sine),
+            0.0,
+        ]
+    }
+}

@@ -1,0 +1,50 @@
+//! `input_delay`: the drive acts late.
+//!
+//! ```text
+//! u(t) acts at t + τ
+//! ```
+//!
+//! Source: bus, bridge and modulator latencies. An input that is held from its row to the next
+//! already acts half a sample late in the mean; the replay holds it, so that this is not found here
+//! again. Without a measured current it equals [`sensor_delay`](super::sensor_delay).
+
+use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Time by which the drive acts late.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InputDelay {
+    delay: f32,
+}
+
+impl Effect for InputDelay {
+    const DESCRIPTION: Description = Description {
+        id: "input_delay",
+        summary: "the drive acts late",
+        source: "transport delay",
+        parameters: &[Parameter {
+            name: "delay",
+            dimension: Dimension::Time,
+            role: Role::Strength,
+        }],
+        reported: &[("delay", Dimension::Time)],
+        rotary_only: false,
+    };
+
+    fn new([delay, ..]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { delay }
+    }
+
+    fn scale(scope: &Scope) -> f32 {
+        scope.period
+    }
+
+    fn bind(&self, _plant: &mut Parameters, delays: &mut Delays) {
+        delays.input += self.delay;
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [self.delay, 0.0, 0.0]
+    }
+}

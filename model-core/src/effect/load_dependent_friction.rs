@@ -1,0 +1,58 @@
+//! `load_dependent_friction`: friction that grows with the transmitted torque.
+//!
+//! ```text
+//! F = F_C + μ |T_motor|
+//! ```
+//!
+//! Source: the efficiency of gears and screws; L. Márton, F. van der Linden, *Temperature dependent
+//! friction estimation: application to lubricant health monitoring*, 2012, for gears with a
+//! load-dependent part. The motor torque stands for the transmitted one. Told from Coulomb and
+//! viscous friction by torques that are not spent on friction: acceleration, springs, loads.
+
+use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use crate::plant::actuator::Load;
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Share of the motor torque that friction takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadDependentFriction {
+    share: f32,
+}
+
+impl Effect for LoadDependentFriction {
+    const DESCRIPTION: Description = Description {
+        id: "load_dependent_friction",
+        summary: "friction grows with the transmitted torque",
+        source: "Márton, van der Linden 2012",
+        parameters: &[Parameter {
+            name: "share",
+            dimension: Dimension::Ratio,
+            role: Role::Strength,
+        }],
+        reported: &[("share", Dimension::Ratio)],
+        rotary_only: false,
+    };
+    const HELD: bool = true;
+
+    fn new([share, ..]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { share }
+    }
+
+    fn scale(_scope: &Scope) -> f32 {
+        0.2
+    }
+
+    #[inline]
+    fn hold(&self, middle: &Middle, load: &mut Load) {
+        let extra = self.share * middle.motor_torque.abs();
+        load.coulomb.forward += extra;
+        load.coulomb.backward += extra;
+        load.breakaway.forward += extra;
+        load.breakaway.backward += extra;
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [self.share, 0.0, 0.0]
+    }
+}

@@ -1,0 +1,241 @@
+//! The catalogue of physical effects that a declared actuator may lack.
+//!
+//! One file an effect: its physics, its parameters with units and ranges, its source. To add one,
+//! write its file and name it in the `catalogue!` line below; the tracing, the report and the
+//! machine file's `declared_effects` then know it.
+//!
+//! An effect acts in one or both of two ways. *Bound* into the plant's parameters before the modes
+//! are worked out, it keeps every mode affine and the step exact. *Held* over a step as a torque or
+//! a friction level, evaluated in the middle of the step, it is of second order in the step.
+
+use crate::plant::actuator::Load;
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Most parameters that one effect has.
+pub const MOST_PARAMETERS: usize = 3;
+
+/// What an effect is, for people and for the tracing.
+#[derive(Debug, Clone, Copy)]
+pub struct Description {
+    /// The contract's id.
+    pub id: &'static str,
+    /// One sentence: what it adds.
+    pub summary: &'static str,
+    /// Where the law comes from.
+    pub source: &'static str,
+    /// Its parameters in the order of its values; strengths come first.
+    pub parameters: &'static [Parameter],
+    /// What is reported of it, where that is more readable than its parameters.
+    pub reported: &'static [(&'static str, Dimension)],
+    /// Whether it needs an angle as coordinate.
+    pub rotary_only: bool,
+}
+
+/// One parameter of an effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Name, as in a machine file.
+    pub name: &'static str,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// Whether the effect is proportional to it, and with which sign.
+    pub role: Role,
+}
+
+/// What a parameter does to its effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The effect vanishes with it and may have either sign.
+    SignedStrength,
+    /// The effect vanishes with it and physics demands that it is not negative.
+    Strength,
+    /// It forms the effect: a speed, a period. Scanned over [`Effect::shape`].
+    Shape,
+}
+
+/// What a log and the declared machine say about sensible sizes, to scale strengths and scans.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scope {
+    /// Coulomb friction, or a tenth of the motor torque's rms where there is none.
+    pub friction: f32,
+    /// Root mean square of the motor torque.
+    pub torque: f32,
+    /// Root mean square of the speed while moving.
+    pub speed: f32,
+    /// Stroke: largest less smallest position.
+    pub stroke: f32,
+    /// Sampling period, s.
+    pub period: f32,
+    /// Whether the coordinate is an angle.
+    pub rotary: bool,
+}
+
+/// Delays on the way into and out of the plant, s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Delays {
+    /// The drive acts late.
+    pub input: f32,
+    /// The position is reported late.
+    pub sensor: f32,
+}
+
+/// The actuator in the middle of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Middle {
+    /// Motor torque or force.
+    pub motor_torque: f32,
+    /// Velocity.
+    pub velocity: f32,
+    /// Position.
+    pub position: f32,
+}
+
+/// A physical effect with its parameters.
+pub trait Effect: Copy {
+    /// What it is.
+    const DESCRIPTION: Description;
+
+    /// Whether [`Effect::hold`] does anything.
+    const HELD: bool = false;
+
+    /// From values in the order of the description's parameters.
+    fn new(values: [f32; MOST_PARAMETERS]) -> Self;
+
+    /// Typical size of a strength: what a fit steps by.
+    fn scale(scope: &Scope) -> f32;
+
+    /// The `index`-th value to try for the shape parameter; `None` behind the last.
+    fn shape(_scope: &Scope, _index: usize) -> Option<f32> {
+        None
+    }
+
+    /// Writes its affine part into the plant and its delays.
+    fn bind(&self, _plant: &mut Parameters, _delays: &mut Delays) {}
+
+    /// Adds its torque or friction to what is held over a step.
+    fn hold(&self, _middle: &Middle, _load: &mut Load) {}
+
+    /// The values of the description's `reported` list, for an actuator with these parameters
+    /// before the effect is bound.
+    fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS];
+}
+
+macro_rules! catalogue {
+    ($($module:ident :: $name:ident),* $(,)?) => {
+        $(pub mod $module;)*
+
+        /// An effect of the catalogue.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub enum Id {
+            $(#[doc = concat!("See [`", stringify!($module), "`].")] $name),*
+        }
+
+        impl Id {
+            /// Every effect, in the order in which equal candidates are preferred.
+            pub const ALL: &'static [Self] = &[$(Self::$name),*];
+
+            /// What the effect is.
+            pub fn description(self) -> &'static Description {
+                match self { $(Self::$name => &$module::$name::DESCRIPTION),* }
+            }
+
+            /// Typical size of its strengths.
+            pub fn scale(self, scope: &Scope) -> f32 {
+                match self { $(Self::$name => $module::$name::scale(scope)),* }
+            }
+
+            /// The `index`-th value to try for its shape parameter.
+            pub fn shape(self, scope: &Scope, index: usize) -> Option<f32> {
+                match self { $(Self::$name => $module::$name::shape(scope, index)),* }
+            }
+        }
+
+        /// An effect with its values bound to its law.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub enum Law {
+            $(#[doc = concat!("See [`", stringify!($module), "`].")] $name($module::$name)),*
+        }
+
+        impl Law {
+            fn new(id: Id, values: [f32; MOST_PARAMETERS]) -> Self {
+                match id { $(Id::$name => Self::$name($module::$name::new(values))),* }
+            }
+
+            /// Whether it acts through [`Law::hold`].
+            pub fn is_held(&self) -> bool {
+                match self { $(Self::$name(_) => $module::$name::HELD),* }
+            }
+
+            /// Writes its affine part into the plant and the delays.
+            pub fn bind(&self, plant: &mut Parameters, delays: &mut Delays) {
+                match self { $(Self::$name(effect) => effect.bind(plant, delays)),* }
+            }
+
+            fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+                match self { $(Self::$name(effect) => effect.report(plant)),* }
+            }
+
+            /// Adds the effect to what is held over a step.
+            #[inline]
+            pub fn hold(&self, middle: &Middle, load: &mut Load) {
+                match self { $(Self::$name(effect) => effect.hold(middle, load)),* }
+            }
+        }
+    };
+}
+
+catalogue! {
+    offset_torque::OffsetTorque,
+    asymmetric_coulomb::AsymmetricCoulomb,
+    asymmetric_viscous::AsymmetricViscous,
+    quadratic_drag::QuadraticDrag,
+    stribeck::Stribeck,
+    load_dependent_friction::LoadDependentFriction,
+    spring::Spring,
+    gravity::Gravity,
+    cogging::Cogging,
+    input_delay::InputDelay,
+    sensor_delay::SensorDelay,
+}
+
+impl Id {
+    /// The effect with this id.
+    pub fn from_id(id: &str) -> Option<Self> {
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|effect| effect.description().id == id)
+    }
+
+    /// Number of strengths; they come first among the parameters.
+    pub fn strengths(self) -> usize {
+        self.description()
+            .parameters
+            .iter()
+            .filter(|parameter| parameter.role != Role::Shape)
+            .count()
+    }
+}
+
+/// An effect in a model: which, and the values of its parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Active {
+    /// Which effect.
+    pub id: Id,
+    /// Its values, in the order of its description; the rest are 0.
+    pub values: [f32; MOST_PARAMETERS],
+}
+
+impl Active {
+    /// Its law with these values.
+    pub fn law(&self) -> Law {
+        Law::new(self.id, self.values)
+    }
+
+    /// The reported values on an actuator with these parameters.
+    pub fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        self.law().report(plant)
+    }
+}

@@ -1,0 +1,51 @@
+//! `offset_torque`: a constant torque or force on the mechanism.
+//!
+//! ```text
+//! J dω/dt = … + T
+//! ```
+//!
+//! Source: the offset of the published EMPS model (Janot, Gautier, Brunot 2019). It shifts the
+//! sliding and the breakaway levels of both directions alike, so that it equals
+//! [`asymmetric_coulomb`](super::asymmetric_coulomb) in every motion: no log tells them apart, and
+//! the tracing reports both.
+
+use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// A constant torque, positive towards larger positions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OffsetTorque {
+    torque: f32,
+}
+
+impl Effect for OffsetTorque {
+    const DESCRIPTION: Description = Description {
+        id: "offset_torque",
+        summary: "a constant torque or force",
+        source: "Janot, Gautier, Brunot 2019",
+        parameters: &[Parameter {
+            name: "torque",
+            dimension: Dimension::Torque,
+            role: Role::SignedStrength,
+        }],
+        reported: &[("torque", Dimension::Torque)],
+        rotary_only: false,
+    };
+
+    fn new([torque, ..]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { torque }
+    }
+
+    fn scale(scope: &Scope) -> f32 {
+        scope.friction
+    }
+
+    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+        plant.offset += self.torque;
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [self.torque, 0.0, 0.0]
+    }
+}

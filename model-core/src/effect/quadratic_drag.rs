@@ -1,0 +1,52 @@
+//! `quadratic_drag`: a torque that grows with the square of the speed, as of a fan or of oil.
+//!
+//! ```text
+//! J dω/dt = … − c ω |ω|
+//! ```
+//!
+//! Source: turbulent drag (any text on fluid mechanics). Told from viscous friction by motion at
+//! clearly different speeds.
+
+use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use crate::plant::actuator::Load;
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Drag coefficient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QuadraticDrag {
+    coefficient: f32,
+}
+
+impl Effect for QuadraticDrag {
+    const DESCRIPTION: Description = Description {
+        id: "quadratic_drag",
+        summary: "a torque that grows with the square of the speed",
+        source: "turbulent drag",
+        parameters: &[Parameter {
+            name: "coefficient",
+            dimension: Dimension::TorquePerSquaredVelocity,
+            role: Role::Strength,
+        }],
+        reported: &[("coefficient", Dimension::TorquePerSquaredVelocity)],
+        rotary_only: false,
+    };
+    const HELD: bool = true;
+
+    fn new([coefficient, ..]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { coefficient }
+    }
+
+    fn scale(scope: &Scope) -> f32 {
+        scope.friction / (scope.speed * scope.speed)
+    }
+
+    #[inline]
+    fn hold(&self, middle: &Middle, load: &mut Load) {
+        load.torque -= self.coefficient * middle.velocity * middle.velocity.abs();
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [self.coefficient, 0.0, 0.0]
+    }
+}

@@ -1,0 +1,51 @@
+//! `sensor_delay`: the sensor reports late.
+//!
+//! ```text
+//! θ_measured(t) = θ(t − τ)
+//! ```
+//!
+//! Source: conversion, filtering and bus latencies of the position sensor; the current is measured
+//! without it. A replay that starts from the measured position starts from a state of τ ago, and
+//! must take the inputs of τ ago: without a measured current it equals
+//! [`input_delay`](super::input_delay).
+
+use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Time by which the sensor reports late.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorDelay {
+    delay: f32,
+}
+
+impl Effect for SensorDelay {
+    const DESCRIPTION: Description = Description {
+        id: "sensor_delay",
+        summary: "the sensor reports late",
+        source: "transport delay",
+        parameters: &[Parameter {
+            name: "delay",
+            dimension: Dimension::Time,
+            role: Role::Strength,
+        }],
+        reported: &[("delay", Dimension::Time)],
+        rotary_only: false,
+    };
+
+    fn new([delay, ..]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { delay }
+    }
+
+    fn scale(scope: &Scope) -> f32 {
+        scope.period
+    }
+
+    fn bind(&self, _plant: &mut Parameters, delays: &mut Delays) {
+        delays.sensor += self.delay;
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [self.delay, 0.0, 0.0]
+    }
+}

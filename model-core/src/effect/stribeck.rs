@@ -1,0 +1,77 @@
+//! `stribeck`: friction falls with speed from its static to its Coulomb level.
+//!
+//! ```text
+//! F(ω) = F_C + ΔF exp(−|ω| / ω_S)
+//! ```
+//!
+//! Source: A. Tustin, *The effects of backlash and of speed-dependent friction on the stability of
+//! closed-cycle control systems*, 1947. Told from viscous friction by slow motion, at speeds around
+//! ω_S and below.
+
+use super::{Delays, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use crate::plant::actuator::Load;
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Fall of friction from rest to fast motion, and the speed over which it falls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stribeck {
+    drop: f32,
+    inverse_velocity: f32,
+}
+
+impl Effect for Stribeck {
+    const DESCRIPTION: Description = Description {
+        id: "stribeck",
+        summary: "friction falls with speed from its static to its Coulomb level",
+        source: "Tustin 1947",
+        parameters: &[
+            Parameter {
+                name: "drop",
+                dimension: Dimension::Torque,
+                role: Role::Strength,
+            },
+            Parameter {
+                name: "velocity",
+                dimension: Dimension::Velocity,
+                role: Role::Shape,
+            },
+        ],
+        reported: &[("drop", Dimension::Torque), ("velocity", Dimension::Velocity)],
+        rotary_only: false,
+    };
+    const HELD: bool = true;
+
+    fn new([drop, velocity, _]: [f32; MOST_PARAMETERS]) -> Self {
+        Self {
+            drop,
+            inverse_velocity: 1.0 / velocity.max(f32::MIN_POSITIVE),
+        }
+    }
+
+    fn scale(scope: &Scope) -> f32 {
+        scope.friction
+    }
+
+    fn shape(scope: &Scope, index: usize) -> Option<f32> {
+        const SHARES: [f32; 5] = [0.03, 0.07, 0.15, 0.3, 0.6];
+        SHARES.get(index).map(|share| share * scope.speed)
+    }
+
+    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+        let hold = |breakaway: f32, coulomb: f32| breakaway.max(coulomb + self.drop);
+        plant.breakaway.forward = hold(plant.breakaway.forward, plant.coulomb.forward);
+        plant.breakaway.backward = hold(plant.breakaway.backward, plant.coulomb.backward);
+    }
+
+    #[inline]
+    fn hold(&self, middle: &Middle, load: &mut Load) {
+        let extra = self.drop * libm::expf(-middle.velocity.abs() * self.inverse_velocity);
+        load.coulomb.forward += extra;
+        load.coulomb.backward += extra;
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [self.drop, 1.0 / self.inverse_velocity, 0.0]
+    }
+}

@@ -1,0 +1,314 @@
+//! Levenberg–Marquardt on the sums of the windowed replay.
+
+use super::model::{Base, Model};
+use super::replay::{self, Data, Fold, Lane, Schedule, Sums};
+use crate::effect::{Id, Role, Scope};
+use crate::numeric::cholesky::Cholesky;
+use heapless::Vec;
+
+/// Most variables of one fit.
+pub const MOST_VARIABLES: usize = 20;
+
+/// Share of a variable's scale that sensitivities are taken over: far above the rounding of an
+/// `f32` simulation, far below where a parameter's influence bends.
+const DIFFERENCE: f32 = 0.01;
+
+/// A step that lowers the cost by less than this share ends the fit.
+const CONVERGED: f64 = 1e-4;
+
+/// Increases of the damping before a fit is taken as converged.
+const MOST_REFUSALS: u32 = 6;
+
+/// What a variable of a fit sets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A parameter of the declared actuator.
+    Base(Base),
+    /// A value of the effect in this slot of the model.
+    Effect {
+        /// Index in the model's effects.
+        slot: usize,
+        /// Index in the effect's values.
+        index: usize,
+    },
+}
+
+/// A variable of a fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variable {
+    /// What it sets.
+    pub target: Target,
+    /// Its typical size, > 0.
+    pub scale: f32,
+    /// Its smallest value.
+    pub lower: f32,
+    /// Its largest value.
+    pub upper: f32,
+}
+
+/// The variables of a fit.
+pub type Variables = Vec<Variable, MOST_VARIABLES>;
+
+impl Variable {
+    /// A base parameter, bounded to 1/50 to 50 times its declared value (zero below, where it may
+    /// be zero).
+    pub fn base(model: &Model, parameter: Base, scope: &Scope) -> Self {
+        let declared = model.get(parameter);
+        let natural = match parameter {
+            Base::Viscous => scope.friction / scope.speed,
+            Base::Spring => scope.friction / scope.stroke,
+            Base::SpringRest | Base::GravityRest | Base::LowerStop | Base::UpperStop => {
+                0.1 * scope.stroke
+            }
+            Base::SpringPreload | Base::GravityTorque | Base::Coulomb | Base::Static => {
+                scope.friction
+            }
+            Base::Inductance => 1e-3 * model.get(Base::Resistance),
+            Base::Resistance | Base::TorqueConstant | Base::Inertia => declared,
+        };
+        let scale = if parameter.is_signed() {
+            natural
+        } else {
+            declared.abs().max(natural)
+        };
+        let (lower, upper) = if parameter.is_signed() {
+            (
+                declared - 10.0 * scope.stroke,
+                declared + 10.0 * scope.stroke,
+            )
+        } else if parameter.is_positive() {
+            (0.02 * declared, 50.0 * declared)
+        } else {
+            (0.0, 50.0 * scale)
+        };
+        Self {
+            target: Target::Base(parameter),
+            scale,
+            lower,
+            upper,
+        }
+    }
+
+    /// A value of an effect in the model.
+    pub fn effect(id: Id, slot: usize, index: usize, value: f32, scope: &Scope) -> Self {
+        let scale = id.scale(scope);
+        let (scale, lower, upper) = match id.description().parameters[index].role {
+            Role::SignedStrength => (scale, -20.0 * scale, 20.0 * scale),
+            Role::Strength => (scale, 0.0, 20.0 * scale),
+            Role::Shape => (0.2 * value, 0.3 * value, 3.0 * value),
+        };
+        Self {
+            target: Target::Effect { slot, index },
+            scale,
+            lower,
+            upper,
+        }
+    }
+
+    /// Its value in a model.
+    pub fn get(&self, model: &Model) -> f32 {
+        match self.target {
+            Target::Base(parameter) => model.get(parameter),
+            Target::Effect { slot, index } => model.effects[slot].values[index],
+        }
+    }
+
+    /// Sets it in a model.
+    pub fn set(&self, model: &mut Model, value: f32) {
+        match self.target {
+            Target::Base(parameter) => model.set(parameter, value),
+            Target::Effect { slot, index } => model.effects[slot].values[index] = value,
+        }
+    }
+}
+
+/// The variables of all effects of a model, behind those of its base.
+pub fn variables(model: &Model, base: &[Base], scope: &Scope) -> Variables {
+    let mut variables = Variables::new();
+    for &parameter in base {
+        let _ = variables.push(Variable::base(model, parameter, scope));
+    }
+    for (slot, effect) in model.effects.iter().enumerate() {
+        for index in 0..effect.id.description().parameters.len() {
+            let value = effect.values[index];
+            let _ = variables.push(Variable::effect(effect.id, slot, index, value, scope));
+        }
+    }
+    variables
+}
+
+/// How long a fit may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Most steps.
+    pub steps: u32,
+}
+
+/// A fitted model.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The model at the minimum.
+    pub model: Model,
+    /// Sum of the squared weighted residuals.
+    pub cost: f64,
+    /// Sums at the minimum, sensitivities per scale of each variable.
+    pub sums: Sums,
+    /// Windows simulated, each copy counted.
+    pub simulated: u64,
+}
+
+/// Perturbed copies of a model, one a variable, and the moves in units of the variables' scales.
+pub fn lanes(
+    model: &Model,
+    variables: &[Variable],
+    period: f32,
+) -> Option<Vec<Lane, MOST_VARIABLES>> {
+    variables
+        .iter()
+        .map(|variable| {
+            let value = variable.get(model);
+            let step = if value + DIFFERENCE * variable.scale > variable.upper {
+                -DIFFERENCE
+            } else {
+                DIFFERENCE
+            };
+            let mut moved = model.clone();
+            variable.set(&mut moved, value + step * variable.scale);
+            Some(Lane {
+                simulator: moved.build(period).ok()?,
+                inverse_step: 1.0 / step,
+            })
+        })
+        .collect()
+}
+
+/// Fits the variables to the windows of a fold, starting from the model as it is.
+///
+/// `None` if the model cannot be built.
+pub fn fit(
+    data: &Data,
+    schedule: &impl Schedule,
+    fold: (Fold, usize),
+    start: &Model,
+    variables: &[Variable],
+    effort: Effort,
+) -> Option<Fit> {
+    let period = data.logs.first()?.period;
+    let count = variables.len();
+    let mut model = start.clone();
+    for variable in variables {
+        let value = variable.get(&model);
+        variable.set(&mut model, value.max(variable.lower).min(variable.upper));
+    }
+    let mut simulated = 0;
+    let mut evaluate = |model: &Model, with_lanes: bool| {
+        let lanes = if with_lanes {
+            lanes(model, variables, period)?
+        } else {
+            Vec::new()
+        };
+        let sums = replay::sums(data, schedule, fold, &model.build(period).ok()?, &lanes);
+        simulated += sums.windows as u64 * (lanes.len() as u64 + 1);
+        Some(sums)
+    };
+    let mut sums = evaluate(&model, true)?;
+    let mut damping = 1e-3;
+    for _ in 0..effort.steps {
+        if count == 0 {
+            break;
+        }
+        let cost = sums.products[0][0];
+        let mut stepped = None;
+        for _ in 0..MOST_REFUSALS {
+            let candidate = damped_step(&model, variables, &sums, damping);
+            let trial = evaluate(&candidate, false)?;
+            if trial.products[0][0] < cost {
+                damping = (damping * 0.2f64).max(1e-7);
+                stepped = Some((candidate, trial.products[0][0]));
+                break;
+            }
+            damping *= 6.0;
+        }
+        let Some((candidate, lowered)) = stepped else {
+            break;
+        };
+        model = candidate;
+        sums = evaluate(&model, true)?;
+        if lowered > cost * (1.0 - CONVERGED) {
+            break;
+        }
+    }
+    Some(Fit {
+        model,
+        cost: sums.products[0][0],
+        sums,
+        simulated,
+    })
+}
+
+/// The damped Gauss–Newton step, clipped to the variables' bounds.
+fn damped_step(model: &Model, variables: &[Variable], sums: &Sums, damping: f64) -> Model {
+    let count = variables.len();
+    let mut normal = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
+    let mut step = [0.0; MOST_VARIABLES];
+    for row in 0..count {
+        step[row] = -sums.products[row + 1][0];
+        for column in 0..=row {
+            normal[row][column] = sums.products[row + 1][column + 1];
+        }
+        normal[row][row] *= 1.0 + damping;
+    }
+    Cholesky::new(&normal, count).solve(&mut step[..count]);
+    let mut moved = model.clone();
+    for (variable, step) in variables.iter().zip(step) {
+        let value = variable.get(model) + step as f32 * variable.scale;
+        if value.is_finite() {
+            variable.set(&mut moved, value.max(variable.lower).min(variable.upper));
+        }
+    }
+    moved
+}
+
+impl Fit {
+    /// Covariance of the variables in SI units, by the sandwich rule over windows: residuals may be
+    /// correlated within a window. An undetermined variable has an infinite variance.
+    pub fn covariance(&self, variables: &[Variable]) -> [[f64; MOST_VARIABLES]; MOST_VARIABLES] {
+        let count = variables.len();
+        let mut normal = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
+        for row in 0..count {
+            for column in 0..=row {
+                normal[row][column] = self.sums.products[row + 1][column + 1];
+            }
+        }
+        let factor = Cholesky::new(&normal, count);
+        // inverse · M · inverse, column by column.
+        let mut half = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
+        for column in 0..count {
+            let mut entries = [0.0; MOST_VARIABLES];
+            for row in 0..count {
+                let (high, low) = (row.max(column) + 1, row.min(column) + 1);
+                entries[row] = self.sums.gradients[high][low];
+            }
+            factor.solve(&mut entries[..count]);
+            for row in 0..count {
+                half[row][column] = entries[row];
+            }
+        }
+        let windows = self.sums.windows as f64;
+        let small_sample = windows / (windows - count as f64).max(1.0);
+        let mut covariance = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
+        for row in 0..count {
+            let mut entries = half[row];
+            factor.solve(&mut entries[..count]);
+            for column in 0..count {
+                let scale = f64::from(variables[row].scale) * f64::from(variables[column].scale);
+                covariance[row][column] = if factor.is_dependent(row) && row == column {
+                    f64::INFINITY
+                } else {
+                    entries[column] * scale * small_sample
+                };
+            }
+        }
+        covariance
+    }
+}

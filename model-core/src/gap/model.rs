@@ -1,0 +1,310 @@
+//! The declared actuator with its effects.
+
+use crate::effect::{Active, Delays, Effect, Id, Law, Middle, gravity::Gravity};
+use crate::plant::actuator::{Actuator, Load};
+use crate::plant::parameters::{Drive, ParameterError, Parameters};
+use crate::plant::{Directional, InputRefused, State};
+use crate::unit::Dimension;
+use heapless::Vec;
+
+/// Most effects that a model holds.
+pub const MOST_EFFECTS: usize = 8;
+
+/// Parts of a step in which a model with held effects is stepped. An effect that varies within a
+/// step, as cogging at speed, is of second order in the part.
+const PARTS_UNDER_HELD_EFFECTS: u32 = 2;
+
+/// A parameter of the declared actuator, by the name that it has in a machine file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Base {
+    /// Winding resistance.
+    Resistance,
+    /// Winding inductance.
+    Inductance,
+    /// Torque and back-EMF constant.
+    TorqueConstant,
+    /// Inertia of rotor and load.
+    Inertia,
+    /// Viscous friction, both directions.
+    Viscous,
+    /// Stiffness of the return spring.
+    Spring,
+    /// Where the return spring is at rest.
+    SpringRest,
+    /// Torque step at the spring's rest.
+    SpringPreload,
+    /// Torque of an unbalanced load at a right angle to hanging.
+    GravityTorque,
+    /// Where the load hangs.
+    GravityRest,
+    /// Lower end stop.
+    LowerStop,
+    /// Upper end stop.
+    UpperStop,
+    /// Coulomb friction, both directions.
+    Coulomb,
+    /// Breakaway level, both directions.
+    Static,
+}
+
+impl Base {
+    /// Every parameter that a machine file may name in `[fit]`.
+    pub const ALL: [Self; 14] = [
+        Self::Resistance,
+        Self::Inductance,
+        Self::TorqueConstant,
+        Self::Inertia,
+        Self::Viscous,
+        Self::Spring,
+        Self::SpringRest,
+        Self::SpringPreload,
+        Self::GravityTorque,
+        Self::GravityRest,
+        Self::LowerStop,
+        Self::UpperStop,
+        Self::Coulomb,
+        Self::Static,
+    ];
+
+    /// Its name in a machine file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Resistance => "resistance",
+            Self::Inductance => "inductance",
+            Self::TorqueConstant => "torque_constant",
+            Self::Inertia => "inertia",
+            Self::Viscous => "viscous",
+            Self::Spring => "spring",
+            Self::SpringRest => "spring_rest",
+            Self::SpringPreload => "spring_preload",
+            Self::GravityTorque => "gravity_torque",
+            Self::GravityRest => "gravity_rest",
+            Self::LowerStop => "lower_stop",
+            Self::UpperStop => "upper_stop",
+            Self::Coulomb => "coulomb",
+            Self::Static => "static",
+        }
+    }
+
+    /// What it measures.
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::Resistance => Dimension::Resistance,
+            Self::Inductance => Dimension::Inductance,
+            Self::TorqueConstant => Dimension::TorquePerCurrent,
+            Self::Inertia => Dimension::Inertia,
+            Self::Viscous => Dimension::TorquePerVelocity,
+            Self::Spring => Dimension::TorquePerPosition,
+            Self::SpringRest | Self::GravityRest | Self::LowerStop | Self::UpperStop => {
+                Dimension::Position
+            }
+            Self::SpringPreload | Self::GravityTorque | Self::Coulomb | Self::Static => {
+                Dimension::Torque
+            }
+        }
+    }
+
+    /// Whether it may be negative.
+    pub fn is_signed(self) -> bool {
+        self.dimension() == Dimension::Position
+    }
+
+    /// Whether it must be above zero.
+    pub fn is_positive(self) -> bool {
+        matches!(
+            self,
+            Self::Resistance | Self::TorqueConstant | Self::Inertia
+        )
+    }
+}
+
+/// A declared actuator and the effects that it has.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// The actuator without effects.
+    pub plant: Parameters,
+    /// Torque of an unbalanced load at a right angle to hanging, N·m.
+    pub gravity_torque: f32,
+    /// Where the load hangs, rad.
+    pub gravity_rest: f32,
+    /// Its effects.
+    pub effects: Vec<Active, MOST_EFFECTS>,
+}
+
+impl Model {
+    /// The value of a base parameter. The forward one where the directions differ.
+    pub fn get(&self, parameter: Base) -> f32 {
+        let winding = match self.plant.drive {
+            Drive::Voltage {
+                resistance,
+                inductance,
+                torque_constant,
+            } => (resistance, inductance, torque_constant),
+            Drive::Torque => (0.0, 0.0, 0.0),
+        };
+        match parameter {
+            Base::Resistance => winding.0,
+            Base::Inductance => winding.1,
+            Base::TorqueConstant => winding.2,
+            Base::Inertia => self.plant.inertia,
+            Base::Viscous => self.plant.viscous.forward,
+            Base::Spring => self.plant.spring,
+            Base::SpringRest => self.plant.spring_rest,
+            Base::SpringPreload => self.plant.spring_preload,
+            Base::GravityTorque => self.gravity_torque,
+            Base::GravityRest => self.gravity_rest,
+            Base::LowerStop => self.plant.lower_stop,
+            Base::UpperStop => self.plant.upper_stop,
+            Base::Coulomb => self.plant.coulomb.forward,
+            Base::Static => self.plant.breakaway.forward,
+        }
+    }
+
+    /// Sets a base parameter, in both directions where there are two.
+    pub fn set(&mut self, parameter: Base, value: f32) {
+        if let Drive::Voltage {
+            resistance,
+            inductance,
+            torque_constant,
+        } = &mut self.plant.drive
+        {
+            match parameter {
+                Base::Resistance => *resistance = value,
+                Base::Inductance => *inductance = value,
+                Base::TorqueConstant => *torque_constant = value,
+                _ => {}
+            }
+        }
+        match parameter {
+            Base::Resistance | Base::Inductance | Base::TorqueConstant => {}
+            Base::Inertia => self.plant.inertia = value,
+            Base::Viscous => self.plant.viscous = Directional::both(value),
+            Base::Spring => self.plant.spring = value,
+            Base::SpringRest => self.plant.spring_rest = value,
+            Base::SpringPreload => self.plant.spring_preload = value,
+            Base::GravityTorque => self.gravity_torque = value,
+            Base::GravityRest => self.gravity_rest = value,
+            Base::LowerStop => self.plant.lower_stop = value,
+            Base::UpperStop => self.plant.upper_stop = value,
+            Base::Coulomb => self.plant.coulomb = Directional::both(value),
+            Base::Static => self.plant.breakaway = Directional::both(value),
+        }
+    }
+
+    /// Whether the effect is part of it.
+    pub fn has(&self, id: Id) -> bool {
+        self.effects.iter().any(|effect| effect.id == id)
+    }
+
+    /// Binds everything for steps of `period` seconds.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn build(&self, period: f32) -> Result<Simulator, ParameterError> {
+        let mut plant = self.plant;
+        let mut delays = Delays::default();
+        let mut held = Vec::new();
+        let mut hold = |law: Law| {
+            held.push(law).map_err(|_| ParameterError {
+                parameter: "effects",
+                requirement: "at most 8 in one model",
+            })
+        };
+        if self.gravity_torque != 0.0 {
+            let values = Gravity::values(self.gravity_torque, self.gravity_rest);
+            hold(Law::Gravity(Gravity::new(values)))?;
+        }
+        for effect in &self.effects {
+            let law = effect.law();
+            law.bind(&mut plant, &mut delays);
+            if law.is_held() {
+                hold(law)?;
+            }
+        }
+        let parts = if held.is_empty() {
+            1
+        } else {
+            PARTS_UNDER_HELD_EFFECTS
+        };
+        Ok(Simulator {
+            actuator: Actuator::build(&plant, period / parts as f32)?,
+            held,
+            parts,
+            torque_per_current: plant.torque_per_current(),
+            input_delay: (delays.input + delays.sensor) / period,
+            sensor_delay: delays.sensor / period,
+            plant,
+        })
+    }
+}
+
+/// A model bound for one step period.
+#[derive(Debug, Clone)]
+pub struct Simulator {
+    actuator: Actuator,
+    held: Vec<Law, MOST_EFFECTS>,
+    parts: u32,
+    torque_per_current: f32,
+    plant: Parameters,
+    /// Samples between an input and the moment at which it drives the *reported* position.
+    pub input_delay: f32,
+    /// Samples between a position and its report.
+    pub sensor_delay: f32,
+}
+
+impl Simulator {
+    /// The plant with the affine effects in it.
+    pub fn plant(&self) -> &Parameters {
+        &self.plant
+    }
+
+    /// One step with the input held over it.
+    ///
+    /// # Errors
+    /// [`InputRefused`]; the state is unchanged.
+    #[inline]
+    pub fn step(&self, state: &mut State, input: f32) -> Result<(), InputRefused> {
+        if self.held.is_empty() {
+            return self.actuator.step(state, input);
+        }
+        for _ in 0..self.parts {
+            self.step_held(state, input)?;
+        }
+        Ok(())
+    }
+
+    /// One part of a step under held effects: a predictor to its middle, then the part itself.
+    fn step_held(&self, state: &mut State, input: f32) -> Result<(), InputRefused> {
+        let position = state.position.value();
+        let start = self.load_at(state.current, state.velocity.value(), position);
+        let (current, velocity, travel) = self.actuator.middle(state, input, &start);
+        let middle = self.load_at(current, velocity, position + travel);
+        self.actuator.step_under(state, input, &middle)
+    }
+
+    /// What acts on the mechanism next to the motor, at this current, velocity and position.
+    pub fn load_at(&self, current: f32, velocity: f32, position: f32) -> Load {
+        let middle = Middle {
+            motor_torque: self.torque_per_current * current,
+            velocity,
+            position,
+        };
+        let mut load = self.actuator.load();
+        for law in &self.held {
+            law.hold(&middle, &mut load);
+        }
+        load
+    }
+
+    /// Current of a winding at its steady value: what a replay starts from where none was measured.
+    pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
+        match self.plant.drive {
+            Drive::Voltage {
+                resistance,
+                torque_constant,
+                ..
+            } => (self.plant.gain * input - torque_constant * velocity) / resistance,
+            Drive::Torque => self.plant.gain * input,
+        }
+    }
+}

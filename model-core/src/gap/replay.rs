@@ -1,0 +1,315 @@
+//! Replay in windows, in lockstep with perturbed copies, into least-squares sums.
+//!
+//! Every window restarts from the measured state, so that an error does not grow beyond it and
+//! windows are independent: they may be worked on in any order and by several cores. Sums inside a
+//! window are `f32`, sums over windows `f64` in the order of the log: the same bits on one core,
+//! on many and on the chip.
+
+use super::log::Log;
+use super::model::Simulator;
+use crate::plant::State;
+
+/// Columns of the sums: the residual and up to 31 perturbed copies.
+pub const COLUMNS: usize = 32;
+
+/// How a log is cut and weighed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Samples in a window.
+    pub window: usize,
+    /// Samples on either side of a restart that its state is smoothed over.
+    pub half_width: usize,
+    /// Sensor resolution, rad or m; 0 if unknown.
+    pub resolution: f32,
+    /// One over the scale of a position residual.
+    pub position_weight: f32,
+    /// One over the scale of a current residual; 0 leaves the current out.
+    pub current_weight: f32,
+}
+
+/// The logs of one machine and how they are replayed.
+#[derive(Debug, Clone, Copy)]
+pub struct Data<'a> {
+    /// Logs; all of one sampling period.
+    pub logs: &'a [Log<'a>],
+    /// How they are cut and weighed.
+    pub settings: Settings,
+}
+
+/// Where a window lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// Index of the log.
+    pub log: usize,
+    /// Its first sample, where the replay starts.
+    pub start: usize,
+}
+
+impl<'a> Data<'a> {
+    /// Whole windows in one log.
+    fn windows_in(&self, log: &Log) -> usize {
+        let margins = 2 * self.settings.half_width + 1;
+        log.samples().saturating_sub(margins) / self.settings.window
+    }
+
+    /// Whole windows in all logs.
+    pub fn windows(&self) -> usize {
+        self.logs.iter().map(|log| self.windows_in(log)).sum()
+    }
+
+    /// Where the window with this number lies.
+    pub fn window(&self, mut number: usize) -> Option<Window> {
+        for (index, log) in self.logs.iter().enumerate() {
+            let windows = self.windows_in(log);
+            if number < windows {
+                return Some(Window {
+                    log: index,
+                    start: self.settings.half_width + number * self.settings.window,
+                });
+            }
+            number -= windows;
+        }
+        None
+    }
+
+    /// The same logs cut into windows of another length.
+    pub fn with_window(&self, window: usize) -> Data<'a> {
+        Data {
+            settings: Settings {
+                window,
+                ..self.settings
+            },
+            ..*self
+        }
+    }
+}
+
+/// One simulation on its way through a window.
+pub struct Runner<'a> {
+    simulator: &'a Simulator,
+    log: &'a Log<'a>,
+    state: State,
+}
+
+impl<'a> Runner<'a> {
+    /// Starts at sample `start` of the log.
+    pub fn new(
+        simulator: &'a Simulator,
+        log: &'a Log<'a>,
+        start: usize,
+        settings: &Settings,
+    ) -> Self {
+        let mut state = log.smoothed_state(start, settings.half_width, settings.resolution);
+        let input = log.delayed_input(start, simulator.input_delay);
+        state.current = match log.delayed_current(start, simulator.sensor_delay) {
+            Some(current) => current,
+            None => simulator.steady_current(state.velocity.value(), input),
+        };
+        Self {
+            simulator,
+            log,
+            state,
+        }
+    }
+
+    /// Steps from sample `index` to the next and gives the residuals there: model less
+    /// measurement, of position and of current.
+    #[inline]
+    pub fn advance(&mut self, index: usize) -> (f32, f32) {
+        let input = self.log.delayed_input(index, self.simulator.input_delay);
+        // A refused input leaves the state: logs are checked on reading, so none is.
+        let _ = self.simulator.step(&mut self.state, input);
+        let position = self.state.position.from(self.log.position[index + 1]);
+        let current = match self
+            .log
+            .delayed_current(index + 1, self.simulator.sensor_delay)
+        {
+            Some(measured) => self.state.current - measured,
+            None => 0.0,
+        };
+        (position, current)
+    }
+
+    /// Where the simulation is.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+}
+
+/// A copy of the model with one parameter moved.
+#[derive(Debug, Clone)]
+pub struct Lane {
+    /// The copy.
+    pub simulator: Simulator,
+    /// One over the move, in units of the fit's variable.
+    pub inverse_step: f32,
+}
+
+/// Products of the columns, summed over one window; the lower triangle.
+pub type WindowSums = [[f32; COLUMNS]; COLUMNS];
+
+/// Replays one window with the model and its perturbed copies and sums the products of
+/// (residual, sensitivities).
+pub fn accumulate(data: &Data, window: Window, base: &Simulator, lanes: &[Lane]) -> WindowSums {
+    let mut sums = [[0.0f32; COLUMNS]; COLUMNS];
+    let log = &data.logs[window.log];
+    let settings = &data.settings;
+    let mut reference = Runner::new(base, log, window.start, settings);
+    let mut copies: heapless::Vec<Runner, COLUMNS> = lanes
+        .iter()
+        .take(COLUMNS - 1)
+        .map(|lane| Runner::new(&lane.simulator, log, window.start, settings))
+        .collect();
+    let mut positions = [0.0f32; COLUMNS];
+    let mut currents = [0.0f32; COLUMNS];
+    let columns = copies.len() + 1;
+    for index in window.start..window.start + settings.window {
+        let (position, current) = reference.advance(index);
+        positions[0] = position * settings.position_weight;
+        currents[0] = current * settings.current_weight;
+        for (column, (copy, lane)) in copies.iter_mut().zip(lanes).enumerate() {
+            let (moved_position, moved_current) = copy.advance(index);
+            positions[column + 1] =
+                (moved_position - position) * settings.position_weight * lane.inverse_step;
+            currents[column + 1] =
+                (moved_current - current) * settings.current_weight * lane.inverse_step;
+        }
+        for row in 0..columns {
+            for column in 0..=row {
+                sums[row][column] += positions[row] * positions[column];
+            }
+        }
+        if settings.current_weight > 0.0 {
+            for row in 0..columns {
+                for column in 0..=row {
+                    sums[row][column] += currents[row] * currents[column];
+                }
+            }
+        }
+    }
+    sums
+}
+
+/// Errors of one window, in SI units.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WindowError {
+    /// Sum of the squared position residuals.
+    pub position: f32,
+    /// Sum of the squared current residuals.
+    pub current: f32,
+    /// Largest position residual.
+    pub largest: f32,
+}
+
+/// Replays one window and sums its squared residuals, unweighted.
+pub fn window_error(data: &Data, window: Window, simulator: &Simulator) -> WindowError {
+    let mut error = WindowError::default();
+    let log = &data.logs[window.log];
+    let mut runner = Runner::new(simulator, log, window.start, &data.settings);
+    for index in window.start..window.start + data.settings.window {
+        let (position, current) = runner.advance(index);
+        error.position += position * position;
+        error.current += current * current;
+        error.largest = error.largest.max(position.abs());
+    }
+    error
+}
+
+/// Who works on the windows: one core in order, or several.
+pub trait Schedule {
+    /// Calls `work` for 0 … `count` − 1 in any order and `fold` with its results in that order.
+    fn run<R: Send>(
+        &self,
+        count: usize,
+        work: impl Fn(usize) -> R + Send + Sync,
+        fold: impl FnMut(usize, R),
+    );
+}
+
+/// One core, in order: the chip's way.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct InOrder;
+
+impl Schedule for InOrder {
+    fn run<R: Send>(
+        &self,
+        count: usize,
+        work: impl Fn(usize) -> R + Send + Sync,
+        mut fold: impl FnMut(usize, R),
+    ) {
+        for index in 0..count {
+            fold(index, work(index));
+        }
+    }
+}
+
+/// Which windows take part, by blocks of neighbouring windows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fold {
+    /// All of them.
+    All,
+    /// Blocks 0, 2, 4, …
+    Even,
+    /// Blocks 1, 3, 5, …
+    Odd,
+}
+
+impl Fold {
+    /// Whether a block takes part.
+    pub fn takes(self, block: usize) -> bool {
+        match self {
+            Self::All => true,
+            Self::Even => block % 2 == 0,
+            Self::Odd => block % 2 == 1,
+        }
+    }
+}
+
+/// Least-squares sums over the windows of a fold.
+#[derive(Debug, Clone)]
+pub struct Sums {
+    /// Products of the columns (0 is the residual); the lower triangle.
+    pub products: [[f64; COLUMNS]; COLUMNS],
+    /// Sum over the windows of the products of each window's gradient; the lower triangle. It makes
+    /// the covariance robust against residuals that are correlated within a window.
+    pub gradients: [[f64; COLUMNS]; COLUMNS],
+    /// Windows that took part.
+    pub windows: usize,
+}
+
+/// Replays the windows of a fold and sums them up in the order of the log.
+pub fn sums(
+    data: &Data,
+    schedule: &impl Schedule,
+    (fold, block): (Fold, usize),
+    base: &Simulator,
+    lanes: &[Lane],
+) -> Sums {
+    let mut total = Sums {
+        products: [[0.0; COLUMNS]; COLUMNS],
+        gradients: [[0.0; COLUMNS]; COLUMNS],
+        windows: 0,
+    };
+    let columns = lanes.len() + 1;
+    schedule.run(
+        data.windows(),
+        |number| {
+            let window = data
+                .window(number)
+                .filter(|_| fold.takes(number / block.max(1)))?;
+            Some(accumulate(data, window, base, lanes))
+        },
+        |_, sums| {
+            let Some(sums) = sums else { return };
+            total.windows += 1;
+            for row in 0..columns {
+                for column in 0..=row {
+                    total.products[row][column] += f64::from(sums[row][column]);
+                    total.gradients[row][column] +=
+                        f64::from(sums[row][0]) * f64::from(sums[column][0]);
+                }
+            }
+        },
+    );
+    total
+}

@@ -1,0 +1,487 @@
+//! From candidates to a verdict: refit on one half of the log, judge on the other.
+//!
+//! A round screens every effect, refits the best of them together with the base on every second
+//! block of the training log and measures the error on the blocks between; then the other way
+//! round. The effect that lowers the held-out error most is taken, if the gain is significant,
+//! large enough and common to most blocks; then the next round starts from the model with it.
+
+use super::fit::{self, Effort, Fit, Variables};
+use super::model::{Base, Model};
+use super::replay::{self, Data, Fold, Schedule, WindowError};
+use super::screen::{self, Candidate, MOST_CANDIDATES};
+use crate::effect::{Id, Scope};
+use crate::numeric::statistics::median;
+use crate::numeric::wilcoxon::signed_rank;
+use heapless::Vec;
+
+/// Most blocks that held-out errors are kept for.
+pub const MOST_BLOCKS: usize = 512;
+
+/// Rounds of the selection: most effects that one run adds.
+pub const ROUNDS: usize = 4;
+
+/// Candidates refitted in a round.
+const SHORTLIST: usize = 8;
+
+/// A candidate under this score is not refitted.
+const LEAST_SCORE: f32 = 0.01;
+
+/// A candidate under this identifiability is absorbed by the base.
+const LEAST_IDENTIFIABILITY: f32 = 0.05;
+
+/// Cosine beyond which a log cannot tell two effects apart.
+const EQUIVALENT: f32 = 0.9;
+
+/// Cosine beyond which two effects are the same model and only one is refitted.
+const IDENTICAL: f32 = 0.9995;
+
+/// Error of the whole test, shared among the candidates of a round.
+const SIGNIFICANCE: f64 = 0.01;
+
+/// Held-out mean square error that an accepted effect must fall below, as a share of that without.
+const LARGEST_RATIO: f64 = 0.9;
+
+/// Least median over blocks of the logarithm of the two errors' ratio.
+const LEAST_MEDIAN: f32 = 0.05;
+
+/// Steps of a full fit and of one inside cross-validation.
+const FULL: Effort = Effort { steps: 15 };
+const HALF: Effort = Effort { steps: 5 };
+
+/// What a round decided about one effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decision {
+    /// Best of those that passed.
+    Accepted,
+    /// Passed, but another one explains the residual better.
+    Outdone {
+        /// The one that was taken.
+        by: Id,
+    },
+    /// The same model as another candidate for this log.
+    SameAs {
+        /// That other candidate.
+        other: Id,
+    },
+    /// Its sensitivity is a combination of the base's.
+    Absorbed,
+    /// Physics forbids the sign that the residual asks for.
+    WrongSign,
+    /// Explains too little of the residual to be refitted.
+    ScoreTooLow,
+    /// Eight others score higher.
+    NotShortlisted,
+    /// The held-out gain is not significant.
+    NotSignificant,
+    /// The held-out error falls too little.
+    GainTooSmall,
+    /// The held-out gain comes from few blocks.
+    GainNotCommon,
+    /// Was taken in an earlier round and is not needed beside the later ones.
+    Dropped,
+}
+
+/// One look at one effect in one round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Consideration {
+    /// Round, from 1.
+    pub round: usize,
+    /// The candidate at its best shape.
+    pub candidate: Candidate,
+    /// Held-out mean square error with the effect over that without, if it was refitted.
+    pub held_out: Option<Comparison>,
+    /// What was decided.
+    pub decision: Decision,
+}
+
+/// Two models compared on held-out blocks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// Mean square error of the larger model over that of the smaller, product over the channels.
+    pub ratio: f64,
+    /// One-sided Wilcoxon p that the larger model is better.
+    pub p_value: f64,
+    /// Median over blocks of the logarithm of the smaller model's error over the larger one's.
+    pub median: f32,
+}
+
+impl Comparison {
+    fn judge(&self, candidates: usize) -> Option<Decision> {
+        if self.p_value >= SIGNIFICANCE / candidates.max(1) as f64 {
+            Some(Decision::NotSignificant)
+        } else if self.ratio > LARGEST_RATIO {
+            Some(Decision::GainTooSmall)
+        } else if self.median < LEAST_MEDIAN {
+            Some(Decision::GainNotCommon)
+        } else {
+            None
+        }
+    }
+}
+
+/// An accepted effect.
+#[derive(Debug, Clone)]
+pub struct Accepted {
+    /// Which.
+    pub id: Id,
+    /// From the screening of the round that took it.
+    pub score: f32,
+    /// From the screening of the round that took it.
+    pub identifiability: f32,
+    /// From the held-out blocks.
+    pub p_value: f64,
+    /// Effects that this log cannot tell from it.
+    pub equivalent: Vec<Id, MOST_CANDIDATES>,
+}
+
+/// The result of the tracing.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// The base fit.
+    pub before: Fit,
+    /// The final fit: the base fit again where nothing was found.
+    pub after: Fit,
+    /// Variables of the final fit.
+    pub variables: Variables,
+    /// What was accepted, in the order of the final model's effects behind the declared ones.
+    pub accepted: Vec<Accepted, ROUNDS>,
+    /// How the log was cut and weighed in the end.
+    pub settings: replay::Settings,
+    /// Windows of the judging length simulated.
+    pub simulated: u64,
+}
+
+/// How the tracing runs.
+#[derive(Debug, Clone, Copy)]
+pub struct Options<'a> {
+    /// Parameters of the declared actuator that may be re-estimated.
+    pub base: &'a [Base],
+    /// Sizes to scale by.
+    pub scope: Scope,
+    /// Samples in a window for screening.
+    pub screen_window: usize,
+    /// Samples that a block of held-out windows should have.
+    pub block: usize,
+}
+
+/// Held-out errors by block and channel.
+struct HeldOut {
+    blocks: Vec<WindowError, MOST_BLOCKS>,
+}
+
+/// Windows in a block: about as long as asked, at least two dozen blocks where the log allows it.
+fn windows_per_block(data: &Data, samples: usize) -> usize {
+    let windows = data.windows();
+    let asked = (samples as f32 / data.settings.window as f32 + 0.5) as usize;
+    asked
+        .min(windows / 24)
+        .max(windows.div_ceil(MOST_BLOCKS))
+        .max(1)
+}
+
+/// Fits on each half and measures on the other.
+fn cross_validate(
+    data: &Data,
+    schedule: &impl Schedule,
+    block: usize,
+    model: &Model,
+    variables: &Variables,
+    simulated: &mut u64,
+) -> Option<HeldOut> {
+    let period = data.logs.first()?.period;
+    let mut blocks: Vec<WindowError, MOST_BLOCKS> = Vec::new();
+    let _ = blocks.resize(
+        data.windows().div_ceil(block).min(MOST_BLOCKS),
+        WindowError::default(),
+    );
+    for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
+        let fit = fit::fit(data, schedule, (train, block), model, variables, HALF)?;
+        *simulated += fit.simulated;
+        let simulator = fit.model.build(period).ok()?;
+        schedule.run(
+            data.windows(),
+            |number| {
+                let window = data.window(number).filter(|_| test.takes(number / block))?;
+                Some(replay::window_error(data, window, &simulator))
+            },
+            |number, error| {
+                let Some(error) = error else { return };
+                *simulated += 1;
+                if let Some(sum) = blocks.get_mut(number / block) {
+                    sum.position += error.position;
+                    sum.current += error.current;
+                }
+            },
+        );
+    }
+    Some(HeldOut { blocks })
+}
+
+/// Compares two models block by block. The channels' logarithms add: each has its own, unknown
+/// noise, and a channel that is mere noise does not hide a gain in the other.
+fn compare(smaller: &HeldOut, larger: &HeldOut) -> Comparison {
+    let mut differences: Vec<f32, MOST_BLOCKS> = Vec::new();
+    let mut totals = [WindowError::default(); 2];
+    for (before, after) in smaller.blocks.iter().zip(&larger.blocks) {
+        let gain = |before: f32, after: f32| {
+            if before > 0.0 && after > 0.0 {
+                libm::logf(before / after)
+            } else {
+                0.0
+            }
+        };
+        let _ = differences
+            .push(gain(before.position, after.position) + gain(before.current, after.current));
+        for (total, error) in totals.iter_mut().zip([before, after]) {
+            total.position += error.position;
+            total.current += error.current;
+        }
+    }
+    let ratio = |before: f32, after: f32| {
+        if before > 0.0 {
+            f64::from(after) / f64::from(before)
+        } else {
+            1.0
+        }
+    };
+    let p_value = signed_rank(&mut differences).map_or(1.0, |test| test.p_value);
+    Comparison {
+        ratio: ratio(totals[0].position, totals[1].position)
+            * ratio(totals[0].current, totals[1].current),
+        p_value,
+        median: median(&mut differences).unwrap_or(0.0),
+    }
+}
+
+/// Root mean squares of the two channels' residuals over all windows.
+pub fn residual_scales(data: &Data, schedule: &impl Schedule, model: &Model) -> Option<(f64, f64)> {
+    let simulator = model.build(data.logs.first()?.period).ok()?;
+    let (mut position, mut current, mut windows) = (0.0f64, 0.0f64, 0usize);
+    schedule.run(
+        data.windows(),
+        |number| {
+            data.window(number)
+                .map(|window| replay::window_error(data, window, &simulator))
+        },
+        |_, error| {
+            if let Some(error) = error {
+                position += f64::from(error.position);
+                current += f64::from(error.current);
+                windows += 1;
+            }
+        },
+    );
+    let samples = (windows * data.settings.window).max(1) as f64;
+    Some((
+        libm::sqrt(position / samples),
+        libm::sqrt(current / samples),
+    ))
+}
+
+/// The data with each channel weighed by one over its residual, but not finer than the sensor.
+fn weighed<'a>(data: &Data<'a>, schedule: &impl Schedule, model: &Model) -> Option<Data<'a>> {
+    let (position, current) = residual_scales(data, schedule, model)?;
+    let floor = f64::from(0.3 * data.settings.resolution).max(1e-9);
+    let mut weighed = *data;
+    weighed.settings.position_weight = (1.0 / position.max(floor)) as f32;
+    weighed.settings.current_weight = if current > 0.0 {
+        (1.0 / current) as f32
+    } else {
+        0.0
+    };
+    Some(weighed)
+}
+
+/// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every
+/// candidate, round by round.
+///
+/// `None` if the model cannot be built or there is no whole window.
+pub fn trace(
+    data: &Data,
+    schedule: &impl Schedule,
+    model: &Model,
+    options: &Options,
+    mut observe: impl FnMut(&Consideration),
+) -> Option<Trace> {
+    if data.windows() == 0 {
+        return None;
+    }
+    let scope = &options.scope;
+    let mut simulated = 0;
+
+    // Short windows first: far from the truth, they are the smoother problem.
+    let variables = fit::variables(model, options.base, scope);
+    let mut fitted = model.clone();
+    let mut data = *data;
+    for window in [
+        options.screen_window,
+        data.settings.window,
+        data.settings.window,
+    ] {
+        data = weighed(&data.with_window(window), schedule, &fitted)?;
+        let fit = fit::fit(&data, schedule, (Fold::All, 1), &fitted, &variables, FULL)?;
+        simulated += fit.simulated;
+        fitted = fit.model;
+    }
+    data = weighed(&data, schedule, &fitted)?;
+    let before = fit::fit(&data, schedule, (Fold::All, 1), &fitted, &variables, FULL)?;
+    simulated += before.simulated;
+
+    let block = windows_per_block(&data, options.block);
+    let mut after = before.clone();
+    let mut variables = variables;
+    let mut accepted: Vec<Accepted, ROUNDS> = Vec::new();
+    for round in 1..=ROUNDS {
+        let screening = data.with_window(options.screen_window);
+        let (candidates, windows) =
+            screen::screen(&screening, schedule, &after.model, &variables, scope)?;
+        simulated += windows * options.screen_window as u64 / data.settings.window as u64;
+        let looks = consider(
+            &data,
+            schedule,
+            &after,
+            &variables,
+            options,
+            block,
+            &candidates,
+            &mut simulated,
+        )?;
+        let winner = looks
+            .iter()
+            .position(|look| look.decision == Decision::Accepted);
+        for look in &looks {
+            observe(&Consideration { round, ..*look });
+        }
+        let Some(winner) = winner.map(|index| looks[index]) else {
+            break;
+        };
+        let mut equivalent = Vec::new();
+        for id in equivalents(
+            &screening,
+            schedule,
+            &after,
+            &variables,
+            scope,
+            &candidates,
+            winner.candidate.effect.id,
+        )? {
+            let _ = equivalent.push(id);
+        }
+        let Some(larger) = screen::with_effect(&after.model, winner.candidate.effect) else {
+            break;
+        };
+        variables = fit::variables(&larger, options.base, scope);
+        after = fit::fit(&data, schedule, (Fold::All, 1), &larger, &variables, FULL)?;
+        simulated += after.simulated;
+        let _ = accepted.push(Accepted {
+            id: winner.candidate.effect.id,
+            score: winner.candidate.score,
+            identifiability: winner.candidate.identifiability,
+            p_value: winner.held_out.map_or(1.0, |held_out| held_out.p_value),
+            equivalent,
+        });
+        data = weighed(&data, schedule, &after.model)?;
+    }
+    Some(Trace {
+        before,
+        after,
+        variables,
+        accepted,
+        settings: data.settings,
+        simulated,
+    })
+}
+
+/// Effects whose sensitivity the log cannot tell from that of `id`.
+#[allow(clippy::too_many_arguments)]
+fn equivalents(
+    data: &Data,
+    schedule: &impl Schedule,
+    fit: &Fit,
+    variables: &Variables,
+    scope: &Scope,
+    candidates: &[Candidate],
+    id: Id,
+) -> Option<Vec<Id, MOST_CANDIDATES>> {
+    let cosines = screen::similarity(data, schedule, &fit.model, variables, candidates, scope)?;
+    let own = candidates
+        .iter()
+        .position(|candidate| candidate.effect.id == id)?;
+    Some(
+        candidates
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| *index != own && cosines[own][*index].abs() > EQUIVALENT)
+            .map(|(_, candidate)| candidate.effect.id)
+            .collect(),
+    )
+}
+
+/// Judges the candidates of a round.
+#[allow(clippy::too_many_arguments)]
+fn consider(
+    data: &Data,
+    schedule: &impl Schedule,
+    fit: &Fit,
+    variables: &Variables,
+    options: &Options,
+    block: usize,
+    candidates: &[Candidate],
+    simulated: &mut u64,
+) -> Option<Vec<Consideration, MOST_CANDIDATES>> {
+    let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
+        .iter()
+        .map(|candidate| Consideration {
+            round: 0,
+            candidate: *candidate,
+            held_out: None,
+            decision: if candidate.identifiability < LEAST_IDENTIFIABILITY {
+                Decision::Absorbed
+            } else if !candidate.allowed {
+                Decision::WrongSign
+            } else if candidate.score < LEAST_SCORE {
+                Decision::ScoreTooLow
+            } else {
+                Decision::NotShortlisted
+            },
+        })
+        .collect();
+    looks.sort_unstable_by(|a, b| b.candidate.score.total_cmp(&a.candidate.score));
+
+    let smaller = cross_validate(data, schedule, block, &fit.model, variables, simulated)?;
+    let tested = candidates.len();
+    let mut refitted = 0;
+    let mut best: Option<(usize, f64)> = None;
+    for index in 0..looks.len() {
+        if looks[index].decision != Decision::NotShortlisted || refitted == SHORTLIST {
+            continue;
+        }
+        refitted += 1;
+        let Some(larger) = screen::with_effect(&fit.model, looks[index].candidate.effect) else {
+            break;
+        };
+        let more = fit::variables(&larger, options.base, &options.scope);
+        let held_out = cross_validate(data, schedule, block, &larger, &more, simulated)?;
+        let comparison = compare(&smaller, &held_out);
+        looks[index].held_out = Some(comparison);
+        match comparison.judge(tested) {
+            Some(refusal) => looks[index].decision = refusal,
+            None => {
+                // Passed; who wins is known when all have been refitted.
+                looks[index].decision = Decision::Accepted;
+                if best.is_none_or(|(_, ratio)| comparison.ratio < ratio) {
+                    best = Some((index, comparison.ratio));
+                }
+            }
+        }
+    }
+    if let Some((winner, _)) = best {
+        let by = looks[winner].candidate.effect.id;
+        for (index, look) in looks.iter_mut().enumerate() {
+            if index != winner && look.decision == Decision::Accepted {
+                look.decision = Decision::Outdone { by };
+            }
+        }
+    }
+    Some(looks)
+}

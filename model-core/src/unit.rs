@@ -1,0 +1,59 @@
+//! Dimensions of parameters, and their SI units for an angle or a length as coordinate.
+
+/// What a parameter measures, with torque standing for force and angle for length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// Ω.
+    Resistance,
+    /// H.
+    Inductance,
+    /// N·m/A or N/A.
+    TorquePerCurrent,
+    /// kg·m² or kg.
+    Inertia,
+    /// N·m or N.
+    Torque,
+    /// N·m·s/rad or N·s/m.
+    TorquePerVelocity,
+    /// N·m·s²/rad² or N·s²/m².
+    TorquePerSquaredVelocity,
+    /// N·m/rad or N/m.
+    TorquePerPosition,
+    /// rad or m.
+    Position,
+    /// rad/s or m/s.
+    Velocity,
+    /// s.
+    Time,
+    /// rad, whatever the coordinate.
+    Phase,
+    /// 1.
+    Ratio,
+}
+
+impl Dimension {
+    /// The SI unit, for an angle (`rotary`) or a length as coordinate.
+    ///
+    /// ```
+    /// use model_core::unit::Dimension;
+    /// assert_eq!(Dimension::TorquePerVelocity.unit(false), "N·s/m");
+    /// ```
+    pub fn unit(self, rotary: bool) -> &'static str {
+        let (angle, length) = match self {
+            Self::Resistance => ("Ω", "Ω"),
+            Self::Inductance => ("H", "H"),
+            Self::TorquePerCurrent => ("N·m/A", "N/A"),
+            Self::Inertia => ("kg·m²", "kg"),
+            Self::Torque => ("N·m", "N"),
+            Self::TorquePerVelocity => ("N·m·s/rad", "N·s/m"),
+            Self::TorquePerSquaredVelocity => ("N·m·s²/rad²", "N·s²/m²"),
+            Self::TorquePerPosition => ("N·m/rad", "N/m"),
+            Self::Position => ("rad", "m"),
+            Self::Velocity => ("rad/s", "m/s"),
+            Self::Time => ("s", "s"),
+            Self::Phase => ("rad", "rad"),
+            Self::Ratio => ("1", "1"),
+        };
+        if rotary { angle } else { length }
+    }
+}
