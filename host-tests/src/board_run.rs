@@ -19,7 +19,7 @@ pub const BOARD: &str = "emulated";
 /// Host's time for a run that takes seconds: a slow, loaded machine gets there too.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
 
-/// One run of the image, found in order.
+/// A run of the image that was found in order.
 pub struct BoardRun {
     /// What it was built with.
     pub toolchain: Toolchain,
@@ -27,7 +27,9 @@ pub struct BoardRun {
     pub build: Build,
     /// What it occupies.
     pub size: Size,
-    /// What it logged.
+    /// What it logged, byte for byte.
+    pub sent: Vec<u8>,
+    /// The same, decoded.
     pub log: BoardLog,
 }
 
@@ -46,12 +48,13 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
     let build = toolchain.build(BOARD)?;
     let size = check_size(&build.elf)?;
     announce("firmware on the emulated board");
-    let log = emulator::run(&build.elf, TIME_LIMIT)?;
+    let emulator::Run { sent, log } = emulator::run(&build.elf, TIME_LIMIT)?;
     check(&log, &AppOnHost::new().run()).map_err(Failure::Other)?;
     Ok(BoardRun {
         toolchain,
         build,
         size,
+        sent,
         log,
     })
 }

@@ -30,12 +30,20 @@ const ARGUMENTS: [&str; 12] = [
 /// Lines of the log that an error quotes.
 const QUOTED_LINES: usize = 5;
 
+/// A run that ended well.
+pub struct Run {
+    /// What the board sent, byte for byte.
+    pub sent: Vec<u8>,
+    /// The same, decoded.
+    pub log: BoardLog,
+}
+
 /// Runs an image until it ends by itself, and decodes its log.
 ///
 /// # Errors
 /// An emulator that cannot be run, an image that has not ended after `limit` of the host's time or
 /// that ends with another status than 0, or a damaged log.
-pub fn run(elf: &Path, limit: Duration) -> Result<BoardLog, Failure> {
+pub fn run(elf: &Path, limit: Duration) -> Result<Run, Failure> {
     let dictionary = Dictionary::read(elf)?;
     let mut emulator = Command::new(EMULATOR)
         .args(ARGUMENTS)
@@ -45,17 +53,18 @@ pub fn run(elf: &Path, limit: Duration) -> Result<BoardLog, Failure> {
         .stderr(Stdio::piped())
         .spawn()
         .map_err(|error| Failure::system(format_args!("{EMULATOR} cannot be run"), &error))?;
-    let log = collect(emulator.stdout.take());
+    let sent = collect(emulator.stdout.take());
     let complaints = collect(emulator.stderr.take());
     let status = wait(&mut emulator, limit);
-    let log = dictionary.decode(&log.join().unwrap_or_default());
+    let sent = sent.join().unwrap_or_default();
+    let log = dictionary.decode(&sent);
     let complaints = complaints.join().unwrap_or_default();
 
     let ended = match status.map_err(|error| Failure::system(EMULATOR, &error))? {
         None => format!("did not end within {} s", limit.as_secs()),
         Some(status) if !status.success() => format!("ended with {status}"),
         Some(_) if log.damaged > 0 => format!("sent {} damaged log frames", log.damaged),
-        Some(_) => return Ok(log),
+        Some(_) => return Ok(Run { sent, log }),
     };
     Err(Failure::Other(format!(
         "the emulated board {ended}{}{}",

@@ -11,7 +11,8 @@ use crate::failure::Failure;
 use crate::image::{FLASH, RAM};
 use crate::workspace;
 
-/// Runs the emulated board, writes `target/hil/emulated.csv` and prints a table.
+/// Runs the emulated board, writes `target/hil/emulated.csv` (and what the board sent,
+/// `emulated.defmt`), and prints a table.
 ///
 /// # Errors
 /// What is missing on this machine, or what is not in order with the run.
@@ -25,8 +26,9 @@ pub fn run() -> Result<(), Failure> {
     let directory = workspace::results();
     let csv = directory.join("emulated.csv");
     fs::create_dir_all(&directory)
+        .and_then(|()| fs::write(directory.join("emulated.defmt"), &run.sent))
         .and_then(|()| run.log.write_csv(&csv))
-        .map_err(|error| Failure::system(csv.display(), &error))?;
+        .map_err(|error| Failure::system(directory.display(), &error))?;
     let shown = csv.strip_prefix(workspace::root()).unwrap_or(&csv);
     let text = table(&[
         ("built with", run.toolchain.route().describe().to_owned()),

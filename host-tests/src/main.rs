@@ -34,7 +34,7 @@ enum Command {
     Gap(gap::command::Args),
     /// Turn a board's defmt log into lines, and its samples into CSV
     #[command(
-        after_help = "Example: cargo hil decode target/firmware/thumbv7em-none-eabihf/release/emulated board.log --csv board.csv"
+        after_help = "Example: cargo hil decode target/firmware/thumbv7em-none-eabihf/release/emulated target/hil/emulated.defmt --csv board.csv"
     )]
     Decode(decode::Args),
     /// Measure the speed on this host

