@@ -1,7 +1,20 @@
-//! The host side of the actuator model: machine files, logs, the gap loop, its report.
+//! The host side of the actuator model: machine files, logs, the gap loop, its report; and the
+//! firmware's, from its build to its log.
 
+pub mod app_on_host;
+pub mod bench;
+pub mod board_log;
+pub mod board_run;
+pub mod check;
+pub mod decode;
+pub mod emulator;
 pub mod error;
 pub mod failure;
 pub mod gap;
+pub mod hil;
+pub mod image;
 pub mod log;
 pub mod machine;
+pub mod measured;
+pub mod toolchain;
+pub mod workspace;

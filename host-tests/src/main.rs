@@ -1,2 +1,94 @@
-//! `cargo hil`: the command line.
-fn main() {}
+//! `cargo hil`: the command line. Each command is a module of the library.
+
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+use host_tests::failure::Failure;
+use host_tests::{bench, check, decode, gap, hil};
+
+/// Firmware and model of an electromechanical actuator, closed on each other
+///
+/// Without a command: builds the firmware for the emulated STM32F405, runs its position loop there,
+/// and writes the log to target/hil/emulated.csv.
+#[derive(Debug, Parser)]
+#[command(
+    name = "cargo hil",
+    bin_name = "cargo hil",
+    after_help = "Example: cargo hil"
+)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Check everything: formatting, lints, firmware, emulated run, host tests
+    #[command(after_help = "Example: cargo hil test")]
+    Test(check::Args),
+    /// Find the effects that a measured log has and a declared machine lacks
+    #[command(
+        after_help = "Example: cargo hil gap --machine ema.toml --train a.csv --validate b.csv"
+    )]
+    Gap(gap::command::Args),
+    /// Turn a board's defmt log into lines, and its samples into CSV
+    #[command(
+        after_help = "Example: cargo hil decode target/firmware/thumbv7em-none-eabihf/release/emulated target/hil/emulated.defmt --csv board.csv"
+    )]
+    Decode(decode::Args),
+    /// Measure the speed on this host
+    #[command(after_help = "Example: cargo hil bench --json bench.json")]
+    Bench(bench::Args),
+}
+
+fn main() -> ExitCode {
+    let command_line = match CommandLine::try_parse() {
+        Ok(command_line) => command_line,
+        Err(error) => return usage(&error),
+    };
+    match run(command_line) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+fn run(command_line: CommandLine) -> Result<(), Failure> {
+    match command_line.command {
+        None => hil::run(),
+        Some(Command::Test(args)) => check::run(&args),
+        Some(Command::Gap(args)) => gap::command::run(&args),
+        Some(Command::Decode(args)) => decode::run(&args),
+        Some(Command::Bench(args)) => bench::run(&args),
+    }
+}
+
+/// Help goes to standard output; anything else is a usage error, in one line.
+fn usage(error: &clap::Error) -> ExitCode {
+    if matches!(
+        error.kind(),
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
+    ) {
+        // A closed standard output is no reason to fail.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let rendered = error.render().to_string();
+    let mut line = String::new();
+    for part in rendered.lines().map(str::trim) {
+        if part.starts_with("Usage:") || part.starts_with("For more information") {
+            break;
+        }
+        if !part.is_empty() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(part);
+        }
+    }
+    eprintln!("{line}; see cargo hil help");
+    ExitCode::from(2)
+}

@@ -10,4 +10,5 @@ pub mod gap;
 pub mod identify;
 pub mod numeric;
 pub mod plant;
+pub mod signal;
 pub mod unit;

@@ -1,0 +1,24 @@
+//! The boards: the only files that know hardware.
+
+use crate::app::control::Control;
+use crate::app::emulate::Emulation;
+use crate::app::wiring::Wiring;
+
+#[cfg(all(feature = "emulated", target_os = "none"))]
+pub mod emulated;
+
+/// What the application asks of a board.
+pub trait Board {
+    /// Gives the interrupts their work and starts the clock. Called once.
+    ///
+    /// From then on the board calls [`Emulation::tick`] every
+    /// [`PLANT_PERIOD_US`](crate::app::timing::PLANT_PERIOD_US) in its most urgent interrupt, and
+    /// [`Control::step`] in the next one whenever the tick says so. A tick that comes late by a
+    /// period or more, or not at all, it reports to the fault latch of `wiring`.
+    fn start(
+        &mut self,
+        emulation: &'static mut Emulation,
+        control: &'static mut Control,
+        wiring: &'static Wiring,
+    );
+}

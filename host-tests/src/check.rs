@@ -1,0 +1,306 @@
+//! `cargo hil test`: everything that can be checked on this machine.
+
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::thread;
+
+use crate::board_log::BoardLog;
+use crate::board_run::{self, BoardRun};
+use crate::failure::Failure;
+use crate::image::{FLASH, RAM};
+use crate::measured::SKIPPED;
+use crate::workspace;
+
+/// What `cargo hil test` takes.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Take the emulated run's messages as what is expected from now on
+    #[arg(long)]
+    bless: bool,
+}
+
+/// Runs every step, up to the first that fails.
+///
+/// # Errors
+/// The step that failed, and why.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    announce("formatting");
+    cargo(&["fmt", "--all", "--check"])?;
+    announce("lints");
+    cargo(&["clippy", "--all-targets", "--", "-D", "warnings"])?;
+    cargo(&[
+        "clippy",
+        "--package",
+        "firmware",
+        "--lib",
+        "--",
+        "-D",
+        "warnings",
+    ])?;
+    let board = board_run::run(announce)?;
+    check_warnings(&board)?;
+    check_messages(&board.log, args.bless)?;
+    say(&format!(
+        "{} samples, none dropped, bit for bit as on this host; messages as expected",
+        board.log.samples().count()
+    ));
+    announce("host tests");
+    let tests = host_tests()?;
+    announce("done");
+    say(&summary(&board, &tests));
+    Ok(())
+}
+
+fn announce(step: &str) {
+    say(&format!("== {step}"));
+}
+
+fn say(text: &str) {
+    // Whoever closed the stream does not want to know; the exit status tells the rest.
+    let _ = writeln!(io::stdout(), "{text}");
+}
+
+/// A cargo of the toolchain that runs this program.
+fn cargo_command() -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
+    let mut command = Command::new(cargo);
+    command.current_dir(workspace::root()).stdin(Stdio::null());
+    command
+}
+
+fn cargo(arguments: &[&str]) -> Result<(), Failure> {
+    let status = cargo_command()
+        .args(arguments)
+        .status()
+        .map_err(|error| Failure::system("cargo cannot be run", &error))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(failed(arguments))
+    }
+}
+
+fn failed(arguments: &[&str]) -> Failure {
+    Failure::Other(format!("failed: cargo {}", arguments.join(" ")))
+}
+
+/// The firmware's own code, hardware and all, builds without a warning.
+fn check_warnings(board: &BoardRun) -> Result<(), Failure> {
+    if board.build.warnings.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Other(format!(
+        "the firmware builds with warnings\n{}",
+        board.build.warnings.concat()
+    )))
+}
+
+/// Compares what the board said, but for samples and times, with the file next to its program.
+fn check_messages(log: &BoardLog, bless: bool) -> Result<(), Failure> {
+    let path = golden_file();
+    let said = messages(log);
+    if bless {
+        return fs::write(&path, said).map_err(|error| Failure::system(path.display(), &error));
+    }
+    let expected =
+        fs::read_to_string(&path).map_err(|error| Failure::system(path.display(), &error))?;
+    match first_difference(&expected, &said) {
+        None => Ok(()),
+        Some(difference) => Err(Failure::Other(format!(
+            "{}:{difference}; if this is right: cargo hil test --bless",
+            path.display()
+        ))),
+    }
+}
+
+fn golden_file() -> PathBuf {
+    workspace::root()
+        .join("firmware/src/bin")
+        .join(board_run::BOARD)
+        .with_extension("log")
+}
+
+fn messages(log: &BoardLog) -> String {
+    log.messages().fold(String::new(), |mut text, line| {
+        // A string takes everything.
+        let _ = writeln!(text, "{} {}", line.level, line.message);
+        text
+    })
+}
+
+fn first_difference(expected: &str, said: &str) -> Option<String> {
+    let (mut expected, mut said) = (expected.lines(), said.lines());
+    for number in 1.. {
+        let quoted =
+            |line: Option<&str>| line.map_or("nothing".to_owned(), |line| format!("{line:?}"));
+        match (expected.next(), said.next()) {
+            (None, None) => break,
+            (before, now) if before == now => {}
+            (before, now) => {
+                return Some(format!(
+                    "{number}: expected {}, got {}",
+                    quoted(before),
+                    quoted(now)
+                ));
+            }
+        }
+    }
+    None
+}
+
+/// What the host tests came to.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Tests {
+    /// Tests that ran and passed.
+    passed: usize,
+    /// Tests that could not run: name and reason.
+    skipped: Vec<String>,
+}
+
+fn host_tests() -> Result<Tests, Failure> {
+    let arguments = ["test", "--release"];
+    let mut command = cargo_command();
+    if io::stdout().is_terminal() {
+        command.env("CARGO_TERM_COLOR", "always");
+    }
+    let mut cargo = command
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| Failure::system("cargo cannot be run", &error))?;
+    let complaints = cargo.stderr.take();
+    let complaints = thread::spawn(move || pass_on(complaints, io::stderr()));
+    let output = pass_on(cargo.stdout.take(), io::stdout());
+    let skipped = complaints.join().unwrap_or_default();
+    let status = cargo
+        .wait()
+        .map_err(|error| Failure::system("cargo", &error))?;
+    if status.success() {
+        Ok(Tests::read(&output, &skipped))
+    } else {
+        Err(failed(&arguments))
+    }
+}
+
+/// Copies a stream line by line and keeps the lines that count tests.
+fn pass_on(stream: Option<impl Read>, mut to: impl Write) -> Vec<String> {
+    let mut kept = Vec::new();
+    let Some(stream) = stream else { return kept };
+    let mut stream = BufReader::new(stream);
+    let mut line = Vec::new();
+    while stream
+        .read_until(b'\n', &mut line)
+        .is_ok_and(|read| read > 0)
+    {
+        // As in `say`.
+        let _ = to.write_all(&line);
+        let text = String::from_utf8_lossy(&line);
+        if text.starts_with(SKIPPED) || text.starts_with(RESULT) {
+            kept.push(text.trim_end().to_owned());
+        }
+        line.clear();
+    }
+    kept
+}
+
+/// What the test harness's summary starts with.
+const RESULT: &str = "test result: ";
+
+impl Tests {
+    /// From the kept lines of both streams. The harness counts a test that could not run as passed.
+    fn read(output: &[String], complaints: &[String]) -> Self {
+        let passed: usize = output
+            .iter()
+            .filter_map(|line| line.strip_prefix(RESULT))
+            .filter_map(|counts| {
+                counts
+                    .split_once(" passed")?
+                    .0
+                    .rsplit(' ')
+                    .next()?
+                    .parse::<usize>()
+                    .ok()
+            })
+            .sum();
+        let skipped: Vec<String> = complaints
+            .iter()
+            .filter_map(|line| line.strip_prefix(SKIPPED))
+            .map(str::to_owned)
+            .collect();
+        Self {
+            passed: passed.saturating_sub(skipped.len()),
+            skipped,
+        }
+    }
+}
+
+fn summary(board: &BoardRun, tests: &Tests) -> String {
+    let mut text = format!(
+        "{} host tests passed, {} could not run\n",
+        tests.passed,
+        tests.skipped.len()
+    );
+    for test in &tests.skipped {
+        // A string takes everything.
+        let _ = writeln!(text, "  not run: {test}");
+    }
+    let _ = write!(
+        text,
+        "image: {} of {FLASH} bytes of flash, {} of {RAM} bytes of RAM",
+        board.size.flash, board.size.ram
+    );
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tests_that_could_not_run_are_not_counted_as_passed() {
+        let result = "test result: ok. 12 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out";
+        let output = [result.to_owned(), result.replace("12", "3")];
+        let skipped = ["SKIPPED gap::emps: no ../shared/data/emps/train.csv".to_owned()];
+        assert_eq!(
+            Tests::read(&output, &skipped),
+            Tests {
+                passed: 14,
+                skipped: vec!["gap::emps: no ../shared/data/emps/train.csv".to_owned()],
+            }
+        );
+    }
+
+    #[test]
+    fn lines_are_passed_on_whole_and_only_counts_are_kept() {
+        let text = b"running 1 test\ntest result: ok. 1 passed; 0 failed\n\xff\nSKIPPED a: b";
+        let mut copy = Vec::new();
+        let kept = pass_on(Some(&text[..]), &mut copy);
+        assert_eq!(copy, text);
+        assert_eq!(
+            kept,
+            ["test result: ok. 1 passed; 0 failed", "SKIPPED a: b"]
+        );
+    }
+
+    #[test]
+    fn a_difference_names_its_line() {
+        assert_eq!(first_difference("a\nb\n", "a\nb\n"), None);
+        assert_eq!(
+            first_difference("a\nb\n", "a\nc\n").as_deref(),
+            Some("2: expected \"b\", got \"c\"")
+        );
+        assert_eq!(
+            first_difference("a\n", "a\nb\n").as_deref(),
+            Some("2: expected nothing, got \"b\"")
+        );
+        assert_eq!(
+            first_difference("a\nb\n", "a\n").as_deref(),
+            Some("2: expected \"b\", got nothing")
+        );
+    }
+}

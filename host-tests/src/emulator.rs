@@ -1,0 +1,134 @@
+//! The emulated board: QEMU's `netduinoplus2`, an STM32F405.
+
+use std::io::Read;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use crate::board_log::{BoardLog, Dictionary};
+use crate::failure::Failure;
+use crate::toolchain::EMULATOR;
+
+/// How the machine is emulated. An instruction takes 8 ns of the board's time whatever the host
+/// does, so a run repeats itself bit for bit.
+const ARGUMENTS: [&str; 12] = [
+    "-machine",
+    "netduinoplus2",
+    "-icount",
+    "shift=3,align=off",
+    "-nographic",
+    "-monitor",
+    "none",
+    "-serial",
+    "none",
+    "-semihosting-config",
+    "enable=on,target=native",
+    "-kernel",
+];
+
+/// Lines of the log that an error quotes.
+const QUOTED_LINES: usize = 5;
+
+/// A run that ended well.
+pub struct Run {
+    /// What the board sent, byte for byte.
+    pub sent: Vec<u8>,
+    /// The same, decoded.
+    pub log: BoardLog,
+}
+
+/// Runs an image until it ends by itself, and decodes its log.
+///
+/// # Errors
+/// An emulator that cannot be run, an image that has not ended after `limit` of the host's time or
+/// that ends with another status than 0, or a damaged log.
+pub fn run(elf: &Path, limit: Duration) -> Result<Run, Failure> {
+    let dictionary = Dictionary::read(elf)?;
+    let mut emulator = Command::new(EMULATOR)
+        .args(ARGUMENTS)
+        .arg(elf)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| Failure::system(format_args!("{EMULATOR} cannot be run"), &error))?;
+    let sent = collect(emulator.stdout.take());
+    let complaints = collect(emulator.stderr.take());
+    let status = wait(&mut emulator, limit);
+    let sent = sent.join().unwrap_or_default();
+    let log = dictionary.decode(&sent);
+    let complaints = complaints.join().unwrap_or_default();
+
+    let ended = match status.map_err(|error| Failure::system(EMULATOR, &error))? {
+        None => format!("did not end within {} s", limit.as_secs()),
+        Some(status) if !status.success() => format!("ended with {status}"),
+        Some(_) if log.damaged > 0 => format!("sent {} damaged log frames", log.damaged),
+        Some(_) => return Ok(Run { sent, log }),
+    };
+    Err(Failure::Other(format!(
+        "the emulated board {ended}{}{}",
+        last_lines(&log),
+        indented(&String::from_utf8_lossy(&complaints))
+    )))
+}
+
+/// Reads a stream to its end, beside what else is going on.
+fn collect(stream: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut stream) = stream {
+            // What was read before an error is as good a log as there is.
+            let _ = stream.read_to_end(&mut bytes);
+        }
+        bytes
+    })
+}
+
+/// The exit status, or none for a process that had to be ended.
+fn wait(process: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStatus>> {
+    let start = Instant::now();
+    loop {
+        if let Some(status) = process.try_wait()? {
+            return Ok(Some(status));
+        }
+        if start.elapsed() > limit {
+            process.kill()?;
+            process.wait()?;
+            return Ok(None);
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+fn last_lines(log: &BoardLog) -> String {
+    let lines: Vec<String> = log.messages().map(ToString::to_string).collect();
+    let start = lines.len().saturating_sub(QUOTED_LINES);
+    indented(&lines[start..].join("\n"))
+}
+
+fn indented(text: &str) -> String {
+    text.lines().map(|line| format!("\n  {line}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sleeper(seconds: &str) -> Child {
+        Command::new("sleep").arg(seconds).spawn().unwrap()
+    }
+
+    #[test]
+    fn a_process_that_does_not_end_is_ended() {
+        let mut process = sleeper("600");
+        assert_eq!(wait(&mut process, Duration::ZERO).unwrap(), None);
+        assert!(process.try_wait().unwrap().is_some());
+    }
+
+    #[test]
+    fn a_process_that_ends_gives_its_status() {
+        let status = wait(&mut sleeper("0"), Duration::from_secs(600)).unwrap();
+        assert!(status.is_some_and(|status| status.success()));
+    }
+}

@@ -1,0 +1,82 @@
+//! Plain `cargo hil`: the control loop on the emulated board, and its log as CSV.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, IsTerminal, Write};
+
+use firmware::app::record::Sample;
+
+use crate::board_run::{self, BoardRun};
+use crate::failure::Failure;
+use crate::image::{FLASH, RAM};
+use crate::workspace;
+
+/// Runs the emulated board, writes `target/hil/emulated.csv` (and what the board sent,
+/// `emulated.defmt`), and prints a table.
+///
+/// # Errors
+/// What is missing on this machine, or what is not in order with the run.
+pub fn run() -> Result<(), Failure> {
+    let on_terminal = io::stderr().is_terminal();
+    let run = board_run::run(|step| {
+        if on_terminal {
+            eprintln!("{step} ...");
+        }
+    })?;
+    let directory = workspace::results();
+    let csv = directory.join("emulated.csv");
+    fs::create_dir_all(&directory)
+        .and_then(|()| fs::write(directory.join("emulated.defmt"), &run.sent))
+        .and_then(|()| run.log.write_csv(&csv))
+        .map_err(|error| Failure::system(directory.display(), &error))?;
+    let shown = csv.strip_prefix(workspace::root()).unwrap_or(&csv);
+    let text = table(&[
+        ("built with", run.toolchain.route().describe().to_owned()),
+        ("image", image(&run)),
+        ("samples", samples(&run)),
+        ("tracking error", tracking(run.log.samples())),
+        ("log", shown.display().to_string()),
+    ]);
+    io::stdout()
+        .write_all(text.as_bytes())
+        .map_err(|error| Failure::system("standard output", &error))
+}
+
+fn image(run: &BoardRun) -> String {
+    format!(
+        "{:.1} of {} KB flash, {:.1} of {} KB RAM",
+        run.size.flash as f64 / 1024.0,
+        FLASH / 1024,
+        run.size.ram as f64 / 1024.0,
+        RAM / 1024
+    )
+}
+
+fn samples(run: &BoardRun) -> String {
+    format!(
+        "{}, none dropped, bit for bit as on this host",
+        run.log.samples().count()
+    )
+}
+
+/// How far the position was from what was asked for.
+fn tracking<'a>(samples: impl Iterator<Item = &'a Sample>) -> String {
+    let (mut squares, mut count) = (0.0, 0.0);
+    let mut last = 0.0;
+    for sample in samples {
+        last = f64::from(sample.command) - f64::from(sample.position);
+        squares += last * last;
+        count += 1.0;
+    }
+    let rms = (squares / f64::max(count, 1.0)).sqrt();
+    format!("{rms:.3} rad rms, {last:.4} rad at the end")
+}
+
+fn table(rows: &[(&str, String)]) -> String {
+    let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    rows.iter().fold(String::new(), |mut text, (name, value)| {
+        // A string takes everything.
+        let _ = writeln!(text, "{name:width$}  {value}");
+        text
+    })
+}

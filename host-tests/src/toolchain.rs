@@ -1,0 +1,536 @@
+//! Set-up of what the firmware needs on this machine: a compiler with a `core` for the
+//! microcontroller, and the emulator.
+//!
+//! There are three ways to a `core` for [`TARGET`], tried in this order:
+//!
+//! 1. the toolchain in use has it;
+//! 2. rustup adds it to that toolchain;
+//! 3. Debian's packages [`COMPILER_PACKAGES`] build it from source.
+//!
+//! Set-up may add a target, and it installs missing Debian packages where it runs as root. It never
+//! installs or updates a toolchain.
+
+use std::ffi::OsString;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::failure::Failure;
+use crate::workspace;
+
+/// The microcontroller's target: Cortex-M4F.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Debian's way to [`TARGET`].
+pub const COMPILER_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
+
+/// The emulator, in Debian.
+pub const EMULATOR_PACKAGES: [&str; 1] = ["qemu-system-arm"];
+
+/// The emulator's program.
+pub const EMULATOR: &str = "qemu-system-arm";
+
+/// The way that was taken to a `core` for [`TARGET`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Route {
+    /// The toolchain in use has the target.
+    Present,
+    /// rustup added the target.
+    Added,
+    /// Debian's compiler builds `core` from source.
+    Debian,
+}
+
+impl Route {
+    /// For the user to read.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Present => "the toolchain in use",
+            Self::Added => "the toolchain in use, target added by rustup",
+            Self::Debian => "Debian's rustc-web, core built from source",
+        }
+    }
+}
+
+/// What set-up asks of the machine and does to it.
+trait Machine {
+    /// Whether the toolchain in use has the target.
+    fn has_target(&mut self) -> bool;
+    /// Has rustup add the target.
+    fn add_target(&mut self) -> Result<(), String>;
+    /// Whether this is a system whose packages are Debian's.
+    fn is_debian(&mut self) -> bool;
+    /// Whether a Debian package is installed.
+    fn has_package(&mut self, package: &str) -> bool;
+    /// Whether a program is on the path.
+    fn has_program(&mut self, program: &str) -> bool;
+    /// Whether packages may be installed.
+    fn is_root(&mut self) -> bool;
+    /// Installs Debian packages.
+    fn install(&mut self, packages: &[&str]) -> Result<(), String>;
+}
+
+/// Finds a way to the target, or says what to run.
+fn choose_route(machine: &mut impl Machine) -> Result<Route, String> {
+    if machine.has_target() {
+        return Ok(Route::Present);
+    }
+    let reason = match machine.add_target() {
+        Ok(()) => return Ok(Route::Added),
+        Err(reason) => reason,
+    };
+    if !machine.is_debian() {
+        return Err(format!(
+            "no way to build for {TARGET} ({reason}); run: rustup target add {TARGET}"
+        ));
+    }
+    ensure_packages(machine, &COMPILER_PACKAGES)?;
+    Ok(Route::Debian)
+}
+
+/// Sees to the emulator, or says what to run.
+fn ensure_emulator(machine: &mut impl Machine) -> Result<(), String> {
+    if machine.has_program(EMULATOR) {
+        return Ok(());
+    }
+    if !machine.is_debian() {
+        return Err(format!(
+            "{EMULATOR} is not on the path; install QEMU's system emulator for Arm"
+        ));
+    }
+    ensure_packages(machine, &EMULATOR_PACKAGES)
+}
+
+fn ensure_packages(machine: &mut impl Machine, packages: &[&'static str]) -> Result<(), String> {
+    let missing: Vec<&str> = packages
+        .iter()
+        .copied()
+        .filter(|package| !machine.has_package(package))
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let by_hand = format!(
+        "sudo apt-get update && sudo apt-get install --yes {}",
+        missing.join(" ")
+    );
+    if !machine.is_root() {
+        return Err(format!("missing Debian packages; run: {by_hand}"));
+    }
+    machine
+        .install(&missing)
+        .map_err(|reason| format!("{reason}; try: {by_hand}"))
+}
+
+/// A way to build the firmware on this machine.
+#[derive(Debug, Clone, Copy)]
+pub struct Toolchain {
+    route: Route,
+}
+
+/// A built image.
+#[derive(Debug, Clone)]
+pub struct Build {
+    /// The ELF file.
+    pub elf: PathBuf,
+    /// What the compiler warned about in this workspace.
+    pub warnings: Vec<String>,
+}
+
+impl Toolchain {
+    /// Sees to the compiler and the emulator.
+    ///
+    /// # Errors
+    /// What is missing, with the command that brings it.
+    pub fn set_up() -> Result<Self, Failure> {
+        let mut machine = ThisMachine;
+        let route = choose_route(&mut machine).map_err(Failure::Other)?;
+        ensure_emulator(&mut machine).map_err(Failure::Other)?;
+        Ok(Self { route })
+    }
+
+    /// The way that was taken.
+    pub fn route(&self) -> Route {
+        self.route
+    }
+
+    /// Builds one of the firmware's images. `board` is at once its feature and its program.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn build(&self, board: &str) -> Result<Build, Failure> {
+        let mut cargo = match self.route {
+            Route::Present | Route::Added => clean_command("cargo"),
+            Route::Debian => debian_cargo(),
+        };
+        // Not the host's target directory: two compilers, and no waiting for the other's lock.
+        cargo
+            .args(["build", "--release", "--package", "firmware"])
+            .args(["--target", TARGET, "--target-dir", "target/firmware"])
+            .args(["--features", board, "--bin", board])
+            .arg("--message-format=json");
+        if self.route == Route::Debian {
+            cargo.arg("-Zbuild-std=core");
+        }
+        let progress = std::io::stderr().is_terminal();
+        let output = cargo
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(if progress {
+                Stdio::inherit()
+            } else {
+                Stdio::piped()
+            })
+            .output()
+            .map_err(|error| Failure::system("cargo cannot be run", &error))?;
+        let report = CargoReport::read(&output.stdout, board);
+        if !output.status.success() {
+            return Err(Failure::Other(format!(
+                "the firmware does not build\n{}{}",
+                report.errors.concat(),
+                String::from_utf8_lossy(&output.stderr)
+            )));
+        }
+        let elf = report
+            .executable
+            .ok_or_else(|| Failure::other("cargo built no image"))?;
+        Ok(Build {
+            elf,
+            warnings: report.warnings,
+        })
+    }
+}
+
+/// What cargo says in `--message-format=json`.
+#[derive(Debug, Default, PartialEq)]
+struct CargoReport {
+    executable: Option<PathBuf>,
+    warnings: Vec<String>,
+    errors: Vec<String>,
+}
+
+impl CargoReport {
+    fn read(output: &[u8], program: &str) -> Self {
+        let mut report = Self::default();
+        let messages = serde_json::Deserializer::from_slice(output).into_iter();
+        for message in messages.map_while(Result::<serde_json::Value, _>::ok) {
+            if message["target"]["name"] == program
+                && let Some(executable) = message["executable"].as_str()
+            {
+                report.executable = Some(PathBuf::from(executable));
+            }
+            let rendered = || message["message"]["rendered"].as_str().map(str::to_owned);
+            match message["message"]["level"].as_str() {
+                Some("warning") => report.warnings.extend(rendered()),
+                Some("error") => report.errors.extend(rendered()),
+                _ => {}
+            }
+        }
+        report
+    }
+}
+
+/// Variables by which the cargo that runs this program would choose its children's toolchain, flags
+/// or log level.
+const INHERITED: [&str; 12] = [
+    "CARGO",
+    "CARGO_BUILD_RUSTFLAGS",
+    "CARGO_BUILD_TARGET",
+    "CARGO_ENCODED_RUSTFLAGS",
+    "DEFMT_LOG",
+    "RUSTC",
+    "RUSTC_WORKSPACE_WRAPPER",
+    "RUSTC_WRAPPER",
+    "RUSTDOC",
+    "RUSTFLAGS",
+    "RUSTUP_TOOLCHAIN",
+    "RUSTUP_TOOLCHAIN_SOURCE",
+];
+
+/// A command in the workspace's root that chooses its own toolchain, and installs none.
+fn clean_command(program: &str) -> Command {
+    let mut command = Command::new(program);
+    for variable in INHERITED {
+        command.env_remove(variable);
+    }
+    command
+        .env("RUSTUP_AUTO_INSTALL", "0")
+        .current_dir(workspace::root())
+        .stdin(Stdio::null());
+    command
+}
+
+fn debian_cargo() -> Command {
+    let mut command = clean_command("/usr/bin/cargo");
+    let mut path = OsString::from("/usr/bin");
+    if let Some(inherited) = std::env::var_os("PATH") {
+        path.push(":");
+        path.push(inherited);
+    }
+    command
+        .env("PATH", path)
+        // -Zbuild-std is not stable.
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "ld.lld");
+    command
+}
+
+/// The machine that this program runs on.
+struct ThisMachine;
+
+impl Machine for ThisMachine {
+    fn has_target(&mut self) -> bool {
+        let output = clean_command("rustc")
+            .args(["--print", "target-libdir", "--target", TARGET])
+            .output();
+        output.is_ok_and(|output| {
+            output.status.success()
+                && Path::new(String::from_utf8_lossy(&output.stdout).trim_end()).is_dir()
+        })
+    }
+
+    fn add_target(&mut self) -> Result<(), String> {
+        announce(&format!(
+            "Adding the target {TARGET} to the toolchain in use"
+        ));
+        let output = clean_command("rustup")
+            .args(["target", "add", TARGET])
+            .output()
+            .map_err(|_| "rustup is not installed".to_owned())?;
+        if output.status.success() {
+            return Ok(());
+        }
+        let said = String::from_utf8_lossy(&output.stderr);
+        let error = said.lines().find(|line| line.starts_with("error"));
+        Err(format!("rustup: {}", error.unwrap_or("failed")))
+    }
+
+    fn is_debian(&mut self) -> bool {
+        self.has_program("apt-get") && self.has_program("dpkg-query")
+    }
+
+    fn has_package(&mut self, package: &str) -> bool {
+        let output = clean_command("dpkg-query")
+            .args(["--show", "--showformat", "${db:Status-Status}", package])
+            .output();
+        output.is_ok_and(|output| output.stdout == b"installed")
+    }
+
+    fn has_program(&mut self, program: &str) -> bool {
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        std::env::split_paths(&path).any(|directory| directory.join(program).is_file())
+    }
+
+    fn is_root(&mut self) -> bool {
+        let output = clean_command("id").arg("-u").output();
+        output.is_ok_and(|output| output.stdout.trim_ascii() == b"0")
+    }
+
+    fn install(&mut self, packages: &[&str]) -> Result<(), String> {
+        announce(&format!(
+            "Installing Debian packages: {}",
+            packages.join(" ")
+        ));
+        for arguments in [
+            &["update"][..],
+            &["install", "--yes", "--no-install-recommends"][..],
+        ] {
+            let installs = arguments[0] == "install";
+            let output = clean_command("apt-get")
+                .args(arguments)
+                .args(if installs { packages } else { &[] })
+                .env("DEBIAN_FRONTEND", "noninteractive")
+                .output()
+                .map_err(|error| format!("apt-get cannot be run ({error})"))?;
+            if !output.status.success() {
+                let said = String::from_utf8_lossy(&output.stderr);
+                let last = said.lines().last().unwrap_or_default();
+                return Err(format!("apt-get {} failed ({last})", arguments[0]));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Set-up changes the machine: it says so, in a pipe too.
+fn announce(what: &str) {
+    eprintln!("{what}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A machine of which every answer is known beforehand, and which writes down what is done to it.
+    #[derive(Default)]
+    struct Faked {
+        target: bool,
+        rustup_works: bool,
+        debian: bool,
+        packages: Vec<&'static str>,
+        programs: Vec<&'static str>,
+        root: bool,
+        mirror_fails: bool,
+        installed: Vec<String>,
+    }
+
+    impl Machine for Faked {
+        fn has_target(&mut self) -> bool {
+            self.target
+        }
+        fn add_target(&mut self) -> Result<(), String> {
+            assert!(!self.target, "adds a target that is there");
+            if self.rustup_works {
+                Ok(())
+            } else {
+                Err("no network".to_owned())
+            }
+        }
+        fn is_debian(&mut self) -> bool {
+            self.debian
+        }
+        fn has_package(&mut self, package: &str) -> bool {
+            self.packages.contains(&package)
+        }
+        fn has_program(&mut self, program: &str) -> bool {
+            self.programs.contains(&program)
+        }
+        fn is_root(&mut self) -> bool {
+            self.root
+        }
+        fn install(&mut self, packages: &[&str]) -> Result<(), String> {
+            if self.mirror_fails {
+                return Err("apt-get update failed".to_owned());
+            }
+            self.installed
+                .extend(packages.iter().map(|&package| package.to_owned()));
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_target_that_is_there_is_used_as_it_is() {
+        let mut machine = Faked {
+            target: true,
+            ..Faked::default()
+        };
+        assert_eq!(choose_route(&mut machine), Ok(Route::Present));
+    }
+
+    #[test]
+    fn rustup_comes_before_debian() {
+        let mut machine = Faked {
+            rustup_works: true,
+            debian: true,
+            packages: COMPILER_PACKAGES.to_vec(),
+            ..Faked::default()
+        };
+        assert_eq!(choose_route(&mut machine), Ok(Route::Added));
+    }
+
+    #[test]
+    fn debian_serves_where_rustup_does_not() {
+        let mut machine = Faked {
+            debian: true,
+            packages: COMPILER_PACKAGES.to_vec(),
+            ..Faked::default()
+        };
+        assert_eq!(choose_route(&mut machine), Ok(Route::Debian));
+        assert!(machine.installed.is_empty());
+    }
+
+    #[test]
+    fn root_installs_only_what_is_missing() {
+        let mut machine = Faked {
+            debian: true,
+            root: true,
+            packages: vec!["rustc-web", "lld"],
+            ..Faked::default()
+        };
+        assert_eq!(choose_route(&mut machine), Ok(Route::Debian));
+        assert_eq!(machine.installed, ["cargo-web", "rust-web-src"]);
+    }
+
+    #[test]
+    fn without_root_the_error_is_the_command_to_run() {
+        let mut machine = Faked {
+            debian: true,
+            packages: vec!["rustc-web", "cargo-web", "rust-web-src"],
+            ..Faked::default()
+        };
+        let error = choose_route(&mut machine).unwrap_err();
+        assert!(
+            error.ends_with("run: sudo apt-get update && sudo apt-get install --yes lld"),
+            "{error}"
+        );
+        assert!(machine.installed.is_empty());
+    }
+
+    #[test]
+    fn an_installation_that_fails_says_why_and_what_to_try() {
+        let mut machine = Faked {
+            debian: true,
+            root: true,
+            mirror_fails: true,
+            ..Faked::default()
+        };
+        let error = choose_route(&mut machine).unwrap_err();
+        assert!(
+            error.starts_with("apt-get update failed; try: sudo apt-get"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn elsewhere_the_error_names_rustup_and_its_reason() {
+        let error = choose_route(&mut Faked::default()).unwrap_err();
+        assert!(error.contains("no network"), "{error}");
+        assert!(
+            error.ends_with("rustup target add thumbv7em-none-eabihf"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn the_emulator_is_installed_only_where_it_is_not_on_the_path() {
+        let mut there = Faked {
+            programs: vec![EMULATOR],
+            root: true,
+            debian: true,
+            ..Faked::default()
+        };
+        assert_eq!(ensure_emulator(&mut there), Ok(()));
+        assert!(there.installed.is_empty());
+
+        let mut absent = Faked {
+            root: true,
+            debian: true,
+            ..Faked::default()
+        };
+        assert_eq!(ensure_emulator(&mut absent), Ok(()));
+        assert_eq!(absent.installed, ["qemu-system-arm"]);
+
+        let error = ensure_emulator(&mut Faked::default()).unwrap_err();
+        assert!(
+            error.contains("qemu-system-arm is not on the path"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn cargo_reports_image_warnings_and_errors() {
+        let output = br#"{"reason":"compiler-artifact","target":{"name":"firmware"},"executable":null}
+{"reason":"compiler-message","target":{"name":"firmware"},"message":{"level":"warning","rendered":"unused\n"}}
+{"reason":"compiler-artifact","target":{"name":"emulated"},"executable":"/x/emulated"}
+{"reason":"build-finished","success":true}
+"#;
+        assert_eq!(
+            CargoReport::read(output, "emulated"),
+            CargoReport {
+                executable: Some(PathBuf::from("/x/emulated")),
+                warnings: vec!["unused\n".to_owned()],
+                errors: vec![],
+            }
+        );
+    }
+}

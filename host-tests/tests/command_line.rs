@@ -1,0 +1,46 @@
+//! The program as a user meets it: help, exit statuses, one line for each error.
+
+use std::process::{Command, Output};
+
+fn hil(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hil"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn help_ends_with_an_example() {
+    for command in [&[][..], &["test"], &["gap"], &["decode"], &["bench"]] {
+        let output = hil(&[command, &["--help"]].concat());
+        assert!(output.status.success());
+        let last = text(&output.stdout).lines().last().unwrap();
+        let call = ["Example: cargo hil", &command.join(" ")].join(" ");
+        assert!(last.starts_with(call.trim_end()), "{last}");
+        assert!(output.stderr.is_empty());
+    }
+}
+
+#[test]
+fn a_usage_error_is_one_line_and_status_2() {
+    for (arguments, part) in [
+        (&["--nonsense"][..], "'--nonsense'"),
+        (&["nonsense"], "'nonsense'"),
+        (&["gap"], "--machine"),
+        (&["gap", "--machine", "a.toml"], "--train"),
+        (&["decode", "image"], "<LOG>"),
+        (&["test", "surplus"], "'surplus'"),
+    ] {
+        let output = hil(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty());
+        let error = text(&output.stderr);
+        assert!(error.starts_with("error: "), "{error}");
+        assert!(error.contains(part), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}

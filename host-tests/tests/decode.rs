@@ -1,0 +1,252 @@
+//! `cargo hil decode`, on images and logs made here: a symbol table with defmt's words, and frames
+//! put together by hand.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use host_tests::board_log::Dictionary;
+use object::write::{Object, Symbol, SymbolSection};
+use object::{
+    Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
+};
+use tempfile::TempDir;
+
+const SAMPLE: &str = "sample sequence={=u32} time_us={=u64} input={=f32} position={=f32} \
+                      command={=f32} current_a={=f32} velocity={=f32}";
+
+/// Interned words and their addresses in the image.
+const WORDS: [(u64, &str, &str); 3] = [
+    (1, "defmt_timestamp", "{=u64:us}"),
+    (2, "defmt_info", SAMPLE),
+    (3, "defmt_warn", "supply at {=f32} V"),
+];
+
+/// An ELF file with the symbols that defmt leaves in an image.
+fn image(encoding: &str) -> Vec<u8> {
+    let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+    let section = object.add_section(vec![], b".defmt".to_vec(), SectionKind::Metadata);
+    let mut symbol = |name: String, value: u64| {
+        object.add_symbol(Symbol {
+            name: name.into_bytes(),
+            value,
+            size: 1,
+            kind: SymbolKind::Data,
+            scope: SymbolScope::Dynamic,
+            weak: false,
+            section: SymbolSection::Section(section),
+            flags: SymbolFlags::None,
+        });
+    };
+    symbol("_defmt_version_ = 4".to_owned(), 0);
+    symbol(format!("_defmt_encoding_ = {encoding}"), 0);
+    for (address, tag, data) in WORDS {
+        let name = serde_json::json!({
+            "package": "board", "disambiguator": "1", "tag": tag, "data": data, "crate_name": "board"
+        });
+        symbol(name.to_string(), address);
+    }
+    object.write().unwrap()
+}
+
+/// A frame as it is sent: reverse zero-compressing COBS (James Munns' `rzcobs`), then a zero byte.
+fn frame(message: &[u8]) -> Vec<u8> {
+    let mut sent = Vec::new();
+    let (mut run, mut zeros) = (0_u8, 0_u8);
+    for &byte in message {
+        if byte == 0 && run >= 7 {
+            sent.push((run - 7) | 0x80);
+            (run, zeros) = (0, 0);
+            continue;
+        }
+        if byte == 0 {
+            zeros |= 1 << run;
+        } else {
+            sent.push(byte);
+        }
+        run += 1;
+        if run == 7 && zeros != 0 {
+            sent.push(zeros);
+            (run, zeros) = (0, 0);
+        } else if run == 134 {
+            sent.push(0xff);
+            (run, zeros) = (0, 0);
+        }
+    }
+    match run {
+        0 => {}
+        1..=6 => sent.push((zeros | (0xff << run)) & 0x7f),
+        _ => sent.push((run - 7) | 0x80),
+    }
+    sent.push(0);
+    sent
+}
+
+fn sample(sequence: u32) -> Vec<u8> {
+    let time_us = u64::from(sequence) * 1000;
+    let mut message = 2_u16.to_le_bytes().to_vec();
+    message.extend((time_us + 40).to_le_bytes());
+    message.extend(sequence.to_le_bytes());
+    message.extend(time_us.to_le_bytes());
+    for value in [-12.5_f32, 0.1, 0.3, 1e-7, sequence as f32] {
+        message.extend(value.to_le_bytes());
+    }
+    frame(&message)
+}
+
+fn warning(volts: f32) -> Vec<u8> {
+    let mut message = 3_u16.to_le_bytes().to_vec();
+    message.extend(1_500_000_u64.to_le_bytes());
+    message.extend(volts.to_le_bytes());
+    frame(&message)
+}
+
+struct Case {
+    directory: TempDir,
+}
+
+impl Case {
+    fn new(image: &[u8], log: &[u8]) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        fs::write(directory.path().join("image"), image).unwrap();
+        fs::write(directory.path().join("log"), log).unwrap();
+        Self { directory }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn decode(&self, more: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_hil"))
+            .current_dir(self.directory.path())
+            .args(["decode", "image", "log"])
+            .args(more)
+            .output()
+            .unwrap()
+    }
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn lines_and_samples_come_out_as_they_were_sent() {
+    let log = [sample(0), warning(23.5), sample(1)].concat();
+    let output = Case::new(&image("rzcobs"), &log).decode(&[]);
+    assert!(output.status.success());
+    assert_eq!(text(&output.stderr), "");
+    let lines: Vec<&str> = text(&output.stdout).lines().collect();
+    assert_eq!(
+        lines,
+        [
+            "0.000040 INFO sample sequence=0 time_us=0 input=-12.5 position=0.1 command=0.3 \
+             current_a=1e-7 velocity=0.0",
+            "1.500000 WARN supply at 23.5 V",
+            "0.001040 INFO sample sequence=1 time_us=1000 input=-12.5 position=0.1 command=0.3 \
+             current_a=1e-7 velocity=1.0",
+        ]
+    );
+}
+
+#[test]
+fn csv_takes_the_samples_and_the_terminal_the_rest() {
+    let log = [sample(0), warning(23.5), sample(1)].concat();
+    let case = Case::new(&image("rzcobs"), &log);
+    let output = case.decode(&["--csv", "out.csv"]);
+    assert!(output.status.success());
+    assert_eq!(text(&output.stdout), "1.500000 WARN supply at 23.5 V\n");
+    assert_eq!(
+        fs::read_to_string(case.path("out.csv")).unwrap(),
+        "time_s,input,position,command,current_a,velocity\n\
+         0.000000,-12.5,0.1,0.3,1e-7,0.0\n\
+         0.001000,-12.5,0.1,0.3,1e-7,1.0\n"
+    );
+}
+
+#[test]
+fn what_is_missing_is_said() {
+    let mut log = [sample(0), sample(1), sample(5)].concat();
+    log.extend([7, 7, 7]);
+    let output = Case::new(&image("rzcobs"), &log).decode(&[]);
+    assert!(output.status.success());
+    assert_eq!(
+        text(&output.stderr),
+        "warning: 1 damaged frames left out\n\
+         warning: samples are missing, first between number 1 and 5\n"
+    );
+}
+
+#[test]
+fn a_file_that_is_not_what_it_should_be_is_status_2_and_nothing_is_written() {
+    let whole = image("rzcobs");
+    let log = sample(0);
+    let object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+    let without_defmt = object.write().unwrap();
+    for (image, log, start) in [
+        (&b"no image"[..], &log[..], "error: image: "),
+        (&whole[..40], &log, "error: image: "),
+        (&without_defmt, &log, "error: image: has no defmt log"),
+        (
+            &image("raw"),
+            &log,
+            "error: image: logs in another encoding",
+        ),
+        (&image("morse"), &log, "error: image: "),
+        (&whole, b"", "error: log: no frame can be decoded"),
+        (
+            &whole,
+            b"not a log\n",
+            "error: log: no frame can be decoded",
+        ),
+        (&whole, &warning(1.0), "error: log: holds no sample"),
+    ] {
+        let case = Case::new(image, log);
+        let output = case.decode(&["--csv", "out.csv"]);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.starts_with(start), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        assert!(output.stdout.is_empty());
+        assert!(!case.path("out.csv").exists());
+    }
+}
+
+#[test]
+fn a_result_that_cannot_be_written_is_status_1() {
+    let case = Case::new(&image("rzcobs"), &sample(0));
+    let output = case.decode(&["--csv", "absent/out.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).starts_with("error: absent/out.csv: "));
+}
+
+#[test]
+fn a_damaged_byte_costs_at_most_the_two_frames_around_it() {
+    let case = Case::new(&image("rzcobs"), &[]);
+    let dictionary = Dictionary::read(&case.path("image")).unwrap();
+    let numbers: Vec<u32> = (0..8).map(|number| number * 1_000_003).collect();
+    let log: Vec<u8> = numbers.iter().flat_map(|&number| sample(number)).collect();
+    for position in 0..log.len() {
+        let sent = log[position];
+        for received in [sent ^ 1, sent ^ 0x80, !sent, 0] {
+            let mut damaged = log.clone();
+            damaged[position] = received;
+            let decoded = dictionary.decode(&damaged);
+            let found = numbers
+                .iter()
+                .filter(|&&number| decoded.samples().any(|sample| sample.sequence == number))
+                .count();
+            assert!(found >= numbers.len() - 2, "byte {position} as {received:#x}");
+        }
+    }
+}
+
+#[test]
+fn an_image_that_is_missing_is_named() {
+    let error = Dictionary::read(Path::new("absent")).err().unwrap();
+    assert!(
+        error.to_string().starts_with("absent: cannot be read"),
+        "{error}"
+    );
+}
