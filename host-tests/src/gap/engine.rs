@@ -13,7 +13,7 @@ use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 use rayon::prelude::*;
 
-use super::metrics::{self, torque_balance};
+use super::metrics::{self, decimal, torque_balance};
 use super::outcome::{
     Candidate, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome, Report,
     Stages, Verdict, Whiteness,
@@ -407,8 +407,8 @@ fn candidate(look: &Consideration) -> Candidate {
     Candidate {
         round: look.round,
         id: id(look.candidate.effect.id).to_owned(),
-        score: f64::from(look.candidate.score),
-        identifiability: f64::from(look.candidate.identifiability),
+        score: decimal(look.candidate.score),
+        identifiability: decimal(look.candidate.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
         p_value: look.held_out.map(|held_out| held_out.p_value),
         accepted: look.decision == Decision::Accepted,
@@ -467,13 +467,13 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
                     .zip(values.iter().zip(stds))
                     .map(|((name, dimension), (value, std))| Estimate {
                         name: (*name).to_owned(),
-                        value: f64::from(*value),
+                        value: decimal(*value),
                         std,
                         unit: dimension.unit(rotary).to_owned(),
                     })
                     .collect(),
-                score: f64::from(accepted.candidate.score),
-                identifiability: f64::from(accepted.candidate.identifiability),
+                score: decimal(accepted.candidate.score),
+                identifiability: decimal(accepted.candidate.identifiability),
                 p_value: accepted.p_value,
                 equivalent: accepted
                     .equivalent
@@ -492,8 +492,8 @@ fn fitted(trace: &Trace, declared: &Model, base: &[Base], rotary: bool) -> Vec<F
             let std = propagate(&trace.after, &trace.variables, value)[0];
             FittedParameter {
                 name: parameter.name().to_owned(),
-                declared: f64::from(declared.get(parameter)),
-                fitted: f64::from(trace.after.model.get(parameter)),
+                declared: decimal(declared.get(parameter)),
+                fitted: decimal(trace.after.model.get(parameter)),
                 std: std.is_finite().then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
             }

@@ -31,6 +31,11 @@ pub struct TorqueBalance {
     pub position: Vec<f64>,
 }
 
+/// An `f32` as the decimal that a person would write for it: 0.2, not 0.20000000298.
+pub fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
 /// Central differences, one-sided at the ends.
 fn differentiate(series: &[f64], period: f64) -> Vec<f64> {
     let last = series.len() - 1;
@@ -193,7 +198,7 @@ pub fn errors(
     mean /= samples as f64;
     let deviation = (square / samples as f64 - mean * mean).max(0.0).sqrt();
     Ok(ErrorSet {
-        window_s: data.settings.window as f64 * f64::from(period),
+        window_s: data.settings.window as f64 * decimal(period),
         position_rms,
         position_max: largest,
         position_nrmse: position_rms / deviation,

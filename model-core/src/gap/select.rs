@@ -35,6 +35,10 @@ const EQUIVALENT: f32 = 0.9;
 /// Cosine beyond which two effects are the same model and only one is refitted.
 const IDENTICAL: f32 = 0.9995;
 
+/// An effect whose held-out error is beyond this multiple of the accepted one's is told from it,
+/// however alike the two sensitivities are.
+const TOLD_APART: f64 = 1.5;
+
 /// Candidates whose held-out errors are within this ratio of the best one's are equally good: the
 /// one with the fewest parameters is taken.
 const EQUALLY_GOOD: f64 = 1.1;
@@ -543,8 +547,20 @@ fn consider(
         }
     }
     let place = shortlist.iter().position(|&index| index == winner)?;
+    // The error of an effect that was not refitted is that of the one it is the same as.
+    let error = |id: Id| {
+        let find = |id: Id| looks.iter().find(|look| look.candidate.effect.id == id);
+        let look = find(id)?;
+        let refitted = match look.decision {
+            Decision::SameAs { other } => find(other)?,
+            _ => look,
+        };
+        refitted.held_out.map(|held_out| held_out.ratio)
+    };
+    let told_apart = |id: Id| error(id).is_some_and(|ratio| ratio > TOLD_APART * least);
     let equivalent = (0..shortlist.len())
         .filter(|&other| other != place && imitation[place][other] > EQUIVALENT)
+        .filter(|&other| !told_apart(shortlisted[other].effect.id))
         .map(|other| shortlisted[other].effect.id)
         .collect();
     Some((looks, equivalent))
