@@ -2,21 +2,22 @@
 
 use std::time::Instant;
 
+use model_core::effect::learned_map::{Kind, Ranges};
 use model_core::effect::{Active, Id, MOST_PARAMETERS, Scope};
 use model_core::gap::fit::{Fit, Variables};
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Runner, Schedule, Settings};
-use model_core::gap::select::{self, Consideration, Decision, Options, Trace};
+use model_core::gap::select::{self, Consideration, Decision, Options, Subject, Trace};
 use model_core::numeric::ljung_box::ljung_box;
 use model_core::plant::Directional;
-use model_core::plant::parameters::{Drive, Parameters};
+use model_core::plant::parameters::{Drive, ParameterError, Parameters};
 use rayon::prelude::*;
 
-use super::metrics::{self, decimal, torque_balance};
+use super::metrics::{self, TorqueBalance, decimal, torque_balance};
 use super::outcome::{
     Candidate, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome, Report,
-    Stages, Verdict, Whiteness,
+    Stages, Unknown, Verdict, Whiteness,
 };
 use crate::error::InputError;
 use crate::failure::Failure;
@@ -126,6 +127,7 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
         gravity_torque: mechanics.gravity_torque as f32,
         gravity_rest: mechanics.gravity_rest as f32,
         effects: Default::default(),
+        map: None,
     };
     for declared in &machine.declared_effects {
         let known = || {
@@ -177,45 +179,54 @@ fn base_parameters(machine: &Machine) -> Vec<Base> {
         .collect()
 }
 
-/// Typical sizes, from the declared model and the training logs.
-fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Scope {
-    let Ok(simulator) = model.build(logs[0].period) else {
-        return Scope {
-            friction: 1.0,
-            torque: 1.0,
-            speed: 1.0,
-            stroke: 1.0,
-            period: logs[0].period,
-            rotary,
-        };
-    };
-    let (mut torque, mut torques) = (0.0, 0usize);
-    let mut speeds = Vec::new();
-    let (mut lowest, mut highest) = (f64::MAX, f64::MIN);
+/// Typical sizes and ranges, from the declared model and the training logs.
+///
+/// # Errors
+/// A declared parameter outside its range.
+fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Result<(Scope, Ranges), ParameterError> {
+    let simulator = model.build(logs[0].period)?;
+    let mut all = TorqueBalance::default();
+    let mut longest = 0;
     for log in logs {
         let balance = torque_balance(log, &simulator, 0.0);
-        torque += balance.torque.iter().map(|t| t * t).sum::<f64>();
-        torques += balance.torque.len();
-        speeds.extend(balance.velocity.iter().map(|v| v.abs()));
-        for &position in &balance.position {
-            lowest = lowest.min(position);
-            highest = highest.max(position);
-        }
+        all.torque.extend(balance.torque);
+        all.velocity.extend(balance.velocity);
+        all.position.extend(balance.position);
+        longest = longest.max(log.samples());
     }
-    let torque = (torque / torques.max(1) as f64).sqrt().max(1e-9) as f32;
-    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    let range = |series: &[f64]| {
+        let lowest = series.iter().copied().fold(f64::MAX, f64::min);
+        let highest = series.iter().copied().fold(f64::MIN, f64::max);
+        (lowest as f32, highest as f32)
+    };
+    let rms = |series: &[f64]| {
+        let squares: f64 = series.iter().map(|x| x * x).sum();
+        (squares / series.len().max(1) as f64).sqrt().max(1e-9) as f32
+    };
+    let ranges = Ranges {
+        position: range(&all.position),
+        velocity: range(&all.velocity),
+        motor_torque: range(&all.torque),
+        time: (0.0, longest as f32 * logs[0].period),
+    };
+    let fastest = ranges.velocity.1.max(-ranges.velocity.0);
     // Rests say nothing about how fast the machine moves.
-    let moving: Vec<f64> = speeds.into_iter().filter(|v| *v > 0.02 * fastest).collect();
-    let speed = (moving.iter().map(|v| v * v).sum::<f64>() / moving.len().max(1) as f64).sqrt();
+    let moving: Vec<f64> = all
+        .velocity
+        .into_iter()
+        .filter(|velocity| velocity.abs() > 0.02 * f64::from(fastest))
+        .collect();
+    let torque = rms(&all.torque);
     let coulomb = model.plant.coulomb.forward;
-    Scope {
+    let scope = Scope {
         friction: if coulomb > 0.0 { coulomb } else { 0.1 * torque },
         torque,
-        speed: speed.max(1e-9) as f32,
-        stroke: (highest - lowest).max(1e-9) as f32,
+        speed: rms(&moving),
+        stroke: (ranges.position.1 - ranges.position.0).max(1e-9),
         period: logs[0].period,
         rotary,
-    }
+    };
+    Ok((scope, ranges))
 }
 
 /// Traces the training logs, then opens the validation logs.
@@ -238,7 +249,6 @@ pub fn run(
     let series: Vec<Series> = train.iter().map(Series::new).collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
-    let scope = scope(&declared, &logs, rotary);
     let data = Data {
         logs: &logs,
         settings: settings(machine, period),
@@ -250,9 +260,12 @@ pub fn run(
         );
         return Err(InputError::new(&train[0].path, None, message).into());
     }
+    let (scope, ranges) =
+        scope(&declared, &logs, rotary).map_err(|error| Failure::other(error.to_string()))?;
     let options = Options {
         base: &base,
         scope,
+        ranges,
         screen_window: samples(SCREEN_WINDOW_S, period, 4),
         block: samples(BLOCK_S, period, 1),
     };
@@ -299,13 +312,18 @@ pub fn run(
 
     let outcome = Outcome {
         machine: machine.name.clone(),
-        verdict: if trace.accepted.is_empty() {
-            Verdict::NoMissingEffect
-        } else {
+        verdict: if !trace.accepted.is_empty() {
             Verdict::EffectsFound
+        } else if trace.unknown.is_some() {
+            Verdict::UnknownEffect
+        } else {
+            Verdict::NoMissingEffect
         },
         effects: found(&trace, &declared, rotary),
-        unknown: None,
+        unknown: trace.unknown.map(|unknown| Unknown {
+            depends_on: unknown.kind.variable().to_owned(),
+            score: decimal(unknown.score),
+        }),
         fit: fitted(&trace, &declared, &base, rotary),
         errors: Errors {
             train: train_errors,
@@ -395,25 +413,43 @@ fn candidate(look: &Consideration) -> Candidate {
         (Decision::SameAs { other }, _) => format!("the same model as {} here", id(other)),
         (Decision::Absorbed, _) => format!(
             "absorbed by the fitted parameters (identifiability {:.3})",
-            look.candidate.identifiability
+            look.identifiability
         ),
         (Decision::WrongSign, _) => "the residual asks for a sign that physics forbids".to_owned(),
         (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
         (Decision::NotShortlisted, _) => "eight others score higher".to_owned(),
         (Decision::Dropped, _) => "not needed beside the effects found later".to_owned(),
-        (Decision::Accepted | Decision::Outdone { .. }, None)
+        (Decision::OutdoneByMap { by }, Some(held_out)) => format!(
+            "would take {} off the held-out error, {} takes more",
+            share(held_out.ratio),
+            map_name(by)
+        ),
+        (Decision::Accepted | Decision::Outdone { .. } | Decision::OutdoneByMap { .. }, None)
         | (Decision::NotSignificant | Decision::GainTooSmall, None) => String::new(),
     };
     Candidate {
         round: look.round,
-        id: id(look.candidate.effect.id).to_owned(),
-        score: decimal(look.candidate.score),
-        identifiability: decimal(look.candidate.identifiability),
+        id: match look.subject {
+            Subject::Effect(effect) => id(effect).to_owned(),
+            Subject::Map(kind) => map_name(kind),
+        },
+        score: decimal(look.score),
+        identifiability: decimal(look.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
         p_value: look.held_out.map(|held_out| held_out.p_value),
         accepted: look.decision == Decision::Accepted,
         reason,
     }
+}
+
+/// A learned map among the candidates.
+fn map_name(kind: Kind) -> String {
+    let what = if kind.is_friction() {
+        "friction"
+    } else {
+        "torque"
+    };
+    format!("map:{} ({what})", kind.variable())
 }
 
 /// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
@@ -490,10 +526,15 @@ fn fitted(trace: &Trace, declared: &Model, base: &[Base], rotary: bool) -> Vec<F
         .map(|&parameter| {
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
             let std = propagate(&trace.after, &trace.variables, value)[0];
+            // Below the Coulomb level a breakaway level means nothing: the plant raises it.
+            let mut fitted = trace.after.model.get(parameter);
+            if parameter == Base::Static {
+                fitted = fitted.max(trace.after.model.get(Base::Coulomb));
+            }
             FittedParameter {
                 name: parameter.name().to_owned(),
                 declared: decimal(declared.get(parameter)),
-                fitted: decimal(trace.after.model.get(parameter)),
+                fitted: decimal(fitted),
                 std: std.is_finite().then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
             }

@@ -100,7 +100,9 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
         .map(|index| {
             let (speed, place) = (velocity[index] as f32, position[index] as f32);
             let per_current = plant.torque_per_current();
-            let load = simulator.load_at(motor[index] as f32 / per_current, speed, place);
+            let time = index as f32 * log.period;
+            let current = motor[index] as f32 / per_current;
+            let load = simulator.load_at(current, speed, place, time);
             let deflection = f64::from(place) - f64::from(plant.spring_rest);
             let drive = motor[index] + f64::from(load.torque)
                 - f64::from(plant.spring) * deflection

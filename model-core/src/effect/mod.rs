@@ -8,6 +8,8 @@
 //! are worked out, it keeps every mode affine and the step exact. *Held* over a step as a torque or
 //! a friction level, evaluated in the middle of the step, it is of second order in the step.
 
+pub mod learned_map;
+
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -89,6 +91,8 @@ pub struct Middle {
     pub velocity: f32,
     /// Position.
     pub position: f32,
+    /// Time since the log began, s.
+    pub time: f32,
 }
 
 /// A physical effect with its parameters.

@@ -2,12 +2,13 @@
 
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, Lane, Schedule, Sums};
+use crate::effect::learned_map::KNOTS;
 use crate::effect::{Id, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
 use heapless::Vec;
 
 /// Most variables of one fit.
-pub const MOST_VARIABLES: usize = 20;
+pub const MOST_VARIABLES: usize = 28;
 
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an
 /// `f32` simulation, far below where a parameter's influence bends.
@@ -35,6 +36,8 @@ pub enum Target {
         /// Index in the effect's values.
         index: usize,
     },
+    /// A knot of the learned map.
+    Knot(usize),
 }
 
 /// A variable of a fit.
@@ -113,6 +116,17 @@ impl Variable {
         }
     }
 
+    /// A knot of the learned map; zero unless the log says otherwise.
+    fn knot(index: usize, scope: &Scope) -> Self {
+        Self {
+            target: Target::Knot(index),
+            scale: scope.friction,
+            lower: -20.0 * scope.friction,
+            upper: 20.0 * scope.friction,
+            declared: Some(0.0),
+        }
+    }
+
     /// How far it is from its declared value, in scales.
     fn departure(&self, model: &Model) -> f64 {
         self.declared.map_or(0.0, |declared| {
@@ -125,6 +139,7 @@ impl Variable {
         match self.target {
             Target::Base(parameter) => model.get(parameter),
             Target::Effect { slot, index } => model.effects[slot].values[index],
+            Target::Knot(index) => model.map.map_or(0.0, |map| map.knots[index]),
         }
     }
 
@@ -133,11 +148,16 @@ impl Variable {
         match self.target {
             Target::Base(parameter) => model.set(parameter, value),
             Target::Effect { slot, index } => model.effects[slot].values[index] = value,
+            Target::Knot(index) => {
+                if let Some(map) = &mut model.map {
+                    map.knots[index] = value;
+                }
+            }
         }
     }
 }
 
-/// The variables of all effects of a model, behind those of its base.
+/// The variables of a model: those of its base, of its effects and of its map.
 pub fn variables(declared: &Model, model: &Model, base: &[Base], scope: &Scope) -> Variables {
     let mut variables = Variables::new();
     for &parameter in base {
@@ -147,6 +167,11 @@ pub fn variables(declared: &Model, model: &Model, base: &[Base], scope: &Scope) 
         for index in 0..effect.id.description().parameters.len() {
             let value = effect.values[index];
             let _ = variables.push(Variable::effect(effect.id, slot, index, value, scope));
+        }
+    }
+    if model.map.is_some() {
+        for index in 0..KNOTS {
+            let _ = variables.push(Variable::knot(index, scope));
         }
     }
     variables
@@ -191,6 +216,7 @@ pub fn lanes(
             variable.set(&mut moved, value + step * variable.scale);
             Some(Lane {
                 simulator: moved.build(period).ok()?,
+                opposite: None,
                 inverse_step: 1.0 / step,
             })
         })

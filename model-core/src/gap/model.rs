@@ -1,6 +1,8 @@
 //! The declared actuator with its effects.
 
-use crate::effect::{Active, Delays, Effect, Id, Law, Middle, gravity::Gravity};
+use crate::effect::gravity::Gravity;
+use crate::effect::learned_map::LearnedMap;
+use crate::effect::{Active, Delays, Effect, Id, Law, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::parameters::{Drive, ParameterError, Parameters};
 use crate::plant::{Directional, InputRefused, State};
@@ -129,6 +131,8 @@ pub struct Model {
     pub gravity_rest: f32,
     /// Its effects.
     pub effects: Vec<Active, MOST_EFFECTS>,
+    /// What was learned where no effect explains the residual.
+    pub map: Option<LearnedMap>,
 }
 
 impl Model {
@@ -221,7 +225,7 @@ impl Model {
                 hold(law)?;
             }
         }
-        let parts = if held.is_empty() {
+        let parts = if held.is_empty() && self.map.is_none() {
             1
         } else {
             PARTS_UNDER_HELD_EFFECTS
@@ -239,6 +243,8 @@ impl Model {
         Ok(Simulator {
             stepping,
             held,
+            map: self.map,
+            period,
             parts,
             torque_per_current: plant.torque_per_current(),
             input,
@@ -295,6 +301,8 @@ enum Stepping {
 pub struct Simulator {
     stepping: Stepping,
     held: Vec<Law, MOST_EFFECTS>,
+    map: Option<LearnedMap>,
+    period: f32,
     parts: u32,
     torque_per_current: f32,
     plant: Parameters,
@@ -332,15 +340,16 @@ impl Simulator {
     ) -> Result<f32, InputRefused> {
         let before = state.current;
         let late = index.saturating_sub(self.input.whole);
+        let time = index as f32 * self.period;
         match &self.stepping {
             Stepping::Whole(actuator) => {
-                self.advance(actuator, state, input[late])?;
+                self.advance(actuator, state, input[late], time)?;
                 Ok(before + self.current.share * (state.current - before))
             }
             Stepping::Split { earlier, later } => {
-                self.advance(earlier, state, input[late.saturating_sub(1)])?;
+                self.advance(earlier, state, input[late.saturating_sub(1)], time)?;
                 let between = state.current;
-                self.advance(later, state, input[late])?;
+                self.advance(later, state, input[late], time)?;
                 // With a late sensor alone the measurement belongs to the moment of the change.
                 let (split, moment) = (self.input.share, self.current.share);
                 Ok(if moment <= split {
@@ -358,12 +367,13 @@ impl Simulator {
         actuator: &Actuator,
         state: &mut State,
         input: f32,
+        time: f32,
     ) -> Result<(), InputRefused> {
-        if self.held.is_empty() {
+        if self.held.is_empty() && self.map.is_none() {
             return actuator.step(state, input);
         }
         for _ in 0..self.parts {
-            self.advance_held(actuator, state, input)?;
+            self.advance_held(actuator, state, input, time)?;
         }
         Ok(())
     }
@@ -374,20 +384,22 @@ impl Simulator {
         actuator: &Actuator,
         state: &mut State,
         input: f32,
+        time: f32,
     ) -> Result<(), InputRefused> {
         let position = state.position.value();
-        let start = self.load_at(state.current, state.velocity.value(), position);
+        let start = self.load_at(state.current, state.velocity.value(), position, time);
         let (current, velocity, travel) = actuator.middle(state, input, &start);
-        let middle = self.load_at(current, velocity, position + travel);
+        let middle = self.load_at(current, velocity, position + travel, time);
         actuator.step_under(state, input, &middle)
     }
 
-    /// What acts on the mechanism next to the motor, at this current, velocity and position.
-    pub fn load_at(&self, current: f32, velocity: f32, position: f32) -> Load {
+    /// What acts on the mechanism next to the motor, at this current, velocity, position and time.
+    pub fn load_at(&self, current: f32, velocity: f32, position: f32, time: f32) -> Load {
         let middle = Middle {
             motor_torque: self.torque_per_current * current,
             velocity,
             position,
+            time,
         };
         let (Stepping::Whole(actuator)
         | Stepping::Split {
@@ -396,6 +408,9 @@ impl Simulator {
         let mut load = actuator.load();
         for law in &self.held {
             law.hold(&middle, &mut load);
+        }
+        if let Some(map) = &self.map {
+            map.hold(&middle, &mut load);
         }
         load
     }

@@ -138,12 +138,16 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// A copy of the model with one parameter moved.
+/// A copy of the model with one parameter moved, or two moved opposite ways.
 #[derive(Debug, Clone)]
 pub struct Lane {
     /// The copy.
     pub simulator: Simulator,
-    /// One over the move, in units of the fit's variable.
+    /// The copy moved the other way, where a difference to both sides is wanted: friction makes
+    /// the two sides differ.
+    pub opposite: Option<Simulator>,
+    /// One over the distance of the two copies (or of the copy from the model), in units of the
+    /// fit's variable.
     pub inverse_step: f32,
 }
 
@@ -157,24 +161,28 @@ pub fn accumulate(data: &Data, window: Window, base: &Simulator, lanes: &[Lane])
     let log = &data.logs[window.log];
     let settings = &data.settings;
     let mut reference = Runner::new(base, log, window.start, settings);
-    let mut copies: heapless::Vec<Runner, COLUMNS> = lanes
+    let run = |simulator| Runner::new(simulator, log, window.start, settings);
+    let mut copies: heapless::Vec<(Runner, Option<Runner>), COLUMNS> = lanes
         .iter()
         .take(COLUMNS - 1)
-        .map(|lane| Runner::new(&lane.simulator, log, window.start, settings))
+        .map(|lane| (run(&lane.simulator), lane.opposite.as_ref().map(run)))
         .collect();
     let mut positions = [0.0f32; COLUMNS];
     let mut currents = [0.0f32; COLUMNS];
     let columns = copies.len() + 1;
     for index in window.start..window.start + settings.window {
-        let (position, current) = reference.advance(index);
-        positions[0] = position * settings.position_weight;
-        currents[0] = current * settings.current_weight;
-        for (column, (copy, lane)) in copies.iter_mut().zip(lanes).enumerate() {
-            let (moved_position, moved_current) = copy.advance(index);
+        let centre = reference.advance(index);
+        positions[0] = centre.0 * settings.position_weight;
+        currents[0] = centre.1 * settings.current_weight;
+        for (column, ((copy, opposite), lane)) in copies.iter_mut().zip(lanes).enumerate() {
+            let moved = copy.advance(index);
+            let from = match opposite {
+                Some(opposite) => opposite.advance(index),
+                None => centre,
+            };
             positions[column + 1] =
-                (moved_position - position) * settings.position_weight * lane.inverse_step;
-            currents[column + 1] =
-                (moved_current - current) * settings.current_weight * lane.inverse_step;
+                (moved.0 - from.0) * settings.position_weight * lane.inverse_step;
+            currents[column + 1] = (moved.1 - from.1) * settings.current_weight * lane.inverse_step;
         }
         for row in 0..columns {
             for column in 0..=row {

@@ -113,6 +113,40 @@ impl<'a> Projection<'a> {
         solution
     }
 
+    /// Cosine between an effect's sensitivity at its strengths and the span of another's columns.
+    fn imitation(
+        &self,
+        (effect, first): (Active, usize),
+        (other, start): (Active, usize),
+        scope: &Scope,
+    ) -> f32 {
+        let mut direction = [0.0; MOST_PARAMETERS];
+        for index in 0..effect.id.strengths() {
+            let scale = effect.id.scale(scope, index);
+            direction[index] = f64::from(effect.values[index] / scale);
+        }
+        let along = (first, &direction[..effect.id.strengths()]);
+        let product = |a: usize, b: usize| self.product(a, b);
+        let own = self.combined(along, along, product);
+        let strengths = other.id.strengths();
+        let mut normal = [[0.0; MOST_PARAMETERS]; MOST_PARAMETERS];
+        let mut shared = [0.0; MOST_PARAMETERS];
+        for row in 0..strengths {
+            for column in 0..=row {
+                normal[row][column] = self.product(start + row, start + column);
+            }
+            shared[row] = self.combined(along, (start + row, &[1.0]), product);
+        }
+        // ‖L⁻¹ Sᵀv‖ is the length of v's projection on the columns of the other.
+        Cholesky::new(&normal, strengths).forward(&mut shared[..strengths]);
+        let length: f64 = shared[..strengths].iter().map(|x| x * x).sum();
+        if own > 0.0 {
+            libm::sqrt((length / own).min(1.0)) as f32
+        } else {
+            0.0
+        }
+    }
+
     fn candidate(&self, effect: Active, first: usize, scope: &Scope) -> Candidate {
         let strengths = effect.id.strengths();
         let solution = self.solve(first, strengths);
@@ -154,21 +188,44 @@ pub fn with_effect(model: &Model, effect: Active) -> Option<Model> {
     Some(model)
 }
 
-/// Copies of the model with the effect at a small strength, one for each of its strengths.
+/// Which copies an effect is simulated with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sides {
+    /// One of each strength: enough to find the best shape.
+    One,
+    /// Where the strength may have either sign, one of each.
+    Both,
+}
+
+/// Copies of the model with the effect at a small strength, for each of its strengths.
 fn effect_lanes(
     model: &Model,
     effect: Active,
+    sides: Sides,
     scope: &Scope,
     period: f32,
 ) -> Option<Vec<Lane, MOST_PARAMETERS>> {
     (0..effect.id.strengths())
         .map(|index| {
-            let mut moved = effect;
-            moved.values[..effect.id.strengths()].fill(0.0);
-            moved.values[index] = STRENGTH * effect.id.scale(scope, index);
-            Some(Lane {
-                simulator: with_effect(model, moved)?.build(period).ok()?,
-                inverse_step: 1.0 / STRENGTH,
+            let at = |share: f32| {
+                let mut moved = effect;
+                moved.values[..effect.id.strengths()].fill(0.0);
+                moved.values[index] = share * effect.id.scale(scope, index);
+                with_effect(model, moved)?.build(period).ok()
+            };
+            let signed = effect.id.description().parameters[index].role == Role::SignedStrength;
+            Some(if signed && sides == Sides::Both {
+                Lane {
+                    simulator: at(STRENGTH)?,
+                    opposite: Some(at(-STRENGTH)?),
+                    inverse_step: 0.5 / STRENGTH,
+                }
+            } else {
+                Lane {
+                    simulator: at(STRENGTH)?,
+                    opposite: None,
+                    inverse_step: 1.0 / STRENGTH,
+                }
             })
         })
         .collect()
@@ -200,15 +257,30 @@ fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Activ
         })
 }
 
-/// Scores every effect that the model lacks, each at its best shape. The second value counts the
-/// windows simulated.
+/// What a screening found.
+pub struct Screening {
+    /// Every effect that the model lacks, at its best shape; the highest scores first, equal ones in
+    /// the order of the catalogue.
+    pub candidates: Candidates,
+    /// How well one imitates another.
+    pub imitation: Imitation,
+    /// Windows simulated, each copy counted.
+    pub simulated: u64,
+}
+
+/// How well one effect imitates another: `[a][b]` is the cosine between the sensitivity of
+/// candidate `a` at its best strengths and what candidate `b` can do with any strengths, the base
+/// projected out of both. At 1 the log cannot tell `a` from `b`.
+pub type Imitation = [[f32; MOST_CANDIDATES]; MOST_CANDIDATES];
+
+/// Scores every effect that the model lacks, each at its best shape, and compares them.
 pub fn screen(
     data: &Data,
     schedule: &impl Schedule,
     model: &Model,
     variables: &Variables,
     scope: &Scope,
-) -> Option<(Candidates, u64)> {
+) -> Option<Screening> {
     let period = data.logs.first()?.period;
     let base = model.build(period).ok()?;
     let base_lanes = fit::lanes(model, variables, period)?;
@@ -222,9 +294,12 @@ pub fn screen(
             options.next_if(|option| lanes.len() + option.id.strengths() < COLUMNS)
         {
             let _ = batch.push((option, lanes.len() + 1));
-            for lane in effect_lanes(model, option, scope, period)? {
+            for lane in effect_lanes(model, option, Sides::One, scope, period)? {
                 let _ = lanes.push(lane);
             }
+        }
+        if batch.is_empty() {
+            break;
         }
         let sums = replay::sums(data, schedule, (Fold::All, 1), &base, &lanes);
         simulated += sums.windows as u64 * (lanes.len() as u64 + 1);
@@ -244,68 +319,87 @@ pub fn screen(
             }
         }
     }
-    Some((best, simulated))
-}
+    sort(&mut best);
 
-/// How well one effect imitates another: `[a][b]` is the cosine between the sensitivity of
-/// candidate `a` at its best strengths and what candidate `b` can do with any strengths, the base
-/// projected out of both. At 1 the log cannot tell `a` from `b`.
-pub type Imitation = [[f32; MOST_CANDIDATES]; MOST_CANDIDATES];
-
-/// Compares the candidates with each other. The second value counts the windows simulated.
-pub fn imitation(
-    data: &Data,
-    schedule: &impl Schedule,
-    model: &Model,
-    variables: &Variables,
-    candidates: &[Candidate],
-    scope: &Scope,
-) -> Option<(Imitation, u64)> {
-    let period = data.logs.first()?.period;
-    let base = model.build(period).ok()?;
-    let mut lanes: Vec<Lane, COLUMNS> = fit::lanes(model, variables, period)?.into_iter().collect();
-    let mut columns: Vec<(usize, [f64; MOST_PARAMETERS], usize), MOST_CANDIDATES> = Vec::new();
-    for candidate in candidates {
+    // Once more at the best shapes, to both sides and together: scores that compare.
+    let mut lanes: Vec<Lane, COLUMNS> = base_lanes.into_iter().collect();
+    let mut columns: Vec<(Active, usize), MOST_CANDIDATES> = Vec::new();
+    for candidate in &best {
         let effect = candidate.effect;
-        let strengths = effect.id.strengths();
-        if lanes.len() + strengths >= COLUMNS {
+        if lanes.len() + effect.id.strengths() >= COLUMNS {
             break;
         }
-        let mut direction = [0.0; MOST_PARAMETERS];
-        for index in 0..strengths {
-            let scale = effect.id.scale(scope, index);
-            direction[index] = f64::from(effect.values[index] / scale);
-        }
-        let _ = columns.push((lanes.len() + 1, direction, strengths));
-        for lane in effect_lanes(model, effect, scope, period)? {
+        let _ = columns.push((effect, lanes.len() + 1));
+        for lane in effect_lanes(model, effect, Sides::Both, scope, period)? {
             let _ = lanes.push(lane);
         }
     }
     let sums = replay::sums(data, schedule, (Fold::All, 1), &base, &lanes);
-    let simulated = sums.windows as u64 * (lanes.len() as u64 + 1);
+    let copies = lanes
+        .iter()
+        .map(|lane| 1 + u64::from(lane.opposite.is_some()));
+    simulated += sums.windows as u64 * (copies.sum::<u64>() + 1);
     let projection = Projection::new(&sums, variables.len());
+    for (candidate, (effect, first)) in best.iter_mut().zip(&columns) {
+        *candidate = projection.candidate(*effect, *first, scope);
+    }
+    let place = |id: Id| columns.iter().find(|(effect, _)| effect.id == id);
+    sort(&mut best);
     let mut imitation = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
-    for (a, (first_a, direction, strengths_a)) in columns.iter().enumerate() {
-        let along_a = (*first_a, &direction[..*strengths_a]);
-        let own = projection.combined(along_a, along_a, |x, y| projection.product(x, y));
-        for (b, (first_b, _, strengths_b)) in columns.iter().enumerate() {
-            let mut normal = [[0.0; MOST_PARAMETERS]; MOST_PARAMETERS];
-            let mut shared = [0.0; MOST_PARAMETERS];
-            for row in 0..*strengths_b {
-                for column in 0..=row {
-                    normal[row][column] = projection.product(first_b + row, first_b + column);
-                }
-                shared[row] = projection.combined(along_a, (first_b + row, &[1.0]), |x, y| {
-                    projection.product(x, y)
-                });
-            }
-            // ‖L⁻¹ Sᵀv‖ is the length of v's projection on the columns of b.
-            Cholesky::new(&normal, *strengths_b).forward(&mut shared[..*strengths_b]);
-            let length: f64 = shared[..*strengths_b].iter().map(|x| x * x).sum();
-            if own > 0.0 {
-                imitation[a][b] = libm::sqrt((length / own).min(1.0)) as f32;
+    for (a, candidate) in best.iter().enumerate() {
+        let Some((_, first)) = place(candidate.effect.id) else {
+            continue;
+        };
+        for (b, other) in best.iter().enumerate() {
+            if let Some((imitator, start)) = place(other.effect.id) {
+                imitation[a][b] =
+                    projection.imitation((candidate.effect, *first), (*imitator, *start), scope);
             }
         }
     }
-    Some((imitation, simulated))
+    Some(Screening {
+        candidates: best,
+        imitation,
+        simulated,
+    })
+}
+
+fn sort(candidates: &mut Candidates) {
+    candidates.sort_unstable_by(|a, b| {
+        let order = |candidate: &Candidate| candidate.effect.id as usize;
+        let catalogue = order(a).cmp(&order(b));
+        b.score.total_cmp(&a.score).then(catalogue)
+    });
+}
+
+/// Score of a learned map that is flat in `model`: the share of the residual's energy that its knots
+/// explain together once the base is projected out.
+pub fn map_score(
+    data: &Data,
+    schedule: &impl Schedule,
+    model: &Model,
+    variables: &Variables,
+    base: usize,
+) -> Option<(f32, u64)> {
+    let period = data.logs.first()?.period;
+    let lanes = fit::lanes(model, variables, period)?;
+    let sums = replay::sums(
+        data,
+        schedule,
+        (Fold::All, 1),
+        &model.build(period).ok()?,
+        &lanes,
+    );
+    let simulated = sums.windows as u64 * (lanes.len() as u64 + 1);
+    let explained = |count: usize| {
+        let projection = Projection::new(&sums, count);
+        projection.product(0, 0)
+    };
+    let (without, with) = (explained(base), explained(variables.len()));
+    let score = if without > 0.0 {
+        (1.0 - with / without).max(0.0)
+    } else {
+        0.0
+    };
+    Some((score as f32, simulated))
 }

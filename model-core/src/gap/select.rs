@@ -8,7 +8,8 @@
 use super::fit::{self, Effort, Fit, Variables};
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, Schedule, WindowError};
-use super::screen::{self, Candidate, MOST_CANDIDATES};
+use super::screen::{self, Candidate, MOST_CANDIDATES, Screening};
+use crate::effect::learned_map::{Kind, LearnedMap, Ranges};
 use crate::effect::{Id, Scope};
 use crate::numeric::statistics::median;
 use crate::numeric::wilcoxon::signed_rank;
@@ -52,9 +53,16 @@ const LARGEST_RATIO: f64 = 0.9;
 /// Least median over blocks of the logarithm of the two errors' ratio.
 const LEAST_MEDIAN: f32 = 0.05;
 
+/// Effects that leave more than this share of the held-out error are challenged by learned maps.
+const POOR_EXPLANATION: f64 = 0.3;
+
+/// A map that brings the held-out error below this share of what the effects leave replaces them:
+/// the catalogue's best guess is then not what the machine has.
+const CLEARLY_BETTER: f64 = 0.5;
+
 /// Steps of a full fit and of one inside cross-validation.
-const FULL: Effort = Effort { steps: 15 };
-const HALF: Effort = Effort { steps: 5 };
+const FULL: Effort = Effort { steps: 20 };
+const HALF: Effort = Effort { steps: 12 };
 
 /// What a round decided about one effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,6 +73,11 @@ pub enum Decision {
     Outdone {
         /// The one that was taken.
         by: Id,
+    },
+    /// Passed, but a map over another variable explains the residual better.
+    OutdoneByMap {
+        /// The one that was taken.
+        by: Kind,
     },
     /// The same model as another candidate for this log.
     SameAs {
@@ -89,13 +102,26 @@ pub enum Decision {
     Dropped,
 }
 
-/// One look at one effect in one round.
+/// What a look is at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Subject {
+    /// An effect of the catalogue.
+    Effect(Id),
+    /// A learned map.
+    Map(Kind),
+}
+
+/// One look at one effect, or at one learned map, in one round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Consideration {
     /// Round, from 1.
     pub round: usize,
-    /// The candidate at its best shape.
-    pub candidate: Candidate,
+    /// The effect or the map.
+    pub subject: Subject,
+    /// As in [`Candidate`]. For a map: the share that all its knots explain together.
+    pub score: f32,
+    /// As in [`Candidate`]; 1 for a map, whose knots overlap with the base by their nature.
+    pub identifiability: f32,
     /// Held-out mean square error with the effect over that without, if it was refitted.
     pub held_out: Option<Comparison>,
     /// What was decided.
@@ -138,6 +164,15 @@ pub struct Accepted {
     pub equivalent: Vec<Id, MOST_CANDIDATES>,
 }
 
+/// Structure that no effect of the catalogue explains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unknown {
+    /// The map that explains it best; the final model has it.
+    pub kind: Kind,
+    /// Share of the residual's energy that it explains once the base is projected out, 0 to 1.
+    pub score: f32,
+}
+
 /// The result of the tracing.
 #[derive(Debug, Clone)]
 pub struct Trace {
@@ -149,6 +184,8 @@ pub struct Trace {
     pub variables: Variables,
     /// What was accepted, in the order of the final model's effects behind the declared ones.
     pub accepted: Vec<Accepted, ROUNDS>,
+    /// Structure that none of the catalogue explains, where nothing was accepted.
+    pub unknown: Option<Unknown>,
     /// How the log was cut and weighed in the end.
     pub settings: replay::Settings,
     /// Windows of the judging length simulated.
@@ -162,6 +199,8 @@ pub struct Options<'a> {
     pub base: &'a [Base],
     /// Sizes to scale by.
     pub scope: Scope,
+    /// Ranges to lay learned maps over.
+    pub ranges: Ranges,
     /// Samples in a window for screening.
     pub screen_window: usize,
     /// Samples that a block of held-out windows should have.
@@ -337,13 +376,12 @@ pub fn trace(
     let mut accepted: Vec<Accepted, ROUNDS> = Vec::new();
     for round in 1..=ROUNDS {
         let screening = data.with_window(options.screen_window);
-        let (candidates, windows) =
-            screen::screen(&screening, schedule, &after.model, &variables, scope)?;
-        simulated += windows * options.screen_window as u64 / data.settings.window as u64;
-        let (looks, equivalent) = consider(
+        let screened = screen::screen(&screening, schedule, &after.model, &variables, scope)?;
+        simulated +=
+            screened.simulated * options.screen_window as u64 / data.settings.window as u64;
+        let judgement = consider(
             &Round {
                 data: &data,
-                screening: &screening,
                 declared: model,
                 fit: &after,
                 variables: &variables,
@@ -351,16 +389,13 @@ pub fn trace(
                 block,
             },
             schedule,
-            &candidates,
+            &screened,
             &mut simulated,
         )?;
-        for look in &looks {
+        for look in &judgement.looks {
             observe(&Consideration { round, ..*look });
         }
-        let Some(winner) = looks
-            .iter()
-            .find(|look| look.decision == Decision::Accepted)
-        else {
+        let Some(winner) = judgement.winner else {
             break;
         };
         let Some(larger) = screen::with_effect(&after.model, winner.candidate.effect) else {
@@ -369,11 +404,7 @@ pub fn trace(
         variables = fit::variables(model, &larger, options.base, scope);
         after = fit::fit(&data, schedule, (Fold::All, 1), &larger, &variables, FULL)?;
         simulated += after.simulated;
-        let _ = accepted.push(Accepted {
-            candidate: winner.candidate,
-            p_value: winner.held_out.map_or(1.0, |held_out| held_out.p_value),
-            equivalent,
-        });
+        let _ = accepted.push(winner);
         data = weighed(&data, schedule, &after.model)?;
     }
     // An effect taken early may have stood in for what a later one explains.
@@ -401,16 +432,64 @@ pub fn trace(
         simulated += after.simulated;
         observe(&Consideration {
             round: accepted.len() + 1,
-            candidate: dropped.candidate,
+            subject: Subject::Effect(dropped.candidate.effect.id),
+            score: dropped.candidate.score,
+            identifiability: dropped.candidate.identifiability,
             held_out: None,
             decision: Decision::Dropped,
         });
+    }
+
+    // Does anything lie under it that the catalogue does not have?
+    let mut unknown = None;
+    let left = if accepted.is_empty() {
+        1.0
+    } else {
+        let base = fit::variables(model, &before.model, options.base, scope);
+        let without = cross_validate(&data, schedule, block, &before.model, &base, &mut simulated)?;
+        let with = cross_validate(
+            &data,
+            schedule,
+            block,
+            &after.model,
+            &variables,
+            &mut simulated,
+        )?;
+        compare(&without, &with).ratio
+    };
+    if left > POOR_EXPLANATION {
+        let base = fit::variables(model, &before.model, options.base, scope);
+        let round = Round {
+            data: &data,
+            declared: model,
+            fit: &before,
+            variables: &base,
+            options,
+            block,
+        };
+        let limit = if accepted.is_empty() {
+            LARGEST_RATIO
+        } else {
+            left * CLEARLY_BETTER
+        };
+        let found = learn(&round, schedule, limit, &mut observe, &mut simulated)?;
+        if let Some((larger, score)) = found {
+            accepted.clear();
+            variables = fit::variables(model, &larger, options.base, scope);
+            after = fit::fit(&data, schedule, (Fold::All, 1), &larger, &variables, FULL)?;
+            simulated += after.simulated;
+            unknown = larger.map.map(|map| Unknown {
+                kind: map.kind,
+                score,
+            });
+        }
     }
     Some(Trace {
         before,
         after,
         variables,
         accepted,
+        unknown,
         settings: data.settings,
         simulated,
     })
@@ -419,7 +498,6 @@ pub fn trace(
 /// Where a round of the selection starts.
 struct Round<'a> {
     data: &'a Data<'a>,
-    screening: &'a Data<'a>,
     declared: &'a Model,
     fit: &'a Fit,
     variables: &'a Variables,
@@ -427,26 +505,33 @@ struct Round<'a> {
     block: usize,
 }
 
-/// What a round decided of every candidate, and which ones are equivalent to the accepted one.
-type Judgement = (
-    Vec<Consideration, MOST_CANDIDATES>,
-    Vec<Id, MOST_CANDIDATES>,
-);
+/// What a round decided.
+struct Judgement {
+    looks: Vec<Consideration, MOST_CANDIDATES>,
+    winner: Option<Accepted>,
+}
 
 /// Judges the candidates of a round.
 fn consider(
     round: &Round,
     schedule: &impl Schedule,
-    candidates: &[Candidate],
+    screened: &Screening,
     simulated: &mut u64,
 ) -> Option<Judgement> {
-    let Round { data, fit, .. } = *round;
+    let fit = round.fit;
     let scope = &round.options.scope;
+    let Screening {
+        candidates,
+        imitation,
+        ..
+    } = screened;
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
         .map(|candidate| Consideration {
             round: 0,
-            candidate: *candidate,
+            subject: Subject::Effect(candidate.effect.id),
+            score: candidate.score,
+            identifiability: candidate.identifiability,
             held_out: None,
             decision: if candidate.identifiability < LEAST_IDENTIFIABILITY {
                 Decision::Absorbed
@@ -459,52 +544,22 @@ fn consider(
             },
         })
         .collect();
-    // Stable by insertion, so that equal scores keep the order of the catalogue.
-    looks.sort_unstable_by(|a, b| {
-        let order = |look: &Consideration| look.candidate.effect.id as usize;
-        b.candidate
-            .score
-            .total_cmp(&a.candidate.score)
-            .then(order(a).cmp(&order(b)))
-    });
     let shortlist: Vec<usize, SHORTLIST> = (0..looks.len())
         .filter(|index| looks[*index].decision == Decision::NotShortlisted)
         .take(SHORTLIST)
         .collect();
-    let shortlisted: Vec<Candidate, SHORTLIST> = shortlist
-        .iter()
-        .map(|index| looks[*index].candidate)
-        .collect();
-    let (imitation, windows) = screen::imitation(
-        round.screening,
-        schedule,
-        &fit.model,
-        round.variables,
-        &shortlisted,
-        scope,
-    )?;
-    *simulated += windows * round.screening.settings.window as u64 / data.settings.window as u64;
-
-    let block = round.block;
-    let smaller = cross_validate(
-        data,
-        schedule,
-        block,
-        &fit.model,
-        round.variables,
-        simulated,
-    )?;
-    for (place, &index) in shortlist.iter().enumerate() {
-        let own = looks[index].candidate.effect;
+    let smaller = held_out(round, schedule, &fit.model, round.variables, simulated)?;
+    for &index in &shortlist {
+        let own = candidates[index].effect;
         // Of effects that are one model here, the catalogue's first is refitted for all.
-        let same = (0..shortlist.len()).find(|&other| {
-            (shortlisted[other].effect.id as usize) < own.id as usize
-                && imitation[place][other] > IDENTICAL
-                && imitation[other][place] > IDENTICAL
+        let same = shortlist.iter().find(|&&other| {
+            (candidates[other].effect.id as usize) < own.id as usize
+                && imitation[index][other] > IDENTICAL
+                && imitation[other][index] > IDENTICAL
         });
-        if let Some(other) = same {
+        if let Some(&other) = same {
             looks[index].decision = Decision::SameAs {
-                other: shortlisted[other].effect.id,
+                other: candidates[other].effect.id,
             };
             continue;
         }
@@ -512,8 +567,8 @@ fn consider(
             break;
         };
         let more = fit::variables(round.declared, &larger, round.options.base, scope);
-        let held_out = cross_validate(data, schedule, block, &larger, &more, simulated)?;
-        let comparison = compare(&smaller, &held_out);
+        let larger = held_out(round, schedule, &larger, &more, simulated)?;
+        let comparison = compare(&smaller, &larger);
         looks[index].held_out = Some(comparison);
         // Passed is Accepted for now; who wins is known when all have been refitted.
         looks[index].decision = comparison
@@ -521,35 +576,35 @@ fn consider(
             .unwrap_or(Decision::Accepted);
     }
 
-    let passed = |look: &Consideration| {
-        look.held_out
-            .filter(|_| look.decision == Decision::Accepted)
-            .map(|held_out| held_out.ratio)
+    let passed = |index: usize| {
+        looks[index]
+            .held_out
+            .filter(|_| looks[index].decision == Decision::Accepted)
     };
-    let Some(least) = looks.iter().filter_map(passed).min_by(f64::total_cmp) else {
-        return Some((looks, Vec::new()));
+    let ratios = |index: &usize| passed(*index).map(|held_out| held_out.ratio);
+    let Some(least) = shortlist.iter().filter_map(ratios).min_by(f64::total_cmp) else {
+        return Some(Judgement {
+            looks,
+            winner: None,
+        });
     };
-    let parameters = |look: &Consideration| {
-        let id = look.candidate.effect.id;
-        id.description().parameters.len()
-    };
-    let winner = looks
+    let parameters = |index: usize| candidates[index].effect.id.description().parameters.len();
+    let (best, comparison) = shortlist
         .iter()
-        .enumerate()
-        .filter_map(|(index, look)| passed(look).map(|ratio| (index, ratio, parameters(look))))
-        .filter(|(_, ratio, _)| *ratio <= EQUALLY_GOOD * least)
-        .min_by(|a, b| a.2.cmp(&b.2).then(a.1.total_cmp(&b.1)))
-        .map(|(index, ..)| index)?;
-    let by = looks[winner].candidate.effect.id;
-    for (index, look) in looks.iter_mut().enumerate() {
-        if index != winner && look.decision == Decision::Accepted {
-            look.decision = Decision::Outdone { by };
-        }
-    }
-    let place = shortlist.iter().position(|&index| index == winner)?;
+        .filter_map(|&index| passed(index).map(|held_out| (index, held_out)))
+        .filter(|(_, held_out)| held_out.ratio <= EQUALLY_GOOD * least)
+        .min_by(|a, b| {
+            let fewer = parameters(a.0).cmp(&parameters(b.0));
+            fewer.then(a.1.ratio.total_cmp(&b.1.ratio))
+        })?;
+
     // The error of an effect that was not refitted is that of the one it is the same as.
     let error = |id: Id| {
-        let find = |id: Id| looks.iter().find(|look| look.candidate.effect.id == id);
+        let find = |id: Id| {
+            looks
+                .iter()
+                .find(|look| look.subject == Subject::Effect(id))
+        };
         let look = find(id)?;
         let refitted = match look.decision {
             Decision::SameAs { other } => find(other)?,
@@ -558,10 +613,109 @@ fn consider(
         refitted.held_out.map(|held_out| held_out.ratio)
     };
     let told_apart = |id: Id| error(id).is_some_and(|ratio| ratio > TOLD_APART * least);
-    let equivalent = (0..shortlist.len())
-        .filter(|&other| other != place && imitation[place][other] > EQUIVALENT)
-        .filter(|&other| !told_apart(shortlisted[other].effect.id))
-        .map(|other| shortlisted[other].effect.id)
+    let equivalent = shortlist
+        .iter()
+        .filter(|&&other| other != best && imitation[best][other] > EQUIVALENT)
+        .map(|&other| candidates[other].effect.id)
+        .filter(|&id| !told_apart(id))
         .collect();
-    Some((looks, equivalent))
+
+    let winner = candidates[best];
+    for (index, look) in looks.iter_mut().enumerate() {
+        if index != best && look.decision == Decision::Accepted {
+            look.decision = Decision::Outdone {
+                by: winner.effect.id,
+            };
+        }
+    }
+    Some(Judgement {
+        looks,
+        winner: Some(Accepted {
+            candidate: winner,
+            p_value: comparison.p_value,
+            equivalent,
+        }),
+    })
+}
+
+/// Looks for a variable over which a learned torque or friction explains what no effect does. Gives
+/// the model with the map, still flat, and its score; a map counts if it brings the held-out error
+/// under `limit` times that of the base.
+#[allow(clippy::type_complexity)]
+fn learn(
+    round: &Round,
+    schedule: &impl Schedule,
+    limit: f64,
+    observe: &mut impl FnMut(&Consideration),
+    simulated: &mut u64,
+) -> Option<Option<(Model, f32)>> {
+    let Round { fit, options, .. } = *round;
+    let smaller = held_out(round, schedule, &fit.model, round.variables, simulated)?;
+    let mut looks: Vec<Consideration, { Kind::ALL.len() }> = Vec::new();
+    for kind in Kind::ALL {
+        let larger = with_map(&fit.model, kind, options);
+        let more = fit::variables(round.declared, &larger, options.base, &options.scope);
+        let base = round.variables.len();
+        let screening = round.data.with_window(options.screen_window);
+        let (score, windows) = screen::map_score(&screening, schedule, &larger, &more, base)?;
+        *simulated += windows * options.screen_window as u64 / round.data.settings.window as u64;
+        let larger = held_out(round, schedule, &larger, &more, simulated)?;
+        let comparison = compare(&smaller, &larger);
+        let _ = looks.push(Consideration {
+            round: 1,
+            subject: Subject::Map(kind),
+            score,
+            identifiability: 1.0,
+            held_out: Some(comparison),
+            decision: comparison
+                .judge(Kind::ALL.len())
+                .or((comparison.ratio > limit).then_some(Decision::GainTooSmall))
+                .unwrap_or(Decision::Accepted),
+        });
+    }
+    let best = looks
+        .iter()
+        .filter(|look| look.decision == Decision::Accepted)
+        .filter_map(|look| look.held_out.map(|held_out| (*look, held_out.ratio)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(look, _)| look);
+    for look in &mut looks {
+        if let (Some(best), Decision::Accepted) = (best, look.decision)
+            && let Subject::Map(by) = best.subject
+            && look.subject != best.subject
+        {
+            look.decision = Decision::OutdoneByMap { by };
+        }
+        observe(look);
+    }
+    Some(best.and_then(|best| match best.subject {
+        Subject::Map(kind) => Some((with_map(&fit.model, kind, options), best.score)),
+        Subject::Effect(_) => None,
+    }))
+}
+
+/// The model with a flat map.
+fn with_map(model: &Model, kind: Kind, options: &Options) -> Model {
+    Model {
+        map: Some(LearnedMap::flat(kind, &options.ranges)),
+        ..model.clone()
+    }
+}
+
+/// Held-out errors of a model in a round.
+fn held_out(
+    round: &Round,
+    schedule: &impl Schedule,
+    model: &Model,
+    variables: &Variables,
+    simulated: &mut u64,
+) -> Option<HeldOut> {
+    cross_validate(
+        round.data,
+        schedule,
+        round.block,
+        model,
+        variables,
+        simulated,
+    )
 }

@@ -1,0 +1,149 @@
+//! A torque or a friction level learned as a function of one variable: what is left when no effect
+//! of the catalogue explains a residual. It says where the unknown lives, not what it is.
+
+use super::Middle;
+use crate::plant::actuator::Load;
+
+/// Knots of the piecewise linear map.
+pub const KNOTS: usize = 10;
+
+/// What a map depends on and how it acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kind {
+    /// A torque over position, the same in both directions.
+    PositionTorque,
+    /// Friction over position.
+    PositionFriction,
+    /// A torque over velocity, its own in each direction.
+    VelocityTorque,
+    /// Friction over the speed: any law that is the same in both directions.
+    SpeedFriction,
+    /// A torque over current: a motor that is not linear.
+    CurrentTorque,
+    /// Friction over the motor torque's magnitude.
+    LoadFriction,
+    /// A torque over time: somebody pushes.
+    TimeTorque,
+    /// Friction over time: it warms up or wears.
+    TimeFriction,
+}
+
+impl Kind {
+    /// Every kind.
+    pub const ALL: [Self; 8] = [
+        Self::PositionTorque,
+        Self::PositionFriction,
+        Self::VelocityTorque,
+        Self::SpeedFriction,
+        Self::CurrentTorque,
+        Self::LoadFriction,
+        Self::TimeTorque,
+        Self::TimeFriction,
+    ];
+
+    /// The variable that it depends on, as the contract names it.
+    pub fn variable(self) -> &'static str {
+        match self {
+            Self::PositionTorque | Self::PositionFriction => "position",
+            Self::VelocityTorque | Self::SpeedFriction => "velocity",
+            Self::CurrentTorque => "current",
+            Self::LoadFriction => "load",
+            Self::TimeTorque | Self::TimeFriction => "time",
+        }
+    }
+
+    /// Whether it is a friction level, which opposes motion and holds at rest.
+    pub fn is_friction(self) -> bool {
+        matches!(
+            self,
+            Self::PositionFriction | Self::SpeedFriction | Self::LoadFriction | Self::TimeFriction
+        )
+    }
+}
+
+/// Ranges of the variables over a log: where the knots of a map are laid.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Ranges {
+    /// Smallest and largest position.
+    pub position: (f32, f32),
+    /// Smallest and largest velocity.
+    pub velocity: (f32, f32),
+    /// Smallest and largest motor torque.
+    pub motor_torque: (f32, f32),
+    /// First and last time, s.
+    pub time: (f32, f32),
+}
+
+/// A piecewise linear torque or friction level over one variable, constant beyond its ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LearnedMap {
+    /// What it depends on and how it acts.
+    pub kind: Kind,
+    /// N·m or N at evenly spaced values of the variable.
+    pub knots: [f32; KNOTS],
+    lower: f32,
+    inverse_spacing: f32,
+}
+
+impl LearnedMap {
+    /// A map of zeros over the range of its variable.
+    pub fn flat(kind: Kind, ranges: &Ranges) -> Self {
+        let magnitude = |(lowest, highest): (f32, f32)| (0.0, highest.max(-lowest));
+        let (lower, upper) = match kind {
+            Kind::PositionTorque | Kind::PositionFriction => ranges.position,
+            Kind::VelocityTorque => ranges.velocity,
+            Kind::SpeedFriction => magnitude(ranges.velocity),
+            Kind::CurrentTorque => ranges.motor_torque,
+            Kind::LoadFriction => magnitude(ranges.motor_torque),
+            Kind::TimeTorque | Kind::TimeFriction => ranges.time,
+        };
+        let span = (upper - lower).max(f32::MIN_POSITIVE);
+        Self {
+            kind,
+            knots: [0.0; KNOTS],
+            lower,
+            inverse_spacing: (KNOTS - 1) as f32 / span,
+        }
+    }
+
+    /// The map at a value of its variable.
+    ///
+    /// ```
+    /// use model_core::effect::learned_map::{Kind, LearnedMap, Ranges};
+    /// let ranges = Ranges { time: (0.0, 9.0), ..Ranges::default() };
+    /// let mut map = LearnedMap::flat(Kind::TimeTorque, &ranges);
+    /// map.knots[3] = 2.0;
+    /// assert_eq!((map.at(3.0), map.at(2.5), map.at(-7.0)), (2.0, 1.0, 0.0));
+    /// ```
+    #[inline]
+    pub fn at(&self, value: f32) -> f32 {
+        let place = ((value - self.lower) * self.inverse_spacing)
+            .max(0.0)
+            .min((KNOTS - 1) as f32);
+        let knot = (place as usize).min(KNOTS - 2);
+        let share = place - knot as f32;
+        self.knots[knot] + share * (self.knots[knot + 1] - self.knots[knot])
+    }
+
+    /// Adds it to what is held over a step.
+    #[inline]
+    pub fn hold(&self, middle: &Middle, load: &mut Load) {
+        let level = self.at(match self.kind {
+            Kind::PositionTorque | Kind::PositionFriction => middle.position,
+            Kind::VelocityTorque => middle.velocity,
+            Kind::SpeedFriction => middle.velocity.abs(),
+            Kind::CurrentTorque => middle.motor_torque,
+            Kind::LoadFriction => middle.motor_torque.abs(),
+            Kind::TimeTorque | Kind::TimeFriction => middle.time,
+        });
+        if self.kind.is_friction() {
+            for friction in [&mut load.coulomb, &mut load.breakaway] {
+                friction.forward = (friction.forward + level).max(0.0);
+                friction.backward = (friction.backward + level).max(0.0);
+            }
+        } else {
+            load.torque += level;
+        }
+    }
+}
