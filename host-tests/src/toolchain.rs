@@ -290,13 +290,16 @@ impl Machine for ThisMachine {
     }
 
     fn add_target(&mut self) -> Result<(), String> {
+        if !self.has_program("rustup") {
+            return Err("rustup is not installed".to_owned());
+        }
         announce(&format!(
             "Adding the target {TARGET} to the toolchain in use"
         ));
         let output = clean_command("rustup")
             .args(["target", "add", TARGET])
             .output()
-            .map_err(|_| "rustup is not installed".to_owned())?;
+            .map_err(|error| format!("rustup cannot be run ({error})"))?;
         if output.status.success() {
             return Ok(());
         }

@@ -237,7 +237,10 @@ fn a_damaged_byte_costs_at_most_the_two_frames_around_it() {
                 .iter()
                 .filter(|&&number| decoded.samples().any(|sample| sample.sequence == number))
                 .count();
-            assert!(found >= numbers.len() - 2, "byte {position} as {received:#x}");
+            assert!(
+                found >= numbers.len() - 2,
+                "byte {position} as {received:#x}"
+            );
         }
     }
 }
