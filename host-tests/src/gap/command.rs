@@ -1,8 +1,18 @@
 //! The command line of `cargo hil gap`.
 
-use std::path::PathBuf;
+use std::fs;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
+use indicatif::ProgressBar;
+
+use super::outcome::Outcome;
+use super::{engine, report, table};
+use crate::error::InputError;
 use crate::failure::Failure;
+use crate::log::Log;
+use crate::machine::Machine;
 
 /// What `cargo hil gap` takes.
 #[derive(Debug, clap::Args)]
@@ -24,10 +34,59 @@ pub struct Args {
     pub report: Option<PathBuf>,
 }
 
-/// Finds the effects that the declared machine lacks.
+/// Finds the effects that the declared machine lacks, prints the table, writes what was asked for.
 ///
 /// # Errors
-/// A wrong file, or a result that cannot be written.
-pub fn run(_args: &Args) -> Result<(), Failure> {
-    Err(Failure::other("the gap engine is missing"))
+/// A wrong file, before anything is written; or a result that cannot be written.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let machine = Machine::read(&args.machine)?;
+    let train = read_all(&args.train)?;
+    // A name that is wrong is better said now than after the fit; what is inside stays unread.
+    for path in &args.validate {
+        fs::File::open(path)
+            .and_then(|file| file.metadata())
+            .map_err(|error| InputError::new(path, None, format!("cannot be read: {error}")))?;
+    }
+    let progress = if io::stderr().is_terminal() {
+        ProgressBar::new_spinner()
+    } else {
+        ProgressBar::hidden()
+    };
+    progress.enable_steady_tick(Duration::from_millis(100));
+    progress.set_message("tracing the residual");
+    let result = engine::run(
+        &machine,
+        &train,
+        || Ok(read_all(&args.validate)?),
+        |message| progress.set_message(message.to_owned()),
+    );
+    progress.finish_and_clear();
+    let found = result?;
+
+    if let Some(path) = &args.json {
+        write_json(path, &found.outcome)
+            .map_err(|error| Failure::system(path.display(), &error))?;
+    }
+    if let Some(directory) = &args.report {
+        report::write(&found, directory)
+            .map_err(|error| Failure::system(directory.display(), &error))?;
+    }
+    let mut out = io::stdout();
+    let text = table::render(&found, out.is_terminal());
+    out.write_all(text.as_bytes())
+        .map_err(|error| Failure::system("standard output", &error))
+}
+
+fn read_all(paths: &[PathBuf]) -> Result<Vec<Log>, InputError> {
+    paths.iter().map(|path| Log::read(path)).collect()
+}
+
+/// Writes beside the file and renames, so that a reader never sees half of it.
+fn write_json(path: &Path, outcome: &Outcome) -> io::Result<()> {
+    let mut text = serde_json::to_string_pretty(outcome).map_err(io::Error::other)?;
+    text.push('\n');
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    fs::write(&partial, text)?;
+    fs::rename(&partial, path)
 }

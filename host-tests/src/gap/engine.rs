@@ -13,7 +13,7 @@ use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 use rayon::prelude::*;
 
-use super::metrics::{self, torque_balance};
+use super::metrics::{self, decimal, torque_balance};
 use super::outcome::{
     Candidate, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome, Report,
     Stages, Verdict, Whiteness,
@@ -31,6 +31,9 @@ const SCREEN_WINDOW_S: f64 = 0.04;
 
 /// Length of a held-out block, s.
 const BLOCK_S: f64 = 0.5;
+
+/// Samples on either side of a restart that its state is smoothed over.
+const HALF_WIDTH: usize = 8;
 
 /// Lags of the whiteness test.
 const LAGS: usize = 20;
@@ -332,18 +335,11 @@ fn samples(seconds: f64, period: f64, least: usize) -> usize {
 fn settings(machine: &Machine, period: f64) -> Settings {
     Settings {
         window: samples(WINDOW_S, period, 5),
-        half_width: HALF_WIDTH(),
+        half_width: HALF_WIDTH,
         resolution: machine.resolution.unwrap_or(0.0) as f32,
         position_weight: 1.0,
         current_weight: 0.0,
     }
-}
-#[allow(non_snake_case)]
-fn HALF_WIDTH() -> usize {
-    std::env::var("HW")
-        .ok()
-        .and_then(|s| s.parse().ok())
-        .unwrap_or(8)
 }
 
 /// The sampling period that all logs share.
@@ -411,8 +407,8 @@ fn candidate(look: &Consideration) -> Candidate {
     Candidate {
         round: look.round,
         id: id(look.candidate.effect.id).to_owned(),
-        score: f64::from(look.candidate.score),
-        identifiability: f64::from(look.candidate.identifiability),
+        score: decimal(look.candidate.score),
+        identifiability: decimal(look.candidate.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
         p_value: look.held_out.map(|held_out| held_out.p_value),
         accepted: look.decision == Decision::Accepted,
@@ -462,7 +458,7 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
             let report = |model: &Model| model.effects[slot].report(&model.plant);
             let values = report(&trace.after.model);
             let stds = propagate(&trace.after, &trace.variables, report);
-            let description = accepted.id.description();
+            let description = accepted.candidate.effect.id.description();
             FoundEffect {
                 id: description.id.to_owned(),
                 parameters: description
@@ -471,13 +467,13 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
                     .zip(values.iter().zip(stds))
                     .map(|((name, dimension), (value, std))| Estimate {
                         name: (*name).to_owned(),
-                        value: f64::from(*value),
+                        value: decimal(*value),
                         std,
                         unit: dimension.unit(rotary).to_owned(),
                     })
                     .collect(),
-                score: f64::from(accepted.score),
-                identifiability: f64::from(accepted.identifiability),
+                score: decimal(accepted.candidate.score),
+                identifiability: decimal(accepted.candidate.identifiability),
                 p_value: accepted.p_value,
                 equivalent: accepted
                     .equivalent
@@ -496,8 +492,8 @@ fn fitted(trace: &Trace, declared: &Model, base: &[Base], rotary: bool) -> Vec<F
             let std = propagate(&trace.after, &trace.variables, value)[0];
             FittedParameter {
                 name: parameter.name().to_owned(),
-                declared: f64::from(declared.get(parameter)),
-                fitted: f64::from(trace.after.model.get(parameter)),
+                declared: decimal(declared.get(parameter)),
+                fitted: decimal(trace.after.model.get(parameter)),
                 std: std.is_finite().then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
             }

@@ -3,7 +3,7 @@
 use super::outcome::ErrorSet;
 use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
 use model_core::gap::log::Log;
-use model_core::gap::model::{Model, Simulator};
+use model_core::gap::model::{Lateness, Model, Simulator};
 use model_core::gap::replay::{self, Data, Runner, Schedule};
 use model_core::plant::parameters::{Drive, ParameterError};
 
@@ -31,6 +31,11 @@ pub struct TorqueBalance {
     pub position: Vec<f64>,
 }
 
+/// An `f32` as the decimal that a person would write for it: 0.2, not 0.20000000298.
+pub fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
 /// Central differences, one-sided at the ends.
 fn differentiate(series: &[f64], period: f64) -> Vec<f64> {
     let last = series.len() - 1;
@@ -56,11 +61,15 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
     let position = filter(&BUTTERWORTH, &measured);
     let velocity = differentiate(&position, period);
     let acceleration = differentiate(&velocity, period);
+    let back = |series: &[f32], index: usize, late: Lateness| {
+        let at = |index: usize| f64::from(series[index.saturating_sub(late.whole)]);
+        let (now, before) = (at(index), at(index.saturating_sub(1)));
+        now + f64::from(late.share) * (before - now)
+    };
     let held = |index: usize| {
-        let delay = simulator.input_delay;
-        let now = f64::from(log.delayed_input(index, delay));
-        let before = f64::from(log.delayed_input(index.saturating_sub(1), delay));
-        0.5 * (now + before)
+        let late = simulator.input_lateness();
+        let now = back(log.input, index, late);
+        0.5 * (now + back(log.input, index.saturating_sub(1), late))
     };
     let motor: Vec<f64> = (0..samples)
         .map(|index| match (plant.drive, log.current) {
@@ -68,13 +77,8 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
                 Drive::Voltage {
                     torque_constant, ..
                 },
-                Some(_),
-            ) => {
-                let current = log
-                    .delayed_current(index, simulator.sensor_delay)
-                    .unwrap_or(0.0);
-                f64::from(torque_constant) * f64::from(current)
-            }
+                Some(current),
+            ) => f64::from(torque_constant) * back(current, index, simulator.sensor_lateness()),
             (
                 Drive::Voltage {
                     resistance,
@@ -194,7 +198,7 @@ pub fn errors(
     mean /= samples as f64;
     let deviation = (square / samples as f64 - mean * mean).max(0.0).sqrt();
     Ok(ErrorSet {
-        window_s: data.settings.window as f64 * f64::from(period),
+        window_s: data.settings.window as f64 * decimal(period),
         position_rms,
         position_max: largest,
         position_nrmse: position_rms / deviation,

@@ -40,7 +40,7 @@ impl Effect for AsymmetricCoulomb {
         Self { difference }
     }
 
-    fn scale(scope: &Scope) -> f32 {
+    fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.friction
     }
 

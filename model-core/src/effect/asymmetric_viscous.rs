@@ -39,7 +39,7 @@ impl Effect for AsymmetricViscous {
         Self { difference }
     }
 
-    fn scale(scope: &Scope) -> f32 {
+    fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.friction / scope.speed
     }
 

@@ -70,7 +70,7 @@ impl Effect for Cogging {
         }
     }
 
-    fn scale(scope: &Scope) -> f32 {
+    fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.friction
     }
 

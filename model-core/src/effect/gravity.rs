@@ -58,7 +58,7 @@ impl Effect for Gravity {
         Self { sine, cosine }
     }
 
-    fn scale(scope: &Scope) -> f32 {
+    fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.friction
     }
 

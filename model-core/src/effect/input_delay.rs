@@ -36,7 +36,7 @@ impl Effect for InputDelay {
         Self { delay }
     }
 
-    fn scale(scope: &Scope) -> f32 {
+    fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.period
     }
 

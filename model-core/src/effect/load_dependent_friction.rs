@@ -39,7 +39,7 @@ impl Effect for LoadDependentFriction {
         Self { share }
     }
 
-    fn scale(_scope: &Scope) -> f32 {
+    fn scale(_scope: &Scope, _index: usize) -> f32 {
         0.2
     }
 

@@ -102,8 +102,8 @@ pub trait Effect: Copy {
     /// From values in the order of the description's parameters.
     fn new(values: [f32; MOST_PARAMETERS]) -> Self;
 
-    /// Typical size of a strength: what a fit steps by.
-    fn scale(scope: &Scope) -> f32;
+    /// Typical size of the `index`-th strength: what a fit steps by.
+    fn scale(scope: &Scope, index: usize) -> f32;
 
     /// The `index`-th value to try for the shape parameter; `None` behind the last.
     fn shape(_scope: &Scope, _index: usize) -> Option<f32> {
@@ -141,9 +141,9 @@ macro_rules! catalogue {
                 match self { $(Self::$name => &$module::$name::DESCRIPTION),* }
             }
 
-            /// Typical size of its strengths.
-            pub fn scale(self, scope: &Scope) -> f32 {
-                match self { $(Self::$name => $module::$name::scale(scope)),* }
+            /// Typical size of its `index`-th strength.
+            pub fn scale(self, scope: &Scope, index: usize) -> f32 {
+                match self { $(Self::$name => $module::$name::scale(scope, index)),* }
             }
 
             /// The `index`-th value to try for its shape parameter.

@@ -37,7 +37,7 @@ impl Effect for SensorDelay {
         Self { delay }
     }
 
-    fn scale(scope: &Scope) -> f32 {
+    fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.period
     }
 

@@ -1,20 +1,22 @@
-//! `spring`: a torque proportional to the position.
+//! `spring`: a torque proportional to the position, measured from wherever the spring rests.
 //!
 //! ```text
-//! J dω/dt = … − K θ
+//! J dω/dt = … − K θ + T₀ = … − K (θ − θ_rest)
 //! ```
 //!
-//! Source: Hooke. A spring that rests elsewhere than at position 0 is this one and an
-//! [`offset_torque`](super::offset_torque).
+//! Source: Hooke. Where it rests is as unknown as its stiffness, so that it has two strengths. With
+//! a stiffness near zero it is an [`offset_torque`](super::offset_torque); over a small angle
+//! [`gravity`](super::gravity) is a spring.
 
 use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
-/// Stiffness of a spring at rest at position 0.
+/// Stiffness, and torque at position 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spring {
     stiffness: f32,
+    torque: f32,
 }
 
 impl Effect for Spring {
@@ -22,30 +24,49 @@ impl Effect for Spring {
         id: "spring",
         summary: "a torque proportional to the position",
         source: "Hooke",
-        parameters: &[Parameter {
-            name: "stiffness",
-            dimension: Dimension::TorquePerPosition,
-            role: Role::Strength,
-        }],
-        reported: &[("stiffness", Dimension::TorquePerPosition)],
+        parameters: &[
+            Parameter {
+                name: "stiffness",
+                dimension: Dimension::TorquePerPosition,
+                role: Role::Strength,
+            },
+            Parameter {
+                name: "torque",
+                dimension: Dimension::Torque,
+                role: Role::SignedStrength,
+            },
+        ],
+        reported: &[
+            ("stiffness", Dimension::TorquePerPosition),
+            ("rest", Dimension::Position),
+        ],
         rotary_only: false,
     };
 
-    fn new([stiffness, ..]: [f32; MOST_PARAMETERS]) -> Self {
-        Self { stiffness }
+    fn new([stiffness, torque, _]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { stiffness, torque }
     }
 
-    fn scale(scope: &Scope) -> f32 {
-        scope.friction / scope.stroke
+    fn scale(scope: &Scope, index: usize) -> f32 {
+        match index {
+            0 => scope.friction / scope.stroke,
+            _ => scope.friction,
+        }
     }
 
     fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
         // −K θ = −K (θ − rest) − K rest: the declared spring keeps its rest, where its preload acts.
         plant.spring += self.stiffness;
-        plant.offset -= self.stiffness * plant.spring_rest;
+        plant.offset += self.torque - self.stiffness * plant.spring_rest;
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.stiffness, 0.0, 0.0]
+        // A spring without stiffness rests anywhere.
+        let rest = if self.stiffness > 0.0 {
+            self.torque / self.stiffness
+        } else {
+            0.0
+        };
+        [self.stiffness, rest, 0.0]
     }
 }

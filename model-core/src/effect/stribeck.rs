@@ -49,7 +49,7 @@ impl Effect for Stribeck {
         }
     }
 
-    fn scale(scope: &Scope) -> f32 {
+    fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.friction
     }
 

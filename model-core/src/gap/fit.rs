@@ -16,6 +16,10 @@ const DIFFERENCE: f32 = 0.01;
 /// A step that lowers the cost by less than this share ends the fit.
 const CONVERGED: f64 = 1e-4;
 
+/// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
+/// a log that determines the parameter, and what holds one that it does not.
+const DECLARED_WEIGHT: f64 = 3.0;
+
 /// Increases of the damping before a fit is taken as converged.
 const MOST_REFUSALS: u32 = 6;
 
@@ -44,6 +48,8 @@ pub struct Variable {
     pub lower: f32,
     /// Its largest value.
     pub upper: f32,
+    /// The value that the user declares.
+    pub declared: Option<f32>,
 }
 
 /// The variables of a fit.
@@ -86,12 +92,13 @@ impl Variable {
             scale,
             lower,
             upper,
+            declared: Some(declared),
         }
     }
 
     /// A value of an effect in the model.
     pub fn effect(id: Id, slot: usize, index: usize, value: f32, scope: &Scope) -> Self {
-        let scale = id.scale(scope);
+        let scale = id.scale(scope, index);
         let (scale, lower, upper) = match id.description().parameters[index].role {
             Role::SignedStrength => (scale, -20.0 * scale, 20.0 * scale),
             Role::Strength => (scale, 0.0, 20.0 * scale),
@@ -102,7 +109,15 @@ impl Variable {
             scale,
             lower,
             upper,
+            declared: None,
         }
+    }
+
+    /// How far it is from its declared value, in scales.
+    fn departure(&self, model: &Model) -> f64 {
+        self.declared.map_or(0.0, |declared| {
+            f64::from((self.get(model) - declared) / self.scale)
+        })
     }
 
     /// Its value in a model.
@@ -123,10 +138,10 @@ impl Variable {
 }
 
 /// The variables of all effects of a model, behind those of its base.
-pub fn variables(model: &Model, base: &[Base], scope: &Scope) -> Variables {
+pub fn variables(declared: &Model, model: &Model, base: &[Base], scope: &Scope) -> Variables {
     let mut variables = Variables::new();
     for &parameter in base {
-        let _ = variables.push(Variable::base(model, parameter, scope));
+        let _ = variables.push(Variable::base(declared, parameter, scope));
     }
     for (slot, effect) in model.effects.iter().enumerate() {
         for index in 0..effect.id.description().parameters.len() {
@@ -209,6 +224,15 @@ pub fn fit(
         };
         let sums = replay::sums(data, schedule, fold, &model.build(period).ok()?, &lanes);
         simulated += sums.windows as u64 * (lanes.len() as u64 + 1);
+        let mut sums = sums;
+        for (index, variable) in variables.iter().enumerate() {
+            if variable.declared.is_some() {
+                let departure = variable.departure(model);
+                sums.products[0][0] += DECLARED_WEIGHT * departure * departure;
+                sums.products[index + 1][0] += DECLARED_WEIGHT * departure;
+                sums.products[index + 1][index + 1] += DECLARED_WEIGHT;
+            }
+        }
         Some(sums)
     };
     let mut sums = evaluate(&model, true)?;
@@ -271,7 +295,8 @@ fn damped_step(model: &Model, variables: &[Variable], sums: &Sums, damping: f64)
 
 impl Fit {
     /// Covariance of the variables in SI units, by the sandwich rule over windows: residuals may be
-    /// correlated within a window. An undetermined variable has an infinite variance.
+    /// correlated within a window. A variable that the log does not determine has an infinite
+    /// variance.
     pub fn covariance(&self, variables: &[Variable]) -> [[f64; MOST_VARIABLES]; MOST_VARIABLES] {
         let count = variables.len();
         let mut normal = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
@@ -302,7 +327,10 @@ impl Fit {
             factor.solve(&mut entries[..count]);
             for column in 0..count {
                 let scale = f64::from(variables[row].scale) * f64::from(variables[column].scale);
-                covariance[row][column] = if factor.is_dependent(row) && row == column {
+                let declared_rules =
+                    variables[row].declared.is_some() && normal[row][row] < 10.0 * DECLARED_WEIGHT;
+                let undetermined = factor.is_dependent(row) || declared_rules;
+                covariance[row][column] = if undetermined && row == column {
                     f64::INFINITY
                 } else {
                     entries[column] * scale * small_sample

@@ -21,20 +21,6 @@ impl Log<'_> {
         self.input.len().min(self.position.len())
     }
 
-    /// The input that acts over the step behind sample `index` when the drive is `delay` samples
-    /// late: the mean of the two inputs that share the step. Before the log it is its first input.
-    #[inline]
-    pub fn delayed_input(&self, index: usize, delay: f32) -> f32 {
-        interpolate_back(self.input, index, delay)
-    }
-
-    /// The current measured `delay` samples before sample `index`.
-    #[inline]
-    pub fn delayed_current(&self, index: usize, delay: f32) -> Option<f32> {
-        self.current
-            .map(|current| interpolate_back(current, index, delay))
-    }
-
     /// The state at sample `index` from the positions within `half_width` samples of it: a cubic
     /// by least squares (Savitzky and Golay 1964). Rest, with a velocity of exactly zero, where
     /// the position stays within `resolution`.
@@ -76,17 +62,4 @@ impl Log<'_> {
         };
         State::new(origin + value, slope * unit / self.period)
     }
-}
-
-/// The series `delay` samples before `index`, linear between samples, its first value before it.
-#[inline]
-fn interpolate_back(series: &[f32], index: usize, delay: f32) -> f32 {
-    if delay <= 0.0 {
-        return series[index];
-    }
-    let whole = delay as usize;
-    let fraction = delay - whole as f32;
-    let late = series[index.saturating_sub(whole)];
-    let later = series[index.saturating_sub(whole.saturating_add(1))];
-    late + fraction * (later - late)
 }

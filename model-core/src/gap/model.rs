@@ -226,30 +226,80 @@ impl Model {
         } else {
             PARTS_UNDER_HELD_EFFECTS
         };
+        let built = |share: f32| Actuator::build(&plant, share * period / parts as f32);
+        let input = Lateness::new(delays.input + delays.sensor, period);
+        let stepping = if input.share == 0.0 {
+            Stepping::Whole(built(1.0)?)
+        } else {
+            Stepping::Split {
+                earlier: built(input.share)?,
+                later: built(1.0 - input.share)?,
+            }
+        };
         Ok(Simulator {
-            actuator: Actuator::build(&plant, period / parts as f32)?,
+            stepping,
             held,
             parts,
             torque_per_current: plant.torque_per_current(),
-            input_delay: (delays.input + delays.sensor) / period,
-            sensor_delay: delays.sensor / period,
+            input,
+            current: Lateness::new(delays.sensor, period),
             plant,
         })
     }
 }
 
+/// A delay in samples, whole and part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lateness {
+    /// Whole samples.
+    pub whole: usize,
+    /// What is left, 0 to 1.
+    pub share: f32,
+}
+
+/// Parts of a sample under which a delay counts as whole: a mode is not worked out for them.
+const LEAST_SHARE: f32 = 1e-3;
+
+impl Lateness {
+    fn new(delay: f32, period: f32) -> Self {
+        let samples = (delay / period).max(0.0);
+        let whole = samples as usize;
+        let share = samples - whole as f32;
+        if share < LEAST_SHARE {
+            Self { whole, share: 0.0 }
+        } else if share > 1.0 - LEAST_SHARE {
+            Self {
+                whole: whole + 1,
+                share: 0.0,
+            }
+        } else {
+            Self { whole, share }
+        }
+    }
+}
+
+/// How a step is taken: whole, or split where a late input changes inside it.
+#[derive(Debug, Clone, PartialEq)]
+// There is no allocator to box the larger variant with.
+#[allow(clippy::large_enum_variant)]
+enum Stepping {
+    Whole(Actuator),
+    Split { earlier: Actuator, later: Actuator },
+}
+
 /// A model bound for one step period.
+///
+/// Time runs at the *reported* position: with a late sensor the simulated state is that of a while
+/// ago, and so are the inputs that drive it; the current, measured without delay, is ahead.
 #[derive(Debug, Clone)]
 pub struct Simulator {
-    actuator: Actuator,
+    stepping: Stepping,
     held: Vec<Law, MOST_EFFECTS>,
     parts: u32,
     torque_per_current: f32,
     plant: Parameters,
-    /// Samples between an input and the moment at which it drives the *reported* position.
-    pub input_delay: f32,
-    /// Samples between a position and its report.
-    pub sensor_delay: f32,
+    input: Lateness,
+    current: Lateness,
 }
 
 impl Simulator {
@@ -258,28 +308,78 @@ impl Simulator {
         &self.plant
     }
 
-    /// One step with the input held over it.
+    /// How late an input drives the reported position.
+    pub fn input_lateness(&self) -> Lateness {
+        self.input
+    }
+
+    /// How late the position is reported beside the current.
+    pub fn sensor_lateness(&self) -> Lateness {
+        self.current
+    }
+
+    /// One step from sample `index`, with the inputs that act over it; before the log its first
+    /// input does. Gives the current in the step at the moment to which the measured one belongs.
     ///
     /// # Errors
-    /// [`InputRefused`]; the state is unchanged.
+    /// [`InputRefused`].
     #[inline]
-    pub fn step(&self, state: &mut State, input: f32) -> Result<(), InputRefused> {
+    pub fn step(
+        &self,
+        state: &mut State,
+        input: &[f32],
+        index: usize,
+    ) -> Result<f32, InputRefused> {
+        let before = state.current;
+        let late = index.saturating_sub(self.input.whole);
+        match &self.stepping {
+            Stepping::Whole(actuator) => {
+                self.advance(actuator, state, input[late])?;
+                Ok(before + self.current.share * (state.current - before))
+            }
+            Stepping::Split { earlier, later } => {
+                self.advance(earlier, state, input[late.saturating_sub(1)])?;
+                let between = state.current;
+                self.advance(later, state, input[late])?;
+                // With a late sensor alone the measurement belongs to the moment of the change.
+                let (split, moment) = (self.input.share, self.current.share);
+                Ok(if moment <= split {
+                    before + moment / split * (between - before)
+                } else {
+                    between + (moment - split) / (1.0 - split) * (state.current - between)
+                })
+            }
+        }
+    }
+
+    #[inline]
+    fn advance(
+        &self,
+        actuator: &Actuator,
+        state: &mut State,
+        input: f32,
+    ) -> Result<(), InputRefused> {
         if self.held.is_empty() {
-            return self.actuator.step(state, input);
+            return actuator.step(state, input);
         }
         for _ in 0..self.parts {
-            self.step_held(state, input)?;
+            self.advance_held(actuator, state, input)?;
         }
         Ok(())
     }
 
     /// One part of a step under held effects: a predictor to its middle, then the part itself.
-    fn step_held(&self, state: &mut State, input: f32) -> Result<(), InputRefused> {
+    fn advance_held(
+        &self,
+        actuator: &Actuator,
+        state: &mut State,
+        input: f32,
+    ) -> Result<(), InputRefused> {
         let position = state.position.value();
         let start = self.load_at(state.current, state.velocity.value(), position);
-        let (current, velocity, travel) = self.actuator.middle(state, input, &start);
+        let (current, velocity, travel) = actuator.middle(state, input, &start);
         let middle = self.load_at(current, velocity, position + travel);
-        self.actuator.step_under(state, input, &middle)
+        actuator.step_under(state, input, &middle)
     }
 
     /// What acts on the mechanism next to the motor, at this current, velocity and position.
@@ -289,7 +389,11 @@ impl Simulator {
             velocity,
             position,
         };
-        let mut load = self.actuator.load();
+        let (Stepping::Whole(actuator)
+        | Stepping::Split {
+            later: actuator, ..
+        }) = &self.stepping;
+        let mut load = actuator.load();
         for law in &self.held {
             law.hold(&middle, &mut load);
         }

@@ -100,9 +100,10 @@ impl<'a> Runner<'a> {
         settings: &Settings,
     ) -> Self {
         let mut state = log.smoothed_state(start, settings.half_width, settings.resolution);
-        let input = log.delayed_input(start, simulator.input_delay);
-        state.current = match log.delayed_current(start, simulator.sensor_delay) {
-            Some(current) => current,
+        let late = start.saturating_sub(simulator.sensor_lateness().whole);
+        let input = log.input[start.saturating_sub(simulator.input_lateness().whole)];
+        state.current = match log.current {
+            Some(current) => current[late],
             None => simulator.steady_current(state.velocity.value(), input),
         };
         Self {
@@ -112,19 +113,20 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// Steps from sample `index` to the next and gives the residuals there: model less
-    /// measurement, of position and of current.
+    /// Steps from sample `index` to the next and gives the residuals, model less measurement: of
+    /// the position at the next sample, of the current at this one.
     #[inline]
     pub fn advance(&mut self, index: usize) -> (f32, f32) {
-        let input = self.log.delayed_input(index, self.simulator.input_delay);
         // A refused input leaves the state: logs are checked on reading, so none is.
-        let _ = self.simulator.step(&mut self.state, input);
+        let predicted = self
+            .simulator
+            .step(&mut self.state, self.log.input, index)
+            .unwrap_or(self.state.current);
         let position = self.state.position.from(self.log.position[index + 1]);
-        let current = match self
-            .log
-            .delayed_current(index + 1, self.simulator.sensor_delay)
-        {
-            Some(measured) => self.state.current - measured,
+        let current = match self.log.current {
+            Some(measured) => {
+                predicted - measured[index.saturating_sub(self.simulator.sensor_lateness().whole)]
+            }
             None => 0.0,
         };
         (position, current)
@@ -259,8 +261,8 @@ impl Fold {
     pub fn takes(self, block: usize) -> bool {
         match self {
             Self::All => true,
-            Self::Even => block % 2 == 0,
-            Self::Odd => block % 2 == 1,
+            Self::Even => block.is_multiple_of(2),
+            Self::Odd => !block.is_multiple_of(2),
         }
     }
 }

@@ -128,8 +128,8 @@ impl<'a> Projection<'a> {
             .zip(solution)
             .all(|(parameter, value)| parameter.role != Role::Strength || value >= 0.0);
         let mut effect = effect;
-        for (value, strength) in effect.values.iter_mut().zip(&solution[..strengths]) {
-            *value = *strength as f32 * effect.id.scale(scope);
+        for index in 0..strengths {
+            effect.values[index] = solution[index] as f32 * effect.id.scale(scope, index);
         }
         let share = |part: f64, whole: f64| {
             if whole > 0.0 && part > 0.0 {
@@ -165,7 +165,7 @@ fn effect_lanes(
         .map(|index| {
             let mut moved = effect;
             moved.values[..effect.id.strengths()].fill(0.0);
-            moved.values[index] = STRENGTH * effect.id.scale(scope);
+            moved.values[index] = STRENGTH * effect.id.scale(scope, index);
             Some(Lane {
                 simulator: with_effect(model, moved)?.build(period).ok()?,
                 inverse_step: 1.0 / STRENGTH,
@@ -247,20 +247,24 @@ pub fn screen(
     Some((best, simulated))
 }
 
-/// Cosines between the candidates' sensitivities with the base projected out: at ±1 the log cannot
-/// tell two of them apart.
-pub fn similarity(
+/// How well one effect imitates another: `[a][b]` is the cosine between the sensitivity of
+/// candidate `a` at its best strengths and what candidate `b` can do with any strengths, the base
+/// projected out of both. At 1 the log cannot tell `a` from `b`.
+pub type Imitation = [[f32; MOST_CANDIDATES]; MOST_CANDIDATES];
+
+/// Compares the candidates with each other. The second value counts the windows simulated.
+pub fn imitation(
     data: &Data,
     schedule: &impl Schedule,
     model: &Model,
     variables: &Variables,
     candidates: &[Candidate],
     scope: &Scope,
-) -> Option<[[f32; MOST_CANDIDATES]; MOST_CANDIDATES]> {
+) -> Option<(Imitation, u64)> {
     let period = data.logs.first()?.period;
     let base = model.build(period).ok()?;
     let mut lanes: Vec<Lane, COLUMNS> = fit::lanes(model, variables, period)?.into_iter().collect();
-    let mut columns: Vec<(usize, [f64; MOST_PARAMETERS]), MOST_CANDIDATES> = Vec::new();
+    let mut columns: Vec<(usize, [f64; MOST_PARAMETERS], usize), MOST_CANDIDATES> = Vec::new();
     for candidate in candidates {
         let effect = candidate.effect;
         let strengths = effect.id.strengths();
@@ -268,32 +272,40 @@ pub fn similarity(
             break;
         }
         let mut direction = [0.0; MOST_PARAMETERS];
-        for (entry, value) in direction.iter_mut().zip(&effect.values[..strengths]) {
-            *entry = f64::from(*value / effect.id.scale(scope));
+        for index in 0..strengths {
+            let scale = effect.id.scale(scope, index);
+            direction[index] = f64::from(effect.values[index] / scale);
         }
-        let _ = columns.push((lanes.len() + 1, direction));
+        let _ = columns.push((lanes.len() + 1, direction, strengths));
         for lane in effect_lanes(model, effect, scope, period)? {
             let _ = lanes.push(lane);
         }
     }
     let sums = replay::sums(data, schedule, (Fold::All, 1), &base, &lanes);
+    let simulated = sums.windows as u64 * (lanes.len() as u64 + 1);
     let projection = Projection::new(&sums, variables.len());
-    let mut cosines = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
-    let product = |a: usize, b: usize| {
-        let strengths = |index: usize| candidates[index].effect.id.strengths();
-        projection.combined(
-            (columns[a].0, &columns[a].1[..strengths(a)]),
-            (columns[b].0, &columns[b].1[..strengths(b)]),
-            |x, y| projection.product(x, y),
-        )
-    };
-    for a in 0..columns.len() {
-        for b in 0..columns.len() {
-            let norms = product(a, a) * product(b, b);
-            if norms > 0.0 {
-                cosines[a][b] = (product(a, b) / libm::sqrt(norms)) as f32;
+    let mut imitation = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
+    for (a, (first_a, direction, strengths_a)) in columns.iter().enumerate() {
+        let along_a = (*first_a, &direction[..*strengths_a]);
+        let own = projection.combined(along_a, along_a, |x, y| projection.product(x, y));
+        for (b, (first_b, _, strengths_b)) in columns.iter().enumerate() {
+            let mut normal = [[0.0; MOST_PARAMETERS]; MOST_PARAMETERS];
+            let mut shared = [0.0; MOST_PARAMETERS];
+            for row in 0..*strengths_b {
+                for column in 0..=row {
+                    normal[row][column] = projection.product(first_b + row, first_b + column);
+                }
+                shared[row] = projection.combined(along_a, (first_b + row, &[1.0]), |x, y| {
+                    projection.product(x, y)
+                });
+            }
+            // ‖L⁻¹ Sᵀv‖ is the length of v's projection on the columns of b.
+            Cholesky::new(&normal, *strengths_b).forward(&mut shared[..*strengths_b]);
+            let length: f64 = shared[..*strengths_b].iter().map(|x| x * x).sum();
+            if own > 0.0 {
+                imitation[a][b] = libm::sqrt((length / own).min(1.0)) as f32;
             }
         }
     }
-    Some(cosines)
+    Some((imitation, simulated))
 }

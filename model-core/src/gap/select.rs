@@ -35,6 +35,14 @@ const EQUIVALENT: f32 = 0.9;
 /// Cosine beyond which two effects are the same model and only one is refitted.
 const IDENTICAL: f32 = 0.9995;
 
+/// An effect whose held-out error is beyond this multiple of the accepted one's is told from it,
+/// however alike the two sensitivities are.
+const TOLD_APART: f64 = 1.5;
+
+/// Candidates whose held-out errors are within this ratio of the best one's are equally good: the
+/// one with the fewest parameters is taken.
+const EQUALLY_GOOD: f64 = 1.1;
+
 /// Error of the whole test, shared among the candidates of a round.
 const SIGNIFICANCE: f64 = 0.01;
 
@@ -122,12 +130,8 @@ impl Comparison {
 /// An accepted effect.
 #[derive(Debug, Clone)]
 pub struct Accepted {
-    /// Which.
-    pub id: Id,
-    /// From the screening of the round that took it.
-    pub score: f32,
-    /// From the screening of the round that took it.
-    pub identifiability: f32,
+    /// Which, with score and identifiability from the screening of the round that took it.
+    pub candidate: Candidate,
     /// From the held-out blocks.
     pub p_value: f64,
     /// Effects that this log cannot tell from it.
@@ -310,7 +314,7 @@ pub fn trace(
     let mut simulated = 0;
 
     // Short windows first: far from the truth, they are the smoother problem.
-    let variables = fit::variables(model, options.base, scope);
+    let variables = fit::variables(model, model, options.base, scope);
     let mut fitted = model.clone();
     let mut data = *data;
     for window in [
@@ -336,51 +340,71 @@ pub fn trace(
         let (candidates, windows) =
             screen::screen(&screening, schedule, &after.model, &variables, scope)?;
         simulated += windows * options.screen_window as u64 / data.settings.window as u64;
-        let looks = consider(
-            &data,
+        let (looks, equivalent) = consider(
+            &Round {
+                data: &data,
+                screening: &screening,
+                declared: model,
+                fit: &after,
+                variables: &variables,
+                options,
+                block,
+            },
             schedule,
-            &after,
-            &variables,
-            options,
-            block,
             &candidates,
             &mut simulated,
         )?;
-        let winner = looks
-            .iter()
-            .position(|look| look.decision == Decision::Accepted);
         for look in &looks {
             observe(&Consideration { round, ..*look });
         }
-        let Some(winner) = winner.map(|index| looks[index]) else {
+        let Some(winner) = looks
+            .iter()
+            .find(|look| look.decision == Decision::Accepted)
+        else {
             break;
         };
-        let mut equivalent = Vec::new();
-        for id in equivalents(
-            &screening,
-            schedule,
-            &after,
-            &variables,
-            scope,
-            &candidates,
-            winner.candidate.effect.id,
-        )? {
-            let _ = equivalent.push(id);
-        }
         let Some(larger) = screen::with_effect(&after.model, winner.candidate.effect) else {
             break;
         };
-        variables = fit::variables(&larger, options.base, scope);
+        variables = fit::variables(model, &larger, options.base, scope);
         after = fit::fit(&data, schedule, (Fold::All, 1), &larger, &variables, FULL)?;
         simulated += after.simulated;
         let _ = accepted.push(Accepted {
-            id: winner.candidate.effect.id,
-            score: winner.candidate.score,
-            identifiability: winner.candidate.identifiability,
+            candidate: winner.candidate,
             p_value: winner.held_out.map_or(1.0, |held_out| held_out.p_value),
             equivalent,
         });
         data = weighed(&data, schedule, &after.model)?;
+    }
+    // An effect taken early may have stood in for what a later one explains.
+    let mut slot = 0;
+    while accepted.len() > 1 && slot < accepted.len() {
+        let mut smaller = after.model.clone();
+        smaller.effects.remove(model.effects.len() + slot);
+        let fewer = fit::variables(model, &smaller, options.base, scope);
+        let without = cross_validate(&data, schedule, block, &smaller, &fewer, &mut simulated)?;
+        let with = cross_validate(
+            &data,
+            schedule,
+            block,
+            &after.model,
+            &variables,
+            &mut simulated,
+        )?;
+        if compare(&without, &with).judge(1).is_none() {
+            slot += 1;
+            continue;
+        }
+        let dropped = accepted.remove(slot);
+        variables = fewer;
+        after = fit::fit(&data, schedule, (Fold::All, 1), &smaller, &variables, FULL)?;
+        simulated += after.simulated;
+        observe(&Consideration {
+            round: accepted.len() + 1,
+            candidate: dropped.candidate,
+            held_out: None,
+            decision: Decision::Dropped,
+        });
     }
     Some(Trace {
         before,
@@ -392,43 +416,32 @@ pub fn trace(
     })
 }
 
-/// Effects whose sensitivity the log cannot tell from that of `id`.
-#[allow(clippy::too_many_arguments)]
-fn equivalents(
-    data: &Data,
-    schedule: &impl Schedule,
-    fit: &Fit,
-    variables: &Variables,
-    scope: &Scope,
-    candidates: &[Candidate],
-    id: Id,
-) -> Option<Vec<Id, MOST_CANDIDATES>> {
-    let cosines = screen::similarity(data, schedule, &fit.model, variables, candidates, scope)?;
-    let own = candidates
-        .iter()
-        .position(|candidate| candidate.effect.id == id)?;
-    Some(
-        candidates
-            .iter()
-            .enumerate()
-            .filter(|(index, _)| *index != own && cosines[own][*index].abs() > EQUIVALENT)
-            .map(|(_, candidate)| candidate.effect.id)
-            .collect(),
-    )
+/// Where a round of the selection starts.
+struct Round<'a> {
+    data: &'a Data<'a>,
+    screening: &'a Data<'a>,
+    declared: &'a Model,
+    fit: &'a Fit,
+    variables: &'a Variables,
+    options: &'a Options<'a>,
+    block: usize,
 }
 
+/// What a round decided of every candidate, and which ones are equivalent to the accepted one.
+type Judgement = (
+    Vec<Consideration, MOST_CANDIDATES>,
+    Vec<Id, MOST_CANDIDATES>,
+);
+
 /// Judges the candidates of a round.
-#[allow(clippy::too_many_arguments)]
 fn consider(
-    data: &Data,
+    round: &Round,
     schedule: &impl Schedule,
-    fit: &Fit,
-    variables: &Variables,
-    options: &Options,
-    block: usize,
     candidates: &[Candidate],
     simulated: &mut u64,
-) -> Option<Vec<Consideration, MOST_CANDIDATES>> {
+) -> Option<Judgement> {
+    let Round { data, fit, .. } = *round;
+    let scope = &round.options.scope;
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
         .map(|candidate| Consideration {
@@ -446,42 +459,109 @@ fn consider(
             },
         })
         .collect();
-    looks.sort_unstable_by(|a, b| b.candidate.score.total_cmp(&a.candidate.score));
+    // Stable by insertion, so that equal scores keep the order of the catalogue.
+    looks.sort_unstable_by(|a, b| {
+        let order = |look: &Consideration| look.candidate.effect.id as usize;
+        b.candidate
+            .score
+            .total_cmp(&a.candidate.score)
+            .then(order(a).cmp(&order(b)))
+    });
+    let shortlist: Vec<usize, SHORTLIST> = (0..looks.len())
+        .filter(|index| looks[*index].decision == Decision::NotShortlisted)
+        .take(SHORTLIST)
+        .collect();
+    let shortlisted: Vec<Candidate, SHORTLIST> = shortlist
+        .iter()
+        .map(|index| looks[*index].candidate)
+        .collect();
+    let (imitation, windows) = screen::imitation(
+        round.screening,
+        schedule,
+        &fit.model,
+        round.variables,
+        &shortlisted,
+        scope,
+    )?;
+    *simulated += windows * round.screening.settings.window as u64 / data.settings.window as u64;
 
-    let smaller = cross_validate(data, schedule, block, &fit.model, variables, simulated)?;
-    let tested = candidates.len();
-    let mut refitted = 0;
-    let mut best: Option<(usize, f64)> = None;
-    for index in 0..looks.len() {
-        if looks[index].decision != Decision::NotShortlisted || refitted == SHORTLIST {
+    let block = round.block;
+    let smaller = cross_validate(
+        data,
+        schedule,
+        block,
+        &fit.model,
+        round.variables,
+        simulated,
+    )?;
+    for (place, &index) in shortlist.iter().enumerate() {
+        let own = looks[index].candidate.effect;
+        // Of effects that are one model here, the catalogue's first is refitted for all.
+        let same = (0..shortlist.len()).find(|&other| {
+            (shortlisted[other].effect.id as usize) < own.id as usize
+                && imitation[place][other] > IDENTICAL
+                && imitation[other][place] > IDENTICAL
+        });
+        if let Some(other) = same {
+            looks[index].decision = Decision::SameAs {
+                other: shortlisted[other].effect.id,
+            };
             continue;
         }
-        refitted += 1;
-        let Some(larger) = screen::with_effect(&fit.model, looks[index].candidate.effect) else {
+        let Some(larger) = screen::with_effect(&fit.model, own) else {
             break;
         };
-        let more = fit::variables(&larger, options.base, &options.scope);
+        let more = fit::variables(round.declared, &larger, round.options.base, scope);
         let held_out = cross_validate(data, schedule, block, &larger, &more, simulated)?;
         let comparison = compare(&smaller, &held_out);
         looks[index].held_out = Some(comparison);
-        match comparison.judge(tested) {
-            Some(refusal) => looks[index].decision = refusal,
-            None => {
-                // Passed; who wins is known when all have been refitted.
-                looks[index].decision = Decision::Accepted;
-                if best.is_none_or(|(_, ratio)| comparison.ratio < ratio) {
-                    best = Some((index, comparison.ratio));
-                }
-            }
+        // Passed is Accepted for now; who wins is known when all have been refitted.
+        looks[index].decision = comparison
+            .judge(candidates.len())
+            .unwrap_or(Decision::Accepted);
+    }
+
+    let passed = |look: &Consideration| {
+        look.held_out
+            .filter(|_| look.decision == Decision::Accepted)
+            .map(|held_out| held_out.ratio)
+    };
+    let Some(least) = looks.iter().filter_map(passed).min_by(f64::total_cmp) else {
+        return Some((looks, Vec::new()));
+    };
+    let parameters = |look: &Consideration| {
+        let id = look.candidate.effect.id;
+        id.description().parameters.len()
+    };
+    let winner = looks
+        .iter()
+        .enumerate()
+        .filter_map(|(index, look)| passed(look).map(|ratio| (index, ratio, parameters(look))))
+        .filter(|(_, ratio, _)| *ratio <= EQUALLY_GOOD * least)
+        .min_by(|a, b| a.2.cmp(&b.2).then(a.1.total_cmp(&b.1)))
+        .map(|(index, ..)| index)?;
+    let by = looks[winner].candidate.effect.id;
+    for (index, look) in looks.iter_mut().enumerate() {
+        if index != winner && look.decision == Decision::Accepted {
+            look.decision = Decision::Outdone { by };
         }
     }
-    if let Some((winner, _)) = best {
-        let by = looks[winner].candidate.effect.id;
-        for (index, look) in looks.iter_mut().enumerate() {
-            if index != winner && look.decision == Decision::Accepted {
-                look.decision = Decision::Outdone { by };
-            }
-        }
-    }
-    Some(looks)
+    let place = shortlist.iter().position(|&index| index == winner)?;
+    // The error of an effect that was not refitted is that of the one it is the same as.
+    let error = |id: Id| {
+        let find = |id: Id| looks.iter().find(|look| look.candidate.effect.id == id);
+        let look = find(id)?;
+        let refitted = match look.decision {
+            Decision::SameAs { other } => find(other)?,
+            _ => look,
+        };
+        refitted.held_out.map(|held_out| held_out.ratio)
+    };
+    let told_apart = |id: Id| error(id).is_some_and(|ratio| ratio > TOLD_APART * least);
+    let equivalent = (0..shortlist.len())
+        .filter(|&other| other != place && imitation[place][other] > EQUIVALENT)
+        .filter(|&other| !told_apart(shortlisted[other].effect.id))
+        .map(|other| shortlisted[other].effect.id)
+        .collect();
+    Some((looks, equivalent))
 }

@@ -89,8 +89,8 @@ impl Actuator {
     /// A parameter outside its range, or a period that is not above 0 and at most 10 s.
     pub fn build(parameters: &Parameters, period: f32) -> Result<Self, ParameterError> {
         parameters.check()?;
-        // Written so that NaN fails too.
-        if !(period > 0.0 && period <= 10.0) {
+        let usable = period > 0.0 && period <= 10.0;
+        if !usable {
             return Err(ParameterError {
                 parameter: "period",
                 requirement: "above 0 and at most 10 s",
@@ -105,11 +105,9 @@ impl Actuator {
         let algebraic = match parameters.drive {
             Drive::Voltage {
                 resistance,
-                inductance,
+                inductance: 0.0,
                 torque_constant,
-            } if inductance == 0.0 => {
-                Some((torque_constant / resistance, parameters.gain / resistance))
-            }
+            } => Some((torque_constant / resistance, parameters.gain / resistance)),
             Drive::Voltage { .. } => None,
             Drive::Torque => Some((0.0, parameters.gain)),
         };
@@ -180,8 +178,8 @@ impl Actuator {
         input: f32,
         load: &Load,
     ) -> Result<(), InputRefused> {
-        // Written so that NaN fails too.
-        if !(input.abs() <= INPUT_LIMIT) {
+        let accepted = input.abs() <= INPUT_LIMIT;
+        if !accepted {
             return Err(InputRefused);
         }
         let trial = self.trial(state, 0, input, load);

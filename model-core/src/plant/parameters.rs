@@ -88,7 +88,7 @@ impl Parameters {
             }
         };
         let non_negative = |parameter, value: f32| {
-            if value >= 0.0 && value <= LARGEST {
+            if (0.0..=LARGEST).contains(&value) {
                 Ok(())
             } else {
                 Err(ParameterError {
@@ -129,14 +129,14 @@ impl Parameters {
         finite("spring_rest", self.spring_rest)?;
         non_negative("spring_preload", self.spring_preload)?;
         finite("offset", self.offset)?;
-        // Written so that NaN fails too.
-        if !(self.lower_stop < self.upper_stop) {
-            return Err(ParameterError {
+        if self.lower_stop < self.upper_stop {
+            Ok(())
+        } else {
+            Err(ParameterError {
                 parameter: "lower_stop",
                 requirement: "below upper_stop",
-            });
+            })
         }
-        Ok(())
     }
 
     /// Torque or force that one unit of motor current gives; 1 with a torque input, where the
