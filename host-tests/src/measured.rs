@@ -14,7 +14,7 @@ pub const SKIPPED: &str = "SKIPPED ";
 
 /// A file of the measured data, or a line on standard error that names the calling test.
 ///
-/// ```
+/// ```no_run
 /// use host_tests::measured;
 ///
 /// let Some(train) = measured::path("emps/train.csv") else { return };

@@ -159,22 +159,10 @@ impl Toolchain {
     /// # Errors
     /// What the compiler says.
     pub fn build(&self, board: &str) -> Result<Build, Failure> {
-        let mut cargo = match self.route {
-            Route::Present | Route::Added => clean_command("cargo"),
-            Route::Debian => debian_cargo(),
-        };
-        // Not the host's target directory: two compilers, and no waiting for the other's lock.
-        cargo
-            .args(["build", "--release", "--package", "firmware"])
-            .args(["--target", TARGET, "--target-dir", "target/firmware"])
-            .args(["--features", board, "--bin", board])
-            .arg("--message-format=json");
-        if self.route == Route::Debian {
-            cargo.arg("-Zbuild-std=core");
-        }
+        let mut cargo = self.cargo("build", board);
+        cargo.args(["--bin", board, "--message-format=json"]);
         let progress = std::io::stderr().is_terminal();
         let output = cargo
-            .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(if progress {
                 Stdio::inherit()
@@ -198,6 +186,46 @@ impl Toolchain {
             elf,
             warnings: report.warnings,
         })
+    }
+
+    /// Holds clippy against the firmware with its hardware. False if this way has no clippy.
+    ///
+    /// # Errors
+    /// What clippy says.
+    pub fn lint(&self, board: &str) -> Result<bool, Failure> {
+        if self.route == Route::Debian {
+            return Ok(false);
+        }
+        let output = self
+            .cargo("clippy", board)
+            .args(["--quiet", "--", "-D", "warnings"])
+            .output()
+            .map_err(|error| Failure::system("cargo cannot be run", &error))?;
+        if output.status.success() {
+            Ok(true)
+        } else {
+            Err(Failure::Other(format!(
+                "clippy finds fault with the firmware\n{}",
+                String::from_utf8_lossy(&output.stderr)
+            )))
+        }
+    }
+
+    /// A cargo command on the firmware with a board's hardware.
+    fn cargo(&self, subcommand: &str, board: &str) -> Command {
+        let mut cargo = match self.route {
+            Route::Present | Route::Added => clean_command("cargo"),
+            Route::Debian => debian_cargo(),
+        };
+        // Not the host's target directory: two compilers, and no waiting for the other's lock.
+        cargo
+            .args([subcommand, "--release", "--package", "firmware"])
+            .args(["--target", TARGET, "--target-dir", "target/firmware"])
+            .args(["--features", board]);
+        if self.route == Route::Debian {
+            cargo.arg("-Zbuild-std=core");
+        }
+        cargo
     }
 }
 
@@ -290,13 +318,16 @@ impl Machine for ThisMachine {
     }
 
     fn add_target(&mut self) -> Result<(), String> {
+        if !self.has_program("rustup") {
+            return Err("rustup is not installed".to_owned());
+        }
         announce(&format!(
             "Adding the target {TARGET} to the toolchain in use"
         ));
         let output = clean_command("rustup")
             .args(["target", "add", TARGET])
             .output()
-            .map_err(|_| "rustup is not installed".to_owned())?;
+            .map_err(|error| format!("rustup cannot be run ({error})"))?;
         if output.status.success() {
             return Ok(());
         }

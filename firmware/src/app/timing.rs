@@ -1,12 +1,10 @@
 //! Rates, and why they are what they are.
 
-/// Period of the emulated plant, µs. A tenth of the fastest time constant of the actuators at
-/// hand (L/R = 1 ms) or less: a position sampled by the controller is then never older than 5 %
-/// of its own period.
+/// Period of the emulated plant, µs: a twentieth of the fastest time constant of the actuators at
+/// hand, L/R = 1 ms, and of the control period.
 pub const PLANT_PERIOD_US: u32 = 50;
 
-/// Period of the position loop, µs: ten times the bandwidth that a DC motor's winding and
-/// encoder allow.
+/// Period of the position loop, µs: twelve samples in a period of its crossover, 500 1/s.
 pub const CONTROL_PERIOD_US: u32 = 1000;
 
 /// Plant ticks in a control period.

@@ -145,9 +145,9 @@ mod stopwatch {
 
 /// Runs the tasks that `init` spawns.
 ///
-/// Idle, it spins on a flag. embassy's own executor for Cortex-M sleeps by WFE, which costs QEMU an
-/// exit from translated code each time, four times as long in all. WFI would cost nothing, but QEMU
-/// then lets host time pass for the sleep, and no two runs are the same.
+/// Idle, it spins on a flag. embassy's own executor for Cortex-M sleeps by WFE, which makes QEMU
+/// leave translated code each time round and takes it several times as long. WFI would cost
+/// nothing, but QEMU then lets host time pass for the sleep, and no two runs are the same.
 pub fn run(init: impl FnOnce(Spawner)) -> ! {
     static EXECUTOR: StaticCell<raw::Executor> = StaticCell::new();
     let executor = EXECUTOR.init(raw::Executor::new(core::ptr::null_mut()));
@@ -156,6 +156,10 @@ pub fn run(init: impl FnOnce(Spawner)) -> ! {
         READY.store(false, Ordering::Relaxed);
         // SAFETY: this is the only place that polls, and `init` has returned.
         unsafe { executor.poll() };
+        #[expect(
+            clippy::missing_spin_loop,
+            reason = "its YIELD costs QEMU what WFE does"
+        )]
         while !READY.load(Ordering::Relaxed) {}
     }
 }
