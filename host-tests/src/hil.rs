@@ -1,18 +1,26 @@
-//! Plain `cargo hil`: the control loop on the emulated board, and its log as CSV.
+//! Plain `cargo hil`: the control loop on the emulated board, its log, and the loop closed on it.
 
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 
 use firmware::app::record::Sample;
 
 use crate::board_run::{self, BoardRun};
 use crate::failure::Failure;
+use crate::gap::{self, engine, report};
 use crate::image::{FLASH, RAM};
+use crate::log::Log;
+use crate::machine::Machine;
 use crate::workspace;
 
+/// The machine file that declares the emulated actuator, from the workspace's root.
+pub const MACHINE: &str = "host-tests/machines/ema-24v.toml";
+
 /// Runs the emulated board, writes `target/hil/emulated.csv` (and what the board sent,
-/// `emulated.defmt`), and prints a table.
+/// `emulated.defmt`), traces the log's residual to what the machine file lacks, leaves the report
+/// in `target/hil/index.html`, and prints a table.
 ///
 /// # Errors
 /// What is missing on this machine, or what is not in order with the run.
@@ -29,13 +37,26 @@ pub fn run() -> Result<(), Failure> {
         .and_then(|()| fs::write(directory.join("emulated.defmt"), &run.sent))
         .and_then(|()| run.log.write_csv(&csv))
         .map_err(|error| Failure::system(directory.display(), &error))?;
-    let shown = csv.strip_prefix(workspace::root()).unwrap_or(&csv);
-    let text = table(&[
+    if on_terminal {
+        eprintln!("tracing the residual of the board's log ...");
+    }
+    let machine = Machine::read(&workspace::root().join(MACHINE))?;
+    let found = engine::run(&machine, &[Log::read(&csv)?], || Ok(Vec::new()), |_| ())?;
+    report::write(&found, &directory)
+        .map_err(|error| Failure::system(directory.display(), &error))?;
+    let shown = |path: &Path| {
+        let inside = path.strip_prefix(workspace::root()).unwrap_or(path);
+        inside.display().to_string()
+    };
+    let mut text = gap::table::render(&found, io::stdout().is_terminal());
+    text.push_str("\nThe emulated board\n");
+    text += &table(&[
         ("built with", run.toolchain.route().describe().to_owned()),
         ("image", image(&run)),
         ("samples", samples(&run)),
         ("tracking error", tracking(run.log.samples())),
-        ("log", shown.display().to_string()),
+        ("log", shown(&csv)),
+        ("report", shown(&directory.join("index.html"))),
     ]);
     io::stdout()
         .write_all(text.as_bytes())

@@ -8,8 +8,9 @@ use model_core::control::pid;
 /// Supply of the bridge, V.
 const SUPPLY: f32 = 24.0;
 
-/// A small 24 V brushed-DC actuator, referred to its output shaft.
-pub const ACTUATOR: Parameters = Parameters {
+/// A small 24 V brushed-DC actuator, referred to its output shaft: what `ema-24v.toml` among the
+/// host's machine files declares.
+pub const DECLARED: Parameters = Parameters {
     drive: Drive::Voltage {
         resistance: 1.0,
         inductance: 1.0e-3,
@@ -26,6 +27,16 @@ pub const ACTUATOR: Parameters = Parameters {
     offset: 0.0,
     lower_stop: -1.0,
     upper_stop: 1.0,
+};
+
+/// The actuator that is emulated. Its viscous friction depends on the direction of motion, which
+/// nobody declares: the host's tracing has to find it in the log.
+pub const ACTUATOR: Parameters = Parameters {
+    viscous: Directional {
+        forward: 1.4e-3,
+        backward: DECLARED.viscous.backward,
+    },
+    ..DECLARED
 };
 
 /// Position loop. The derivative cancels the mechanical time constant J R / k² = 33 ms, which
