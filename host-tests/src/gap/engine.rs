@@ -33,7 +33,8 @@ const SCREEN_WINDOW_S: f64 = 0.04;
 /// Length of a held-out block, s.
 const BLOCK_S: f64 = 0.5;
 
-/// Samples on either side of a restart that its state is smoothed over.
+/// Samples on either side of a restart that its state is smoothed over, until the tracing has
+/// chosen.
 const HALF_WIDTH: usize = 8;
 
 /// Lags of the whiteness test.
@@ -66,6 +67,7 @@ struct Series {
     input: Vec<f32>,
     position: Vec<f32>,
     current: Option<Vec<f32>>,
+    velocity: Option<Vec<f32>>,
 }
 
 impl Series {
@@ -78,6 +80,7 @@ impl Series {
             input: narrow(&log.input),
             position: narrow(&log.position),
             current: log.current.as_deref().map(narrow),
+            velocity: log.velocity.as_deref().map(narrow),
         }
     }
 
@@ -87,6 +90,7 @@ impl Series {
             input: &self.input,
             position: &self.position,
             current: self.current.as_deref(),
+            velocity: self.velocity.as_deref(),
         }
     }
 }
@@ -354,6 +358,7 @@ fn settings(machine: &Machine, period: f64) -> Settings {
     Settings {
         window: samples(WINDOW_S, period, 5),
         half_width: HALF_WIDTH,
+        measured_velocity: false,
         resolution: machine.resolution.unwrap_or(0.0) as f32,
         position_weight: 1.0,
         current_weight: 0.0,

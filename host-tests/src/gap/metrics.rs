@@ -4,7 +4,7 @@ use super::outcome::ErrorSet;
 use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
 use model_core::gap::log::Log;
 use model_core::gap::model::{Lateness, Model, Simulator};
-use model_core::gap::replay::{self, Data, Runner, Schedule};
+use model_core::gap::replay::{self, Data, MARGIN, Runner, Schedule};
 use model_core::plant::parameters::{Drive, ParameterError};
 
 /// Samples at the start of a free run that are not counted.
@@ -138,7 +138,7 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
 /// Positions of one replay of the whole log without restarts, from the first sample with a smoothed
 /// state on; measured ones before it.
 fn free_run_error(data: &Data, log: &Log, simulator: &Simulator) -> (f64, usize) {
-    let start = data.settings.half_width;
+    let start = MARGIN;
     let mut runner = Runner::new(simulator, log, start, &data.settings);
     let (mut sum, mut count) = (0.0, 0);
     for index in start..log.samples() - 1 {

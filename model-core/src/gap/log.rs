@@ -13,6 +13,8 @@ pub struct Log<'a> {
     pub position: &'a [f32],
     /// Measured motor current, A; as long as `input`.
     pub current: Option<&'a [f32]>,
+    /// Measured velocity, rad/s or m/s; as long as `input`.
+    pub velocity: Option<&'a [f32]>,
 }
 
 impl Log<'_> {

@@ -12,13 +12,20 @@ use crate::plant::State;
 /// Columns of the sums: the residual and up to 31 perturbed copies.
 pub const COLUMNS: usize = 32;
 
+/// Most samples on either side of a restart that its state is smoothed over; windows keep this
+/// distance from the ends of a log, however wide the smoothing is.
+pub const MARGIN: usize = 16;
+
 /// How a log is cut and weighed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Samples in a window.
     pub window: usize,
-    /// Samples on either side of a restart that its state is smoothed over.
+    /// Samples on either side of a restart that its state is smoothed over, 1 to [`MARGIN`].
     pub half_width: usize,
+    /// Whether a replay restarts from the measured velocity, where there is one, instead of the
+    /// slope of the position.
+    pub measured_velocity: bool,
     /// Sensor resolution, rad or m; 0 if unknown.
     pub resolution: f32,
     /// One over the scale of a position residual.
@@ -48,8 +55,7 @@ pub struct Window {
 impl<'a> Data<'a> {
     /// Whole windows in one log.
     fn windows_in(&self, log: &Log) -> usize {
-        let margins = 2 * self.settings.half_width + 1;
-        log.samples().saturating_sub(margins) / self.settings.window
+        log.samples().saturating_sub(2 * MARGIN + 1) / self.settings.window
     }
 
     /// Whole windows in all logs.
@@ -64,7 +70,7 @@ impl<'a> Data<'a> {
             if number < windows {
                 return Some(Window {
                     log: index,
-                    start: self.settings.half_width + number * self.settings.window,
+                    start: MARGIN + number * self.settings.window,
                 });
             }
             number -= windows;
@@ -100,6 +106,9 @@ impl<'a> Runner<'a> {
         settings: &Settings,
     ) -> Self {
         let mut state = log.smoothed_state(start, settings.half_width, settings.resolution);
+        if let (true, Some(velocity)) = (settings.measured_velocity, log.velocity) {
+            state = State::new(state.position.value(), velocity[start]);
+        }
         let late = start.saturating_sub(simulator.sensor_lateness().whole);
         let input = log.input[start.saturating_sub(simulator.input_lateness().whole)];
         state.current = match log.current {

@@ -7,7 +7,7 @@
 
 use super::fit::{self, Effort, Fit, Variables};
 use super::model::{Base, Model};
-use super::replay::{self, Data, Fold, Schedule, WindowError};
+use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError};
 use super::screen::{self, Candidate, MOST_CANDIDATES, Screening};
 use crate::effect::learned_map::{Kind, LearnedMap, Ranges};
 use crate::effect::{Id, Scope};
@@ -321,6 +321,36 @@ pub fn residual_scales(data: &Data, schedule: &impl Schedule, model: &Model) -> 
     ))
 }
 
+/// Half widths of the smoothing that are tried.
+const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 12, MARGIN];
+
+/// The data with replays that restart from the state that short replays of the model follow best: a
+/// quiet sensor wants little smoothing, a coarse one much.
+fn restarted<'a>(
+    data: &Data<'a>,
+    schedule: &impl Schedule,
+    model: &Model,
+    window: usize,
+) -> Option<Data<'a>> {
+    let measured = data.logs.iter().all(|log| log.velocity.is_some());
+    let mut best: Option<(Data<'a>, f64)> = None;
+    for measured_velocity in [false, true] {
+        for half_width in HALF_WIDTHS {
+            if measured_velocity && !measured {
+                continue;
+            }
+            let mut tried = *data;
+            tried.settings.half_width = half_width;
+            tried.settings.measured_velocity = measured_velocity;
+            let (error, _) = residual_scales(&tried.with_window(window), schedule, model)?;
+            if best.is_none_or(|(_, least)| error < least) {
+                best = Some((tried, error));
+            }
+        }
+    }
+    best.map(|(data, _)| data)
+}
+
 /// The data with each channel weighed by one over its residual, but not finer than the sensor.
 fn weighed<'a>(data: &Data<'a>, schedule: &impl Schedule, model: &Model) -> Option<Data<'a>> {
     let (position, current) = residual_scales(data, schedule, model)?;
@@ -366,8 +396,9 @@ pub fn trace(
         simulated += fit.simulated;
         fitted = fit.model;
     }
+    data = restarted(&data, schedule, &fitted, options.screen_window)?;
     data = weighed(&data, schedule, &fitted)?;
-    let before = fit::fit(&data, schedule, (Fold::All, 1), &fitted, &variables, FULL)?;
+    let mut before = fit::fit(&data, schedule, (Fold::All, 1), &fitted, &variables, FULL)?;
     simulated += before.simulated;
 
     let block = windows_per_block(&data, options.block);
@@ -405,7 +436,23 @@ pub fn trace(
         after = fit::fit(&data, schedule, (Fold::All, 1), &larger, &variables, FULL)?;
         simulated += after.simulated;
         let _ = accepted.push(winner);
+        data = restarted(&data, schedule, &after.model, options.screen_window)?;
         data = weighed(&data, schedule, &after.model)?;
+        after = fit::fit(
+            &data,
+            schedule,
+            (Fold::All, 1),
+            &after.model,
+            &variables,
+            FULL,
+        )?;
+        simulated += after.simulated;
+    }
+    if !accepted.is_empty() {
+        // Both models are judged on the same restarts, so the first is fitted to these too.
+        let base = fit::variables(model, &before.model, options.base, scope);
+        before = fit::fit(&data, schedule, (Fold::All, 1), &before.model, &base, FULL)?;
+        simulated += before.simulated;
     }
     // An effect taken early may have stood in for what a later one explains.
     let mut slot = 0;
