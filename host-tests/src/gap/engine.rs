@@ -1,11 +1,12 @@
 //! From files to the answer: the host's side of the tracing in `model_core::gap`.
 
+use std::path::Path;
 use std::time::Instant;
 
-use model_core::effect::{Active, Id, MOST_PARAMETERS, Scope};
+use model_core::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
 use model_core::gap::fit::{Fit, Variables};
 use model_core::gap::log::Log as CoreLog;
-use model_core::gap::model::{Base, Model};
+use model_core::gap::model::{Base, Model, Simulator};
 use model_core::gap::replay::{Data, Runner, Schedule, Settings};
 use model_core::gap::select::{self, Consideration, Decision, Options, Trace};
 use model_core::numeric::ljung_box::ljung_box;
@@ -13,7 +14,7 @@ use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 use rayon::prelude::*;
 
-use super::metrics::{self, decimal, torque_balance};
+use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
 use super::outcome::{
     Candidate, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome, Report,
     Stages, Verdict, Whiteness,
@@ -28,6 +29,13 @@ const WINDOW_S: f64 = 0.2;
 
 /// Length of a replay window for screening, s.
 const SCREEN_WINDOW_S: f64 = 0.04;
+
+/// Fewest windows that a model can be chosen and fitted on, and judged on.
+const LEAST_TRAIN_WINDOWS: usize = 4;
+const LEAST_VALIDATE_WINDOWS: usize = 1;
+
+/// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
+const LEAST_ENTRIES: usize = 8;
 
 /// Length of a held-out block, s.
 const BLOCK_S: f64 = 0.5;
@@ -93,7 +101,9 @@ impl Series {
 /// The core's model of a machine file.
 ///
 /// # Errors
-/// A declared effect that the catalogue does not have, or a parameter that it does not have.
+/// A number beyond what the plant takes. A declared effect that the catalogue does not have, that
+/// is there twice or has no meaning along a stroke; a parameter that it does not have, lacks, or
+/// may not have with that value.
 pub fn model(machine: &Machine) -> Result<Model, InputError> {
     let mechanics = &machine.mechanics;
     let plant = Parameters {
@@ -121,6 +131,9 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
             .upper_stop
             .map_or(f32::INFINITY, |stop| stop as f32),
     };
+    plant
+        .check()
+        .map_err(|error| InputError::new(&machine.path, None, error.to_string()))?;
     let mut model = Model {
         plant,
         gravity_torque: mechanics.gravity_torque as f32,
@@ -140,6 +153,17 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
             );
             machine.error_at(declared.line, message)
         })?;
+        if model.has(id) {
+            let message = format!("effect `{}` is declared twice; remove one", declared.id);
+            return Err(machine.error_at(declared.line, message));
+        }
+        if id.description().rotary_only && machine.coordinate == Coordinate::Metre {
+            let message = format!(
+                "effect `{}` is for rotary machines only; remove it, or set `coordinate = \"rad\"`",
+                declared.id
+            );
+            return Err(machine.error_at(declared.line, message));
+        }
         let parameters = id.description().parameters;
         let form: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
         let mut values = [0.0; MOST_PARAMETERS];
@@ -152,19 +176,40 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
                 );
                 return Err(machine.error_at(declared.line, message));
             };
-            values[index] = *value as f32;
+            let expected = match parameters[index].role {
+                Role::Strength if *value < 0.0 => "0 or more",
+                Role::Shape if *value <= 0.0 => "more than 0",
+                _ => {
+                    values[index] = *value as f32;
+                    continue;
+                }
+            };
+            let message = format!(
+                "`{name}` of effect `{}` is {value:?}, expected {expected}",
+                declared.id
+            );
+            return Err(machine.error_at(declared.line, message));
         }
         if let Some(missing) = form
             .iter()
             .find(|name| !declared.parameters.contains_key(**name))
         {
-            let message = format!("effect `{}` lacks its parameter `{missing}`", declared.id);
+            let message = format!(
+                "effect `{}` lacks its parameter `{missing}`; expected {}",
+                declared.id,
+                form.join(", ")
+            );
             return Err(machine.error_at(declared.line, message));
         }
         if model.effects.push(Active { id, values }).is_err() {
             let message = "too many declared effects: at most 8";
             return Err(machine.error_at(declared.line, message));
         }
+        // What an effect adds to the plant must leave it one; the period does not matter here.
+        model.build(1.0).map_err(|error| {
+            let message = format!("with effect `{}`, {error}", declared.id);
+            machine.error_at(declared.line, message)
+        })?;
     }
     Ok(model)
 }
@@ -178,22 +223,12 @@ fn base_parameters(machine: &Machine) -> Vec<Base> {
 }
 
 /// Typical sizes, from the declared model and the training logs.
-fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Scope {
-    let Ok(simulator) = model.build(logs[0].period) else {
-        return Scope {
-            friction: 1.0,
-            torque: 1.0,
-            speed: 1.0,
-            stroke: 1.0,
-            period: logs[0].period,
-            rotary,
-        };
-    };
+fn scope(model: &Model, simulator: &Simulator, logs: &[CoreLog], rotary: bool) -> Scope {
     let (mut torque, mut torques) = (0.0, 0usize);
     let mut speeds = Vec::new();
     let (mut lowest, mut highest) = (f64::MAX, f64::MIN);
     for log in logs {
-        let balance = torque_balance(log, &simulator, 0.0);
+        let balance = torque_balance(log, simulator, 0.0);
         torque += balance.torque.iter().map(|t| t * t).sum::<f64>();
         torques += balance.torque.len();
         speeds.extend(balance.velocity.iter().map(|v| v.abs()));
@@ -223,8 +258,8 @@ fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Scope {
 /// `validate` is called once, when nothing is left to be chosen or fitted.
 ///
 /// # Errors
-/// A declared effect that does not exist; logs too short for a window, or of different sampling
-/// periods; whatever `validate` returns.
+/// What [`model`] refuses; logs too short, at rest or without force throughout, or of different
+/// sampling periods; whatever `validate` returns.
 pub fn run(
     machine: &Machine,
     train: &[Log],
@@ -238,18 +273,15 @@ pub fn run(
     let series: Vec<Series> = train.iter().map(Series::new).collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
-    let scope = scope(&declared, &logs, rotary);
+    let simulator = declared
+        .build(period as f32)
+        .map_err(|error| InputError::new(&machine.path, None, error.to_string()))?;
     let data = Data {
         logs: &logs,
         settings: settings(machine, period),
     };
-    if data.windows() < 4 {
-        let message = format!(
-            "too short to be traced: expected at least {} s",
-            5.0 * WINDOW_S
-        );
-        return Err(InputError::new(&train[0].path, None, message).into());
-    }
+    check_logs(&train[0].path, &data, &simulator, LEAST_TRAIN_WINDOWS)?;
+    let scope = scope(&declared, &simulator, &logs, rotary);
     let options = Options {
         base: &base,
         scope,
@@ -287,10 +319,12 @@ pub fn run(
             logs: &logs,
             ..judged
         };
-        if data.windows() == 0 {
-            let message = format!("too short: expected at least {} s", 2.0 * WINDOW_S);
-            return Err(InputError::new(&held_back[0].path, None, message).into());
-        }
+        check_logs(
+            &held_back[0].path,
+            &data,
+            &simulator,
+            LEAST_VALIDATE_WINDOWS,
+        )?;
         (
             Some(stages(&data, &schedule, models)?),
             evidence(&series, &data, &trace)?,
@@ -355,6 +389,43 @@ fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
         }
     }
     Ok(period)
+}
+
+/// Refuses logs in which there is too little to trace or to judge, or on which an error relative to
+/// the motion or to the torque has no meaning. `path`: the file to blame.
+fn check_logs(
+    path: &Path,
+    data: &Data,
+    simulator: &Simulator,
+    windows: usize,
+) -> Result<(), InputError> {
+    let fail = |message: String| Err(InputError::new(path, None, message));
+    let entries: usize = data
+        .logs
+        .iter()
+        .map(|log| balance_entries(log.samples()))
+        .sum();
+    if data.windows() < windows || entries < LEAST_ENTRIES {
+        let settings = &data.settings;
+        let replayed = windows * settings.window + 2 * settings.half_width + 1;
+        let samples = replayed.max(balanced_samples(LEAST_ENTRIES));
+        return fail(format!(
+            "too short; expected at least {samples} samples ({:.3} s) in one log",
+            samples as f64 * decimal(data.logs[0].period)
+        ));
+    }
+    let still = |log: &CoreLog| log.position.iter().all(|p| *p == log.position[0]);
+    if data.logs.iter().all(still) {
+        return fail("`position` never changes; expected a log of the machine in motion".into());
+    }
+    let idle = |log: &CoreLog| {
+        let balance = torque_balance(log, simulator, 0.0);
+        balance.torque.iter().all(|torque| *torque == 0.0)
+    };
+    if data.logs.iter().all(idle) {
+        return fail("`input` is 0 throughout; expected a log of the machine being driven".into());
+    }
+    Ok(())
 }
 
 fn stages(data: &Data, schedule: &impl Schedule, models: [&Model; 3]) -> Result<Stages, Failure> {
@@ -522,8 +593,17 @@ fn whiteness(data: &Data, model: &Model) -> Result<Whiteness, Failure> {
             .sum()
     };
     let lags = LAGS.min(residual.len() / 4);
+    let variance = product(0);
     let autocorrelations: Vec<f32> = (1..=lags)
-        .map(|lag| (product(lag) / product(0)) as f32)
+        // At rest friction takes whatever acts: a residual may be zero throughout.
+        .map(|lag| {
+            if variance > 0.0 {
+                product(lag) / variance
+            } else {
+                0.0
+            }
+        })
+        .map(|autocorrelation| autocorrelation as f32)
         .collect();
     let test = ljung_box(&autocorrelations, residual.len() as u32, 0)
         .map_err(|error| Failure::other(error.to_string()))?;
