@@ -358,6 +358,14 @@ mod bad_machines {
     }
 
     #[test]
+    fn that_cannot_have_moved_as_the_log_says() {
+        let bench = Bench::new();
+        bench.write_machine("inertia = 95.0", "inertia = 1e-30");
+        let words = ["diverges", "expected a machine in SI units"];
+        bench.refuses(&["--train", TRAIN], MACHINE, &words);
+    }
+
+    #[test]
     fn with_unknown_keys() {
         let bench = Bench::new();
         let words = ["unknown key `mass`", "`inertia`"];
@@ -448,6 +456,11 @@ mod bad_machines {
                 "`coordinate = \"rad\"`",
             ],
         );
+        for delay in ["1.5", "1e30"] {
+            let late = format!("{{ id = \"input_delay\", delay = {delay} }},");
+            let words = ["`delay` of effect `input_delay`", "expected 1 s at most"];
+            bench.refuses_effects(&late, "input_delay", &words);
+        }
         bench.refuses_effects(
             "{ id = \"offset_torque\", torque = 1e13 },",
             "offset_torque",
@@ -753,6 +766,36 @@ fn several_logs_are_one_training_set() {
     let first = bench.answer(&["--train", "first.csv"]);
     assert_eq!(first["cost"]["samples"], 3000);
     assert_ne!(first["fit"], answer["fit"]);
+}
+
+/// Logs often start at the seconds since 1970, which single precision holds to two minutes.
+#[test]
+fn the_answer_does_not_depend_on_when_the_log_starts() {
+    let bench = Bench::new();
+    let run = || {
+        let mut answer = bench.answer(&["--train", TRAIN, "--report", REPORT]);
+        let seconds = answer["cost"]["seconds"].take();
+        let page = fs::read_to_string(bench.path(REPORT).join("index.html")).unwrap();
+        let figures: Vec<String> = page
+            .split("<svg")
+            .skip(1)
+            .map(|figure| figure.split("</svg>").next().unwrap().to_owned())
+            .collect();
+        assert!(seconds.is_number() && !figures.is_empty());
+        (answer, figures)
+    };
+    let early = run();
+    let mut lines = log().lines();
+    let mut late = lines.next().unwrap().to_owned();
+    for row in lines {
+        let (time, rest) = row.split_once(',').unwrap();
+        let time: f64 = time.parse().unwrap();
+        late += &format!("\n{:.6},{rest}", time + 1.7e9);
+    }
+    bench.write(TRAIN, late);
+    let late = run();
+    assert_eq!(early.0, late.0);
+    assert_eq!(early.1, late.1);
 }
 
 #[test]

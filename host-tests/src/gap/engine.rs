@@ -12,6 +12,7 @@ use model_core::gap::select::{self, Consideration, Decision, Options, Trace};
 use model_core::numeric::ljung_box::ljung_box;
 use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
+use model_core::unit::Dimension;
 use rayon::prelude::*;
 
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
@@ -33,6 +34,9 @@ const SCREEN_WINDOW_S: f64 = 0.04;
 /// Fewest windows that a model can be chosen and fitted on, and judged on.
 const LEAST_TRAIN_WINDOWS: usize = 4;
 const LEAST_VALIDATE_WINDOWS: usize = 1;
+
+/// Longest delay that may be declared, s. What is meant in milliseconds is beyond it.
+const LONGEST_DELAY_S: f64 = 1.0;
 
 /// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
 const LEAST_ENTRIES: usize = 8;
@@ -68,7 +72,6 @@ impl Schedule for AllCores {
 /// A log in the core's numbers.
 struct Series {
     label: String,
-    start: f64,
     period: f32,
     input: Vec<f32>,
     position: Vec<f32>,
@@ -80,7 +83,6 @@ impl Series {
         let narrow = |series: &[f64]| series.iter().map(|&value| value as f32).collect();
         Self {
             label: log.path.display().to_string(),
-            start: log.start_s,
             period: log.period_s as f32,
             input: narrow(&log.input),
             position: narrow(&log.position),
@@ -179,6 +181,9 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
             let expected = match parameters[index].role {
                 Role::Strength if *value < 0.0 => "0 or more",
                 Role::Shape if *value <= 0.0 => "more than 0",
+                _ if parameters[index].dimension == Dimension::Time && *value > LONGEST_DELAY_S => {
+                    "1 s at most"
+                }
                 _ => {
                     values[index] = *value as f32;
                     continue;
@@ -258,7 +263,7 @@ fn scope(model: &Model, simulator: &Simulator, logs: &[CoreLog], rotary: bool) -
 /// `validate` is called once, when nothing is left to be chosen or fitted.
 ///
 /// # Errors
-/// What [`model`] refuses; logs too short, at rest or without force throughout, or of different
+/// What [`model`] refuses; a machine whose replay diverges; logs too short, at rest or without force throughout, or of different
 /// sampling periods; whatever `validate` returns.
 pub fn run(
     machine: &Machine,
@@ -306,6 +311,11 @@ pub fn run(
     };
     let models = [&declared, &trace.before.model, &trace.after.model];
     let train_errors = stages(&judged, &schedule, models)?;
+    if !train_errors.before.position_rms.is_finite() {
+        let message = "the replay of the training data diverges with these numbers, fitted or not; \
+                       expected a machine in SI units that can move as the logs do";
+        return Err(InputError::new(&machine.path, None, message).into());
+    }
     let train_evidence = evidence(&series, &judged, &trace)?;
 
     let held_back = validate()?;
@@ -656,8 +666,7 @@ fn evidence(series: &[Series], data: &Data, trace: &Trace) -> Result<Vec<Evidenc
                 (balance(&trace.before.model)?, balance(&trace.after.model)?);
             let narrow =
                 |series: &[f64]| -> Vec<f32> { series.iter().map(|&value| value as f32).collect() };
-            let time =
-                |sample: usize| (series.start + sample as f64 * f64::from(series.period)) as f32;
+            let time = |sample: usize| (sample as f64 * decimal(series.period)) as f32;
             let samples = log.samples();
             let half = data.settings.half_width;
             Ok(Evidence {

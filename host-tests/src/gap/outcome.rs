@@ -181,7 +181,8 @@ pub struct Cost {
 pub struct Evidence {
     /// The file it came from, as the user named it.
     pub label: String,
-    /// Sample times, s.
+    /// Sample times from the log's first sample, s: single precision does not tell the milliseconds
+    /// of a late start.
     pub time: Vec<f32>,
     /// Measured position, rad or m.
     pub position: Vec<f32>,
