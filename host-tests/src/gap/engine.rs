@@ -1,5 +1,6 @@
 //! From files to the answer: the host's side of the tracing in `model_core::gap`.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
 
@@ -498,9 +499,11 @@ fn candidate(look: &Consideration) -> Candidate {
 }
 
 /// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
+/// `dimensions`: what the functions measure.
 fn propagate(
     fit: &Fit,
     variables: &Variables,
+    dimensions: &[Dimension],
     quantity: impl Fn(&Model) -> [f32; MOST_PARAMETERS],
 ) -> [f64; MOST_PARAMETERS] {
     let covariance = fit.covariance(variables);
@@ -512,7 +515,14 @@ fn propagate(
             let step = 0.01 * variable.scale;
             variable.set(&mut moved, variable.get(&fit.model) + step);
             let end = quantity(&moved);
-            std::array::from_fn(|index| f64::from(end[index] - start[index]) / f64::from(step))
+            std::array::from_fn(|index| {
+                let mut change = f64::from(end[index] - start[index]);
+                if dimensions.get(index) == Some(&Dimension::Phase) {
+                    // A phase may step across ±π.
+                    change -= TAU * (change / TAU).round();
+                }
+                change / f64::from(step)
+            })
         })
         .collect();
     std::array::from_fn(|index| {
@@ -538,8 +548,13 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
             let slot = declared.effects.len() + index;
             let report = |model: &Model| model.effects[slot].report(&model.plant);
             let values = report(&trace.after.model);
-            let stds = propagate(&trace.after, &trace.variables, report);
             let description = accepted.candidate.effect.id.description();
+            let dimensions: Vec<Dimension> = description
+                .reported
+                .iter()
+                .map(|(_, dimension)| *dimension)
+                .collect();
+            let stds = propagate(&trace.after, &trace.variables, &dimensions, report);
             FoundEffect {
                 id: description.id.to_owned(),
                 parameters: description
@@ -570,7 +585,8 @@ fn fitted(trace: &Trace, declared: &Model, base: &[Base], rotary: bool) -> Vec<F
     base.iter()
         .map(|&parameter| {
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
-            let std = propagate(&trace.after, &trace.variables, value)[0];
+            let dimensions = [parameter.dimension()];
+            let std = propagate(&trace.after, &trace.variables, &dimensions, value)[0];
             FittedParameter {
                 name: parameter.name().to_owned(),
                 declared: decimal(declared.get(parameter)),
@@ -693,4 +709,64 @@ fn evidence(series: &[Series], data: &Data, trace: &Trace) -> Result<Vec<Evidenc
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workspace;
+    use model_core::gap::fit::variables;
+    use model_core::gap::replay::{COLUMNS, Sums};
+
+    /// A cogging of amplitude A whose two components have independent errors of standard deviation
+    /// σ has σ of its amplitude and σ/A of its phase, wherever the phase lies.
+    #[test]
+    fn a_phase_is_as_certain_at_pi_as_elsewhere() {
+        let file = workspace::root().join("host-tests/machines/emps.toml");
+        let mut model = model(&Machine::read(&file).unwrap()).unwrap();
+        let scope = Scope {
+            friction: 20.0,
+            torque: 30.0,
+            speed: 0.1,
+            stroke: 0.2,
+            period: 1e-3,
+            rotary: false,
+        };
+        // With unit sums, a variable's standard deviation is its scale: here the friction.
+        let mut unit = [[0.0; COLUMNS]; COLUMNS];
+        for index in 0..COLUMNS {
+            unit[index][index] = 1.0;
+        }
+        let amplitude = 40.0_f32;
+        for phase in [-3.139, -1.0, 0.0, 2.0, 3.139_f32] {
+            model.effects = [Active {
+                id: Id::Cogging,
+                values: [amplitude * phase.cos(), amplitude * phase.sin(), 0.05],
+            }]
+            .into_iter()
+            .collect();
+            let fit = Fit {
+                model: model.clone(),
+                cost: 1.0,
+                sums: Sums {
+                    products: unit,
+                    gradients: unit,
+                    windows: 1_000_000,
+                },
+                simulated: 0,
+            };
+            let dimensions = [Dimension::Torque, Dimension::Phase, Dimension::Position];
+            let report = |model: &Model| model.effects[0].report(&model.plant);
+            let variables = variables(&model, &model, &[], &scope);
+            let [of_amplitude, of_phase, _] = propagate(&fit, &variables, &dimensions, report);
+            assert!(
+                (of_amplitude / 20.0 - 1.0).abs() < 0.02,
+                "{phase}: {of_amplitude} N"
+            );
+            assert!(
+                (of_phase / 0.5 - 1.0).abs() < 0.02,
+                "{phase}: {of_phase} rad"
+            );
+        }
+    }
 }
