@@ -303,7 +303,12 @@ pub fn run(
         }
         candidates.push(entry);
     })
-    .ok_or_else(|| Failure::other("the model cannot be simulated with the declared parameters"))?;
+    .ok_or_else(|| {
+        Failure::other(
+            "the fit left the range in which the machine can be simulated; \
+             name fewer `parameters` in [fit], end stops last",
+        )
+    })?;
     let seconds = started.elapsed().as_secs_f64();
 
     let judged = Data {
