@@ -43,9 +43,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let train = read_all(&args.train)?;
     // A name that is wrong is better said now than after the fit; what is inside stays unread.
     for path in &args.validate {
-        fs::File::open(path)
-            .and_then(|file| file.metadata())
-            .map_err(|error| InputError::new(path, None, format!("cannot be read: {error}")))?;
+        check_there(path)?;
     }
     let progress = if io::stderr().is_terminal() {
         ProgressBar::new_spinner()
@@ -77,6 +75,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|error| Failure::system("standard output", &error))
 }
 
+/// Refuses a path that leads to nothing, or to a directory.
+fn check_there(path: &Path) -> Result<(), InputError> {
+    let reason = match fs::metadata(path) {
+        Ok(entry) if entry.is_dir() => "is a directory".to_owned(),
+        Ok(_) => return Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => "no such file".to_owned(),
+        Err(error) => format!("cannot be read ({error})"),
+    };
+    let message =
+        format!("{reason}; expected a log (CSV with the columns time_s, input, position)");
+    Err(InputError::new(path, None, message))
+}
+
 fn read_all(paths: &[PathBuf]) -> Result<Vec<Log>, InputError> {
     paths.iter().map(|path| Log::read(path)).collect()
 }
@@ -87,6 +98,10 @@ fn write_json(path: &Path, outcome: &Outcome) -> io::Result<()> {
     text.push('\n');
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
-    fs::write(&partial, text)?;
-    fs::rename(&partial, path)
+    let written = fs::write(&partial, text).and_then(|()| fs::rename(&partial, path));
+    if written.is_err() {
+        // Nothing is left behind; that it cannot be removed says no more than the first error.
+        let _ = fs::remove_file(&partial);
+    }
+    written
 }

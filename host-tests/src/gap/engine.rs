@@ -1,20 +1,25 @@
 //! From files to the answer: the host's side of the tracing in `model_core::gap`.
 
+use std::f64::consts::TAU;
+use std::path::Path;
 use std::time::Instant;
 
 use model_core::effect::learned_map::{Kind, Ranges};
-use model_core::effect::{Active, Id, MOST_PARAMETERS, Scope};
+use model_core::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
 use model_core::gap::fit::{Fit, Variables};
 use model_core::gap::log::Log as CoreLog;
-use model_core::gap::model::{Base, Model};
-use model_core::gap::replay::{Data, Runner, Schedule, Settings};
+use model_core::gap::model::{Base, Model, Simulator};
+use model_core::gap::replay::{Data, MARGIN, Runner, Schedule, Settings};
 use model_core::gap::select::{self, Consideration, Decision, Options, Subject, Trace};
 use model_core::numeric::ljung_box::ljung_box;
 use model_core::plant::Directional;
-use model_core::plant::parameters::{Drive, ParameterError, Parameters};
+use model_core::plant::parameters::{Drive, Parameters};
+use model_core::unit::Dimension;
 use rayon::prelude::*;
 
-use super::metrics::{self, TorqueBalance, decimal, torque_balance};
+use super::metrics::{
+    self, TorqueBalance, balance_entries, balanced_samples, decimal, torque_balance,
+};
 use super::outcome::{
     Candidate, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome, Report,
     Stages, Unknown, Verdict, Whiteness,
@@ -29,6 +34,16 @@ const WINDOW_S: f64 = 0.2;
 
 /// Length of a replay window for screening, s.
 const SCREEN_WINDOW_S: f64 = 0.04;
+
+/// Fewest windows that a model can be chosen and fitted on, and judged on.
+const LEAST_TRAIN_WINDOWS: usize = 4;
+const LEAST_VALIDATE_WINDOWS: usize = 1;
+
+/// Longest delay that may be declared, s. What is meant in milliseconds is beyond it.
+const LONGEST_DELAY_S: f64 = 1.0;
+
+/// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
+const LEAST_ENTRIES: usize = 8;
 
 /// Length of a held-out block, s.
 const BLOCK_S: f64 = 0.5;
@@ -62,7 +77,6 @@ impl Schedule for AllCores {
 /// A log in the core's numbers.
 struct Series {
     label: String,
-    start: f64,
     period: f32,
     input: Vec<f32>,
     position: Vec<f32>,
@@ -75,7 +89,6 @@ impl Series {
         let narrow = |series: &[f64]| series.iter().map(|&value| value as f32).collect();
         Self {
             label: log.path.display().to_string(),
-            start: log.start_s,
             period: log.period_s as f32,
             input: narrow(&log.input),
             position: narrow(&log.position),
@@ -98,7 +111,9 @@ impl Series {
 /// The core's model of a machine file.
 ///
 /// # Errors
-/// A declared effect that the catalogue does not have, or a parameter that it does not have.
+/// A number beyond what the plant takes. A declared effect that the catalogue does not have, that
+/// is there twice or has no meaning along a stroke; a parameter that it does not have, lacks, or
+/// may not have with that value.
 pub fn model(machine: &Machine) -> Result<Model, InputError> {
     let mechanics = &machine.mechanics;
     let plant = Parameters {
@@ -126,6 +141,9 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
             .upper_stop
             .map_or(f32::INFINITY, |stop| stop as f32),
     };
+    plant
+        .check()
+        .map_err(|error| InputError::new(&machine.path, None, error.to_string()))?;
     let mut model = Model {
         plant,
         gravity_torque: mechanics.gravity_torque as f32,
@@ -146,6 +164,17 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
             );
             machine.error_at(declared.line, message)
         })?;
+        if model.has(id) {
+            let message = format!("effect `{}` is declared twice; remove one", declared.id);
+            return Err(machine.error_at(declared.line, message));
+        }
+        if id.description().rotary_only && machine.coordinate == Coordinate::Metre {
+            let message = format!(
+                "effect `{}` is for rotary machines only; remove it, or set `coordinate = \"rad\"`",
+                declared.id
+            );
+            return Err(machine.error_at(declared.line, message));
+        }
         let parameters = id.description().parameters;
         let form: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
         let mut values = [0.0; MOST_PARAMETERS];
@@ -158,19 +187,43 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
                 );
                 return Err(machine.error_at(declared.line, message));
             };
-            values[index] = *value as f32;
+            let expected = match parameters[index].role {
+                Role::Strength if *value < 0.0 => "0 or more",
+                Role::Shape if *value <= 0.0 => "more than 0",
+                _ if parameters[index].dimension == Dimension::Time && *value > LONGEST_DELAY_S => {
+                    "1 s at most"
+                }
+                _ => {
+                    values[index] = *value as f32;
+                    continue;
+                }
+            };
+            let message = format!(
+                "`{name}` of effect `{}` is {value:?}, expected {expected}",
+                declared.id
+            );
+            return Err(machine.error_at(declared.line, message));
         }
         if let Some(missing) = form
             .iter()
             .find(|name| !declared.parameters.contains_key(**name))
         {
-            let message = format!("effect `{}` lacks its parameter `{missing}`", declared.id);
+            let message = format!(
+                "effect `{}` lacks its parameter `{missing}`; expected {}",
+                declared.id,
+                form.join(", ")
+            );
             return Err(machine.error_at(declared.line, message));
         }
         if model.effects.push(Active { id, values }).is_err() {
             let message = "too many declared effects: at most 8";
             return Err(machine.error_at(declared.line, message));
         }
+        // What an effect adds to the plant must leave it one; the period does not matter here.
+        model.build(1.0).map_err(|error| {
+            let message = format!("with effect `{}`, {error}", declared.id);
+            machine.error_at(declared.line, message)
+        })?;
     }
     Ok(model)
 }
@@ -184,15 +237,11 @@ fn base_parameters(machine: &Machine) -> Vec<Base> {
 }
 
 /// Typical sizes and ranges, from the declared model and the training logs.
-///
-/// # Errors
-/// A declared parameter outside its range.
-fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Result<(Scope, Ranges), ParameterError> {
-    let simulator = model.build(logs[0].period)?;
+fn scope(model: &Model, simulator: &Simulator, logs: &[CoreLog], rotary: bool) -> (Scope, Ranges) {
     let mut all = TorqueBalance::default();
     let mut longest = 0;
     for log in logs {
-        let balance = torque_balance(log, &simulator, 0.0);
+        let balance = torque_balance(log, simulator, 0.0);
         all.torque.extend(balance.torque);
         all.velocity.extend(balance.velocity);
         all.position.extend(balance.position);
@@ -230,7 +279,7 @@ fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Result<(Scope, Ranges
         period: logs[0].period,
         rotary,
     };
-    Ok((scope, ranges))
+    (scope, ranges)
 }
 
 /// Traces the training logs, then opens the validation logs.
@@ -238,8 +287,8 @@ fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Result<(Scope, Ranges
 /// `validate` is called once, when nothing is left to be chosen or fitted.
 ///
 /// # Errors
-/// A declared effect that does not exist; logs too short for a window, or of different sampling
-/// periods; whatever `validate` returns.
+/// What [`model`] refuses; a machine whose replay diverges; logs too short, at rest or without force throughout, or of different
+/// sampling periods; whatever `validate` returns.
 pub fn run(
     machine: &Machine,
     train: &[Log],
@@ -253,19 +302,15 @@ pub fn run(
     let series: Vec<Series> = train.iter().map(Series::new).collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
+    let simulator = declared
+        .build(period as f32)
+        .map_err(|error| InputError::new(&machine.path, None, error.to_string()))?;
     let data = Data {
         logs: &logs,
         settings: settings(machine, period),
     };
-    if data.windows() < 4 {
-        let message = format!(
-            "too short to be traced: expected at least {} s",
-            5.0 * WINDOW_S
-        );
-        return Err(InputError::new(&train[0].path, None, message).into());
-    }
-    let (scope, ranges) =
-        scope(&declared, &logs, rotary).map_err(|error| Failure::other(error.to_string()))?;
+    check_logs(&train[0].path, &data, &simulator, LEAST_TRAIN_WINDOWS)?;
+    let (scope, ranges) = scope(&declared, &simulator, &logs, rotary);
     let options = Options {
         base: &base,
         scope,
@@ -274,15 +319,29 @@ pub fn run(
         block: samples(BLOCK_S, period, 1),
     };
     let schedule = AllCores;
-    let mut candidates = Vec::new();
+    let mut candidates: Vec<Candidate> = Vec::new();
     let trace = select::trace(&data, &schedule, &declared, &options, |look| {
         let entry = candidate(look);
+        if look.decision == Decision::Dropped {
+            // It was taken in an earlier round: that look gets the last word on it.
+            let taken = |known: &&mut Candidate| known.accepted && known.id == entry.id;
+            if let Some(taken) = candidates.iter_mut().find(taken) {
+                taken.accepted = false;
+                taken.reason = entry.reason;
+            }
+            return;
+        }
         if entry.accepted {
             progress(&format!("round {}: {} accepted", entry.round, entry.id));
         }
         candidates.push(entry);
     })
-    .ok_or_else(|| Failure::other("the model cannot be simulated with the declared parameters"))?;
+    .ok_or_else(|| {
+        Failure::other(
+            "the fit left the range in which the machine can be simulated; \
+             name fewer `parameters` in [fit], end stops last",
+        )
+    })?;
     let seconds = started.elapsed().as_secs_f64();
 
     let judged = Data {
@@ -291,6 +350,11 @@ pub fn run(
     };
     let models = [&declared, &trace.before.model, &trace.after.model];
     let train_errors = stages(&judged, &schedule, models)?;
+    if !train_errors.before.position_rms.is_finite() {
+        let message = "the replay of the training data diverges with these numbers, fitted or not; \
+                       expected a machine in SI units that can move as the logs do";
+        return Err(InputError::new(&machine.path, None, message).into());
+    }
     let train_evidence = evidence(&series, &judged, &trace)?;
 
     let held_back = validate()?;
@@ -304,10 +368,12 @@ pub fn run(
             logs: &logs,
             ..judged
         };
-        if data.windows() == 0 {
-            let message = format!("too short: expected at least {} s", 2.0 * WINDOW_S);
-            return Err(InputError::new(&held_back[0].path, None, message).into());
-        }
+        check_logs(
+            &held_back[0].path,
+            &data,
+            &simulator,
+            LEAST_VALIDATE_WINDOWS,
+        )?;
         (
             Some(stages(&data, &schedule, models)?),
             evidence(&series, &data, &trace)?,
@@ -380,6 +446,43 @@ fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
     Ok(period)
 }
 
+/// Refuses logs in which there is too little to trace or to judge, or on which an error relative to
+/// the motion or to the torque has no meaning. `path`: the file to blame.
+fn check_logs(
+    path: &Path,
+    data: &Data,
+    simulator: &Simulator,
+    windows: usize,
+) -> Result<(), InputError> {
+    let fail = |message: String| Err(InputError::new(path, None, message));
+    let entries: usize = data
+        .logs
+        .iter()
+        .map(|log| balance_entries(log.samples()))
+        .sum();
+    if data.windows() < windows || entries < LEAST_ENTRIES {
+        let settings = &data.settings;
+        let replayed = windows * settings.window + 2 * MARGIN + 1;
+        let samples = replayed.max(balanced_samples(LEAST_ENTRIES));
+        return fail(format!(
+            "too short; expected at least {samples} samples ({:.3} s) in one log",
+            samples as f64 * decimal(data.logs[0].period)
+        ));
+    }
+    let still = |log: &CoreLog| log.position.iter().all(|p| *p == log.position[0]);
+    if data.logs.iter().all(still) {
+        return fail("`position` never changes; expected a log of the machine in motion".into());
+    }
+    let idle = |log: &CoreLog| {
+        let balance = torque_balance(log, simulator, 0.0);
+        balance.torque.iter().all(|torque| *torque == 0.0)
+    };
+    if data.logs.iter().all(idle) {
+        return fail("`input` is 0 throughout; expected a log of the machine being driven".into());
+    }
+    Ok(())
+}
+
 fn stages(data: &Data, schedule: &impl Schedule, models: [&Model; 3]) -> Result<Stages, Failure> {
     let errors = |model: &Model| {
         metrics::errors(data, schedule, model).map_err(|error| Failure::other(error.to_string()))
@@ -423,7 +526,9 @@ fn candidate(look: &Consideration) -> Candidate {
         (Decision::WrongSign, _) => "the residual asks for a sign that physics forbids".to_owned(),
         (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
         (Decision::NotShortlisted, _) => "eight others score higher".to_owned(),
-        (Decision::Dropped, _) => "not needed beside the effects found later".to_owned(),
+        (Decision::Dropped, _) => {
+            "taken at first, not needed beside the effects found later".to_owned()
+        }
         (Decision::OutdoneByMap { by }, Some(held_out)) => format!(
             "would take {} off the held-out error, {} takes more",
             share(held_out.ratio),
@@ -458,9 +563,11 @@ fn map_name(kind: Kind) -> String {
 }
 
 /// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
+/// `dimensions`: what the functions measure.
 fn propagate(
     fit: &Fit,
     variables: &Variables,
+    dimensions: &[Dimension],
     quantity: impl Fn(&Model) -> [f32; MOST_PARAMETERS],
 ) -> [f64; MOST_PARAMETERS] {
     let covariance = fit.covariance(variables);
@@ -472,7 +579,14 @@ fn propagate(
             let step = 0.01 * variable.scale;
             variable.set(&mut moved, variable.get(&fit.model) + step);
             let end = quantity(&moved);
-            std::array::from_fn(|index| f64::from(end[index] - start[index]) / f64::from(step))
+            std::array::from_fn(|index| {
+                let mut change = f64::from(end[index] - start[index]);
+                if dimensions.get(index) == Some(&Dimension::Phase) {
+                    // A phase may step across ±π.
+                    change -= TAU * (change / TAU).round();
+                }
+                change / f64::from(step)
+            })
         })
         .collect();
     std::array::from_fn(|index| {
@@ -498,8 +612,13 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
             let slot = declared.effects.len() + index;
             let report = |model: &Model| model.effects[slot].report(&model.plant);
             let values = report(&trace.after.model);
-            let stds = propagate(&trace.after, &trace.variables, report);
             let description = accepted.candidate.effect.id.description();
+            let dimensions: Vec<Dimension> = description
+                .reported
+                .iter()
+                .map(|(_, dimension)| *dimension)
+                .collect();
+            let stds = propagate(&trace.after, &trace.variables, &dimensions, report);
             FoundEffect {
                 id: description.id.to_owned(),
                 parameters: description
@@ -530,7 +649,8 @@ fn fitted(trace: &Trace, declared: &Model, base: &[Base], rotary: bool) -> Vec<F
     base.iter()
         .map(|&parameter| {
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
-            let std = propagate(&trace.after, &trace.variables, value)[0];
+            let dimensions = [parameter.dimension()];
+            let std = propagate(&trace.after, &trace.variables, &dimensions, value)[0];
             // Below the Coulomb level a breakaway level means nothing: the plant raises it.
             let mut fitted = trace.after.model.get(parameter);
             if parameter == Base::Static {
@@ -568,8 +688,17 @@ fn whiteness(data: &Data, model: &Model) -> Result<Whiteness, Failure> {
             .sum()
     };
     let lags = LAGS.min(residual.len() / 4);
+    let variance = product(0);
     let autocorrelations: Vec<f32> = (1..=lags)
-        .map(|lag| (product(lag) / product(0)) as f32)
+        // At rest friction takes whatever acts: a residual may be zero throughout.
+        .map(|lag| {
+            if variance > 0.0 {
+                product(lag) / variance
+            } else {
+                0.0
+            }
+        })
+        .map(|autocorrelation| autocorrelation as f32)
         .collect();
     let test = ljung_box(&autocorrelations, residual.len() as u32, 0)
         .map_err(|error| Failure::other(error.to_string()))?;
@@ -622,8 +751,7 @@ fn evidence(series: &[Series], data: &Data, trace: &Trace) -> Result<Vec<Evidenc
                 (balance(&trace.before.model)?, balance(&trace.after.model)?);
             let narrow =
                 |series: &[f64]| -> Vec<f32> { series.iter().map(|&value| value as f32).collect() };
-            let time =
-                |sample: usize| (series.start + sample as f64 * f64::from(series.period)) as f32;
+            let time = |sample: usize| (sample as f64 * decimal(series.period)) as f32;
             let samples = log.samples();
             let half = data.settings.half_width;
             Ok(Evidence {
@@ -650,4 +778,65 @@ fn evidence(series: &[Series], data: &Data, trace: &Trace) -> Result<Vec<Evidenc
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workspace;
+    use model_core::gap::fit::variables;
+    use model_core::gap::replay::{COLUMNS, Sums};
+
+    /// A cogging of amplitude A whose two components have independent errors of standard deviation
+    /// σ has σ of its amplitude and σ/A of its phase, wherever the phase lies.
+    #[test]
+    fn a_phase_is_as_certain_at_pi_as_elsewhere() {
+        let file = workspace::root().join("host-tests/machines/emps.toml");
+        let declared = model(&Machine::read(&file).unwrap()).unwrap();
+        let mut model = declared.clone();
+        let scope = Scope {
+            friction: 20.0,
+            torque: 30.0,
+            speed: 0.1,
+            stroke: 0.2,
+            period: 1e-3,
+            rotary: false,
+        };
+        // With unit sums, a variable's standard deviation is its scale: here the friction.
+        let mut unit = [[0.0; COLUMNS]; COLUMNS];
+        for index in 0..COLUMNS {
+            unit[index][index] = 1.0;
+        }
+        let amplitude = 40.0_f32;
+        for phase in [-3.139, -1.0, 0.0, 2.0, 3.139_f32] {
+            model.effects = [Active {
+                id: Id::Cogging,
+                values: [amplitude * phase.cos(), amplitude * phase.sin(), 0.05],
+            }]
+            .into_iter()
+            .collect();
+            let fit = Fit {
+                model: model.clone(),
+                cost: 1.0,
+                sums: Sums {
+                    products: unit,
+                    gradients: unit,
+                    windows: 1_000_000,
+                },
+                simulated: 0,
+            };
+            let dimensions = [Dimension::Torque, Dimension::Phase, Dimension::Position];
+            let report = |model: &Model| model.effects[0].report(&model.plant);
+            let variables = variables(&declared, &model, &[], &scope);
+            let [of_amplitude, of_phase, _] = propagate(&fit, &variables, &dimensions, report);
+            assert!(
+                (of_amplitude / 20.0 - 1.0).abs() < 0.02,
+                "{phase}: {of_amplitude} N"
+            );
+            assert!(
+                (of_phase / 0.5 - 1.0).abs() < 0.02,
+                "{phase}: {of_phase} rad"
+            );
+        }
+    }
 }

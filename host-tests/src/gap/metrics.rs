@@ -16,6 +16,16 @@ const DECIMATE: usize = 10;
 /// Decimated samples left out at either end of the torque balance, where the filters settle.
 const EDGE: usize = 5;
 
+/// Entries of the torque balance of a log with so many samples.
+pub fn balance_entries(samples: usize) -> usize {
+    samples.div_ceil(DECIMATE).saturating_sub(2 * EDGE)
+}
+
+/// Samples of a log that give its torque balance so many entries.
+pub fn balanced_samples(entries: usize) -> usize {
+    (entries + 2 * EDGE) * DECIMATE
+}
+
 /// The torque residual of one log, decimated.
 #[derive(Debug, Clone, Default)]
 pub struct TorqueBalance {
@@ -112,7 +122,8 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
             if speed.abs() < rest {
                 // At rest friction takes what it must, up to the breakaway level.
                 let (lowest, highest) = (load.breakaway.backward, load.breakaway.forward);
-                drive - drive.clamp(-f64::from(lowest), f64::from(highest))
+                // Not `clamp`, which panics where an overflow has left no number.
+                drive - drive.max(-f64::from(lowest)).min(f64::from(highest))
             } else if speed > 0.0 {
                 drive - f64::from(load.coulomb.forward) - f64::from(plant.viscous.forward) * speed
             } else {
@@ -122,21 +133,23 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
         .collect();
     let residual = filter(&DECIMATION, &residual);
     let torque = filter(&DECIMATION, &motor);
-    let kept: Vec<usize> = (0..samples).step_by(DECIMATE).collect();
-    let kept =
-        &kept[EDGE.min(kept.len())..kept.len().saturating_sub(EDGE).max(EDGE.min(kept.len()))];
+    let kept: Vec<usize> = (0..samples)
+        .step_by(DECIMATE)
+        .skip(EDGE)
+        .take(balance_entries(samples))
+        .collect();
     let pick = |series: &[f64]| kept.iter().map(|&index| series[index]).collect();
     TorqueBalance {
-        sample: kept.to_vec(),
         residual: pick(&residual),
         torque: pick(&torque),
         velocity: pick(&velocity),
         position: pick(&position),
+        sample: kept,
     }
 }
 
-/// Positions of one replay of the whole log without restarts, from the first sample with a smoothed
-/// state on; measured ones before it.
+/// Sum of the squared position errors of one replay of the whole log without restarts, and how many
+/// samples it counts. It starts from the first sample with a smoothed state.
 fn free_run_error(data: &Data, log: &Log, simulator: &Simulator) -> (f64, usize) {
     let start = MARGIN;
     let mut runner = Runner::new(simulator, log, start, &data.settings);

@@ -61,7 +61,7 @@ pub struct Estimate {
     pub name: String,
     /// Its value, SI.
     pub value: f64,
-    /// Its standard deviation, SI.
+    /// Its standard deviation, SI; null in JSON where the log does not determine the value.
     pub std: f64,
     /// Its unit.
     pub unit: String,
@@ -76,7 +76,8 @@ pub struct FittedParameter {
     pub declared: f64,
     /// The value in the final model.
     pub fitted: f64,
-    /// Its standard deviation; null for a parameter that an effect has taken over.
+    /// Its standard deviation; null for a parameter that the log does not determine, or that an
+    /// effect has taken over.
     pub std: Option<f64>,
     /// Its unit.
     pub unit: String,
@@ -96,7 +97,7 @@ pub struct Unknown {
 pub struct Errors {
     /// On the training logs.
     pub train: Stages,
-    /// On the validation logs, opened once at the end.
+    /// On the validation logs, opened once at the end; null where none was given.
     pub validate: Option<Stages>,
 }
 
@@ -111,7 +112,8 @@ pub struct Stages {
     pub after: ErrorSet,
 }
 
-/// Errors of one model on one set of logs.
+/// Errors of one model on one set of logs. An error that is no number, because the replay diverged,
+/// is null in JSON.
 #[derive(Debug, Clone, Serialize)]
 pub struct ErrorSet {
     /// Length of a replay window, s.
@@ -179,7 +181,8 @@ pub struct Cost {
 pub struct Evidence {
     /// The file it came from, as the user named it.
     pub label: String,
-    /// Sample times, s.
+    /// Sample times from the log's first sample, s: single precision does not tell the milliseconds
+    /// of a late start.
     pub time: Vec<f32>,
     /// Measured position, rad or m.
     pub position: Vec<f32>,

@@ -157,13 +157,19 @@ impl Variable {
     }
 }
 
-/// The variables of a model: those of its base, of its effects and of its map.
+/// The variables of a model: those of its base, of the effects and of the map that the declared
+/// one does not have. What the user declares of an effect stays as it is.
 pub fn variables(declared: &Model, model: &Model, base: &[Base], scope: &Scope) -> Variables {
     let mut variables = Variables::new();
     for &parameter in base {
         let _ = variables.push(Variable::base(declared, parameter, scope));
     }
-    for (slot, effect) in model.effects.iter().enumerate() {
+    for (slot, effect) in model
+        .effects
+        .iter()
+        .enumerate()
+        .skip(declared.effects.len())
+    {
         for index in 0..effect.id.description().parameters.len() {
             let value = effect.values[index];
             let _ = variables.push(Variable::effect(effect.id, slot, index, value, scope));
@@ -207,17 +213,20 @@ pub fn lanes(
         .iter()
         .map(|variable| {
             let value = variable.get(model);
-            let step = if value + DIFFERENCE * variable.scale > variable.upper {
-                -DIFFERENCE
-            } else {
-                DIFFERENCE
-            };
-            let mut moved = model.clone();
-            variable.set(&mut moved, value + step * variable.scale);
-            Some(Lane {
-                simulator: moved.build(period).ok()?,
-                opposite: None,
-                inverse_step: 1.0 / step,
+            // Downwards where upwards would leave the bounds, or the plant's range: two end stops
+            // must not meet.
+            [DIFFERENCE, -DIFFERENCE].into_iter().find_map(|step| {
+                let moved_value = value + step * variable.scale;
+                if moved_value > variable.upper {
+                    return None;
+                }
+                let mut moved = model.clone();
+                variable.set(&mut moved, moved_value);
+                Some(Lane {
+                    simulator: moved.build(period).ok()?,
+                    opposite: None,
+                    inverse_step: 1.0 / step,
+                })
             })
         })
         .collect()
@@ -271,10 +280,13 @@ pub fn fit(
         let mut stepped = None;
         for _ in 0..MOST_REFUSALS {
             let candidate = damped_step(&model, variables, &sums, damping);
-            let trial = evaluate(&candidate, false)?;
-            if trial.products[0][0] < cost {
+            // A step that leaves the plant's range is refused like one that raises the cost.
+            let lowered = evaluate(&candidate, false)
+                .map(|trial| trial.products[0][0])
+                .filter(|trial| *trial < cost);
+            if let Some(lowered) = lowered {
                 damping = (damping * 0.2f64).max(1e-7);
-                stepped = Some((candidate, trial.products[0][0]));
+                stepped = Some((candidate, lowered));
                 break;
             }
             damping *= 6.0;

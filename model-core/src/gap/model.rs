@@ -275,7 +275,7 @@ impl Lateness {
             Self { whole, share: 0.0 }
         } else if share > 1.0 - LEAST_SHARE {
             Self {
-                whole: whole + 1,
+                whole: whole.saturating_add(1),
                 share: 0.0,
             }
         } else {

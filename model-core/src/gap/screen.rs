@@ -28,6 +28,8 @@ pub struct Candidate {
     pub identifiability: f32,
     /// Whether physics allows the sign that the residual asks for.
     pub allowed: bool,
+    /// Shapes that were tried before this one was found best.
+    pub tries: u32,
 }
 
 /// Candidates of one screening.
@@ -177,6 +179,7 @@ impl<'a> Projection<'a> {
             score: share(own, residual) as f32,
             identifiability: libm::sqrt(share(own, raw)) as f32,
             allowed,
+            tries: 1,
         }
     }
 }
@@ -311,8 +314,13 @@ pub fn screen(
                 .iter_mut()
                 .find(|known| known.effect.id == candidate.effect.id)
             {
-                Some(known) if rank(&candidate) > rank(known) => *known = candidate,
-                Some(_) => {}
+                Some(known) => {
+                    let tries = known.tries + 1;
+                    if rank(&candidate) > rank(known) {
+                        *known = candidate;
+                    }
+                    known.tries = tries;
+                }
                 None => {
                     let _ = best.push(candidate);
                 }
@@ -341,7 +349,10 @@ pub fn screen(
     simulated += sums.windows as u64 * (copies.sum::<u64>() + 1);
     let projection = Projection::new(&sums, variables.len());
     for (candidate, (effect, first)) in best.iter_mut().zip(&columns) {
-        *candidate = projection.candidate(*effect, *first, scope);
+        *candidate = Candidate {
+            tries: candidate.tries,
+            ..projection.candidate(*effect, *first, scope)
+        };
     }
     let place = |id: Id| columns.iter().find(|(effect, _)| effect.id == id);
     sort(&mut best);

@@ -44,7 +44,8 @@ const TOLD_APART: f64 = 1.5;
 /// one with the fewest parameters is taken.
 const EQUALLY_GOOD: f64 = 1.1;
 
-/// Error of the whole test, shared among the candidates of a round.
+/// Error of the whole test, shared among the candidates of a round and, for each, among the shapes
+/// that were tried for it.
 const SIGNIFICANCE: f64 = 0.01;
 
 /// Held-out mean square error that an accepted effect must fall below, as a share of that without.
@@ -140,8 +141,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    fn judge(&self, candidates: usize) -> Option<Decision> {
-        if self.p_value >= SIGNIFICANCE / candidates.max(1) as f64 {
+    fn judge(&self, looks: usize) -> Option<Decision> {
+        if self.p_value >= SIGNIFICANCE / looks.max(1) as f64 {
             Some(Decision::NotSignificant)
         } else if self.ratio > LARGEST_RATIO {
             Some(Decision::GainTooSmall)
@@ -619,7 +620,7 @@ fn consider(
         looks[index].held_out = Some(comparison);
         // Passed is Accepted for now; who wins is known when all have been refitted.
         looks[index].decision = comparison
-            .judge(candidates.len())
+            .judge(candidates.len() * candidates[index].tries as usize)
             .unwrap_or(Decision::Accepted);
     }
 

@@ -1,0 +1,829 @@
+//! Promise: `cargo hil gap` answers with the JSON of its documentation, the same on one core and on
+//! several; says in one line what is wrong with a file and where, and then writes nothing; and is
+//! quiet in a pipe.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use rig::{Effect, EffectKind, Experiment, Machine, Trajectory};
+use serde_json::Value;
+use tempfile::TempDir;
+
+const MACHINE: &str = "machine.toml";
+const TRAIN: &str = "train.csv";
+const VALIDATE: &str = "validate.csv";
+const JSON: &str = "gap.json";
+const REPORT: &str = "report";
+
+/// What every log here begins with.
+const HEADER: &str = "time_s,input,position,command";
+
+/// A directory that `hil` is run in, with the machine file and the logs of a slide that is pushed
+/// by a constant force its machine file does not mention.
+struct Bench {
+    directory: TempDir,
+}
+
+/// What the bench logged, and 2 s of it.
+fn log() -> &'static str {
+    static LOG: OnceLock<String> = OnceLock::new();
+    LOG.get_or_init(|| {
+        let machine = Machine::force_slide();
+        let push = Effect::nominal(EffectKind::OffsetTorque, &machine);
+        let moves = Trajectory::moves(&machine);
+        let log = Experiment::tracking(machine, moves)
+            .with_effects(&[push])
+            .lasting(6.0)
+            .run()
+            .to_csv();
+        assert!(log.starts_with(HEADER));
+        log
+    })
+}
+
+/// The header and the first `rows` rows of the log.
+fn head(rows: usize) -> String {
+    let lines: Vec<&str> = log().lines().take(rows + 1).collect();
+    lines.join("\n") + "\n"
+}
+
+/// The first 2 s of the log; `edit` gets line `line`, as an editor counts.
+fn edited(line: usize, edit: impl Fn(&str) -> String) -> String {
+    let mut lines: Vec<String> = head(2000).lines().map(str::to_owned).collect();
+    lines[line - 1] = edit(&lines[line - 1]);
+    lines.join("\n") + "\n"
+}
+
+/// Replaces one field of a row.
+fn with_field(row: &str, place: usize, field: &str) -> String {
+    let mut fields: Vec<&str> = row.split(',').collect();
+    fields[place] = field;
+    fields.join(",")
+}
+
+impl Bench {
+    fn new() -> Self {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let bench = Self { directory };
+        bench.write(MACHINE, Machine::force_slide().to_toml());
+        bench.write(TRAIN, log());
+        bench.write(VALIDATE, head(2000));
+        bench
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        fs::write(self.path(name), content).expect("a writable temporary directory");
+    }
+
+    /// Writes the machine file with one passage replaced.
+    fn write_machine(&self, passage: &str, replacement: &str) {
+        let text = Machine::force_slide().to_toml();
+        assert_eq!(text.matches(passage).count(), 1, "{passage:?} in {text}");
+        self.write(MACHINE, text.replace(passage, replacement));
+    }
+
+    fn command<S: AsRef<OsStr>>(&self, arguments: &[S]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hil"));
+        command
+            .current_dir(self.directory.path())
+            .arg("gap")
+            .args(arguments);
+        command
+    }
+
+    fn run<S: AsRef<OsStr>>(&self, arguments: &[S]) -> Output {
+        let output = self.command(arguments).output().expect("hil starts");
+        assert!(!text(&output.stderr).contains("panicked"));
+        output
+    }
+
+    /// Runs and reads the JSON file.
+    #[track_caller]
+    fn answer(&self, logs: &[&str]) -> Value {
+        let mut arguments = vec!["--machine", MACHINE, "--json", JSON];
+        arguments.extend(logs);
+        let output = self.run(&arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        self.json()
+    }
+
+    fn json(&self) -> Value {
+        let written = fs::read_to_string(self.path(JSON)).expect("a JSON file");
+        serde_json::from_str(&written).expect("JSON")
+    }
+
+    /// Asserts that the command refuses its files: one line that starts with `error: place: ` and
+    /// has all the words, status 2, nothing on standard output, nothing written.
+    #[track_caller]
+    fn refuses(&self, logs: &[&str], place: &str, words: &[&str]) {
+        let entries = |directory: &Path| fs::read_dir(directory).unwrap().count();
+        let before = entries(self.directory.path());
+        let mut arguments = vec!["--machine", MACHINE, "--json", JSON, "--report", REPORT];
+        arguments.extend(logs);
+        let output = self.run(&arguments);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        assert!(
+            error.starts_with(&format!("error: {place}: ")),
+            "not at {place}: {error}"
+        );
+        for word in words {
+            assert!(error.contains(word), "no {word:?} in: {error}");
+        }
+        assert!(output.stdout.is_empty());
+        assert_eq!(entries(self.directory.path()), before);
+    }
+
+    /// Refused as a training log, and as a validation log.
+    #[track_caller]
+    fn refuses_log(&self, content: impl AsRef<[u8]>, line: Option<usize>, words: &[&str]) {
+        self.write("bad.csv", content);
+        let place = match line {
+            Some(line) => format!("bad.csv:{line}"),
+            None => "bad.csv".to_owned(),
+        };
+        self.refuses(&["--train", "bad.csv"], &place, words);
+        self.write("short.csv", head(1000));
+        let logs = ["--train", "short.csv", "--validate", "bad.csv"];
+        self.refuses(&logs, &place, words);
+    }
+
+    /// Refused with one passage of the machine file replaced, at the line that has `at` then.
+    #[track_caller]
+    fn refuses_machine(&self, (passage, replacement): (&str, &str), at: &str, words: &[&str]) {
+        self.write_machine(passage, replacement);
+        let machine = fs::read_to_string(self.path(MACHINE)).unwrap();
+        let line = 1 + machine.lines().position(|line| line.contains(at)).unwrap();
+        let place = format!("{MACHINE}:{line}");
+        self.refuses(&["--train", TRAIN], &place, words);
+    }
+
+    /// Refused with these declared effects, the first of which stands on the line to blame.
+    #[track_caller]
+    fn refuses_effects(&self, effects: &str, at: &str, words: &[&str]) {
+        let list = format!("[fit]\ndeclared_effects = [\n{effects}\n]");
+        self.refuses_machine(("[fit]", &list), at, words);
+    }
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).expect("UTF-8")
+}
+
+mod bad_logs {
+    use super::*;
+
+    #[test]
+    fn without_rows() {
+        let bench = Bench::new();
+        bench.refuses_log("", Some(1), &["empty", "expected a log"]);
+        let header = format!("{HEADER}\n");
+        bench.refuses_log(header, Some(1), &["0 samples", "expected at least 100"]);
+    }
+
+    #[test]
+    fn without_a_column() {
+        let renamed = edited(1, |header| header.replace("position", "angle"));
+        let words = ["no column `position`", "expected a log"];
+        Bench::new().refuses_log(renamed, Some(1), &words);
+    }
+
+    #[test]
+    fn with_a_field_that_is_no_number() {
+        let bench = Bench::new();
+        for (field, words) in [
+            ("NaN", ["`position` is \"NaN\"", "expected a finite number"]),
+            (
+                "-inf",
+                ["`position` is \"-inf\"", "expected a finite number"],
+            ),
+            (
+                "1e39",
+                ["`position` is \"1e39\"", "expected a finite number"],
+            ),
+            ("left", ["`position` is \"left\"", "expected a number"]),
+            ("", ["`position` is empty", "expected a number"]),
+        ] {
+            let log = edited(321, |row| with_field(row, 2, field));
+            bench.refuses_log(log, Some(321), &words);
+        }
+    }
+
+    #[test]
+    fn not_uniform_in_time() {
+        let bench = Bench::new();
+        let hole: Vec<&str> = log().lines().take(2000).collect();
+        let hole = [&hole[..700], &hole[705..]].concat().join("\n");
+        bench.refuses_log(hole, Some(701), &["a gap of 5 samples", "cut the log"]);
+        let back = edited(500, |row| with_field(row, 0, "0.400000000"));
+        bench.refuses_log(back, Some(500), &["is earlier than that of line 499"]);
+        let jitter = edited(500, |row| with_field(row, 0, "0.498300000"));
+        bench.refuses_log(jitter, Some(500), &["a jitter of", "resample"]);
+    }
+
+    #[test]
+    fn cut_short() {
+        let bench = Bench::new();
+        let whole = head(2000);
+        let cut = whole.rfind(',').unwrap();
+        let words = ["3 fields, the header has 4", "complete or remove it"];
+        bench.refuses_log(&whole[..cut], Some(2001), &words);
+    }
+
+    #[test]
+    fn of_noise() {
+        // A linear congruential generator; the 51st byte is the first that no UTF-8 text has.
+        let mut state = 12_345_u32;
+        let mut noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        let mut bytes = vec![b'x'; 50];
+        bytes.push(0xff);
+        bytes.extend((0..5000).map(|_| noise()));
+        let words = ["not UTF-8 text", "expected a log"];
+        Bench::new().refuses_log(bytes, Some(1), &words);
+    }
+
+    #[test]
+    fn with_too_little_in_them() {
+        let bench = Bench::new();
+        // Four windows of 0.2 s to train on, one to validate on; 8 samples on either side and the
+        // one that the last step reaches.
+        bench.write("832.csv", head(832));
+        bench.write("216.csv", head(216));
+        let words = ["too short", "expected at least 833 samples (0.833 s)"];
+        bench.refuses(&["--train", "832.csv"], "832.csv", &words);
+        let words = ["too short", "expected at least 217 samples (0.217 s)"];
+        let logs = ["--train", TRAIN, "--validate", "216.csv"];
+        bench.refuses(&logs, "216.csv", &words);
+    }
+
+    #[test]
+    fn sampled_so_slowly_that_the_torque_balance_has_no_samples() {
+        let every_tenth: Vec<&str> = log().lines().skip(1).step_by(10).take(170).collect();
+        let slow = format!("{HEADER}\n{}\n", every_tenth.join("\n"));
+        let bench = Bench::new();
+        bench.write("slow.csv", slow);
+        let words = ["too short", "expected at least 180 samples (1.800 s)"];
+        bench.refuses(&["--train", "slow.csv"], "slow.csv", &words);
+    }
+
+    #[test]
+    fn that_say_nothing_about_the_machine() {
+        let bench = Bench::new();
+        let made = |row: fn(f64) -> (f64, f64)| {
+            let rows: Vec<String> = (0..1000)
+                .map(|index| {
+                    let (input, position) = row(f64::from(index) * 1e-3);
+                    format!("{:.3},{input},{position}", f64::from(index) * 1e-3)
+                })
+                .collect();
+            format!("time_s,input,position\n{}\n", rows.join("\n"))
+        };
+        let still = made(|time| (time.sin(), 0.1));
+        bench.refuses_log(
+            still,
+            None,
+            &["never changes", "expected a log", "in motion"],
+        );
+        let idle = made(|time| (0.0, 0.1 * time));
+        bench.refuses_log(idle, None, &["0 throughout", "expected a log", "driven"]);
+    }
+
+    #[test]
+    fn of_different_sampling_periods() {
+        let bench = Bench::new();
+        let every_second: Vec<&str> = log().lines().skip(1).step_by(2).collect();
+        let half = format!("{HEADER}\n{}\n", every_second.join("\n"));
+        bench.write("half.csv", half);
+        let words = ["0.002 s", "0.001 s", "expected one sampling period"];
+        let both = ["--train", TRAIN, "--train", "half.csv"];
+        bench.refuses(&both, "half.csv", &words);
+        let later = ["--train", TRAIN, "--validate", "half.csv"];
+        bench.refuses(&later, "half.csv", &words);
+    }
+
+    #[test]
+    fn behind_good_ones() {
+        let bench = Bench::new();
+        bench.write("bad.csv", edited(9, |row| with_field(row, 1, "off")));
+        let train = ["--train", TRAIN, "--train", "bad.csv"];
+        bench.refuses(&train, "bad.csv:9", &["`input` is \"off\""]);
+        let validate = [
+            "--train",
+            TRAIN,
+            "--validate",
+            VALIDATE,
+            "--validate",
+            "bad.csv",
+        ];
+        bench.refuses(&validate, "bad.csv:9", &["`input` is \"off\""]);
+    }
+}
+
+mod bad_machines {
+    use super::*;
+
+    #[test]
+    fn with_impossible_numbers() {
+        let bench = Bench::new();
+        for value in ["0.0", "-95.0"] {
+            let line = format!("inertia = {value}");
+            let words = ["`inertia` is", "expected more than 0"];
+            bench.refuses_machine(("inertia = 95.0", &line), &line, &words);
+        }
+        let words = ["`static` 12.0 is less than `coulomb` 20.0", "expected"];
+        let below = ("static = 24.0", "static = 12.0");
+        bench.refuses_machine(below, "static", &words);
+        let words = ["NaN is not a number", "expected 0 or"];
+        let nan = ("viscous = 200.0", "viscous = nan");
+        bench.refuses_machine(nan, "viscous", &words);
+    }
+
+    #[test]
+    fn beyond_what_the_plant_takes() {
+        let bench = Bench::new();
+        bench.write_machine("inertia = 95.0", "inertia = 1e13");
+        let words = ["inertia must be", "at most 1e12"];
+        bench.refuses(&["--train", TRAIN], MACHINE, &words);
+    }
+
+    #[test]
+    fn that_cannot_have_moved_as_the_log_says() {
+        let bench = Bench::new();
+        bench.write_machine("inertia = 95.0", "inertia = 1e-30");
+        let words = ["diverges", "expected a machine in SI units"];
+        bench.refuses(&["--train", TRAIN], MACHINE, &words);
+    }
+
+    #[test]
+    fn with_unknown_keys() {
+        let bench = Bench::new();
+        let words = ["unknown key `mass`", "`inertia`"];
+        let mass = ("inertia = 95.0", "inertia = 95.0\nmass = 95.0");
+        bench.refuses_machine(mass, "mass", &words);
+        let words = ["unknown key `noise`", "`resolution`"];
+        let noise = ("[sensor]", "[sensor]\nnoise = 1.0");
+        bench.refuses_machine(noise, "noise", &words);
+        let words = ["unknown key `gearbox`", "`mechanics`"];
+        let section = ("[fit]", "[gearbox]\nratio = 3.0\n[fit]");
+        bench.refuses_machine(section, "gearbox", &words);
+    }
+
+    #[test]
+    fn with_a_fit_parameter_that_they_do_not_have() {
+        let unknown = ("\"viscous\"", "\"resistance\"");
+        let words = ["`resistance` cannot be fitted", "expected `inertia`"];
+        Bench::new().refuses_machine(unknown, "resistance", &words);
+    }
+
+    #[test]
+    fn with_effects_that_the_catalogue_does_not_have() {
+        let bench = Bench::new();
+        bench.refuses_effects(
+            "{ id = \"magnetism\", torque = 1.0 },",
+            "magnetism",
+            &[
+                "unknown effect `magnetism`",
+                "expected one of offset_torque,",
+            ],
+        );
+        bench.refuses_effects(
+            "{ id = \"offset_torque\", torque = 1.0 },\n{ id = \"stribeck\", speed = 1.0 },",
+            "stribeck",
+            &[
+                "`stribeck` has no parameter `speed`",
+                "expected drop, velocity",
+            ],
+        );
+        bench.refuses_effects(
+            "{ id = \"stribeck\", drop = 1.0 },",
+            "stribeck",
+            &["lacks its parameter `velocity`", "expected drop, velocity"],
+        );
+        bench.refuses_effects(
+            "{ id = \"stribeck\" },",
+            "stribeck",
+            &["an effect without parameters", "expected"],
+        );
+        bench.refuses_effects(
+            "{ id = \"offset_torque\", torque = 1.0, torque = 2.0 },",
+            "offset_torque",
+            &["duplicate key"],
+        );
+    }
+
+    #[test]
+    fn with_an_effect_twice() {
+        Bench::new().refuses_effects(
+            "{ id = \"offset_torque\", torque = 1.0 },\n{ id = \"offset_torque\", torque = 2.0 },",
+            "torque = 2.0",
+            &["`offset_torque` is declared twice", "remove one"],
+        );
+    }
+
+    #[test]
+    fn with_effects_that_cannot_be() {
+        let bench = Bench::new();
+        bench.refuses_effects(
+            "{ id = \"quadratic_drag\", coefficient = -1.0 },",
+            "quadratic_drag",
+            &[
+                "`coefficient` of effect `quadratic_drag` is -1.0",
+                "expected 0 or more",
+            ],
+        );
+        for period in ["0.0", "-0.01"] {
+            let cogging =
+                format!("{{ id = \"cogging\", sine = -1.0, cosine = 0.0, period = {period} }},");
+            let words = ["`period` of effect `cogging`", "expected more than 0"];
+            bench.refuses_effects(&cogging, "cogging", &words);
+        }
+        bench.refuses_effects(
+            "{ id = \"gravity\", sine = 1.0, cosine = 0.0 },",
+            "gravity",
+            &[
+                "`gravity` is for rotary machines only",
+                "`coordinate = \"rad\"`",
+            ],
+        );
+        for delay in ["1.5", "1e30"] {
+            let late = format!("{{ id = \"input_delay\", delay = {delay} }},");
+            let words = ["`delay` of effect `input_delay`", "expected 1 s at most"];
+            bench.refuses_effects(&late, "input_delay", &words);
+        }
+        bench.refuses_effects(
+            "{ id = \"offset_torque\", torque = 1e13 },",
+            "offset_torque",
+            &["offset must be", "at most 1e12"],
+        );
+    }
+
+    #[test]
+    fn of_another_language() {
+        let words = ["expected"];
+        let bench = Bench::new();
+        bench.refuses_machine(("[mechanics]", "[mechanics"), "[mechanics", &words);
+        bench.write(MACHINE, [0xff, 0xfe, 0x00]);
+        let words = ["not UTF-8 text", "expected a machine file"];
+        bench.refuses(&["--train", TRAIN], &format!("{MACHINE}:1"), &words);
+    }
+}
+
+#[test]
+fn files_that_are_not_there_are_named() {
+    let bench = Bench::new();
+    let words = ["no such file", "expected a log"];
+    bench.refuses(&["--train", "no.csv"], "no.csv", &words);
+    let logs = ["--train", TRAIN, "--validate", "no.csv"];
+    bench.refuses(&logs, "no.csv", &words);
+    fs::create_dir(bench.path("logs")).unwrap();
+    let logs = ["--train", TRAIN, "--validate", "logs"];
+    bench.refuses(&logs, "logs", &["is a directory", "expected a log"]);
+    fs::remove_file(bench.path(MACHINE)).unwrap();
+    let words = ["no such file", "expected a machine file"];
+    bench.refuses(&["--train", TRAIN], MACHINE, &words);
+}
+
+#[test]
+fn what_cannot_be_written_is_status_1_and_leaves_no_part() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("taken")).unwrap();
+    for (option, path) in [
+        ("--json", "missing/gap.json"),
+        ("--json", "taken"),
+        ("--report", TRAIN),
+    ] {
+        let output = bench.run(&["--machine", MACHINE, "--train", TRAIN, option, path]);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        assert!(error.starts_with(&format!("error: {path}: ")), "{error}");
+        assert!(output.stdout.is_empty());
+    }
+    let mut names: Vec<_> = fs::read_dir(bench.directory.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    names.sort();
+    assert_eq!(names, [MACHINE, "taken", TRAIN, VALIDATE]);
+}
+
+#[test]
+fn help_has_an_example() {
+    for arguments in [&["help"][..], &["gap", "--help"], &["help", "gap"]] {
+        let output = Command::new(env!("CARGO_BIN_EXE_hil"))
+            .args(arguments)
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        assert!(text(&output.stdout).contains("Example: cargo hil"));
+        assert!(output.stderr.is_empty());
+    }
+}
+
+#[test]
+fn a_wrong_call_is_status_2_and_one_line() {
+    let bench = Bench::new();
+    for (arguments, part) in [
+        (&["--machine", MACHINE, "--train"][..], "--train"),
+        (&["--machine", MACHINE, "--train", TRAIN, "more"], "'more'"),
+        (
+            &["--machine", MACHINE, "--train", TRAIN, "--jsn", JSON],
+            "'--jsn'",
+        ),
+        (
+            &["--machine", MACHINE, "--machine", MACHINE, "--train", TRAIN],
+            "--machine",
+        ),
+        (&["--train", TRAIN], "--machine"),
+    ] {
+        let output = bench.run(arguments);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        assert!(error.starts_with("error: "), "{error}");
+        assert!(error.contains(part), "{error}");
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[test]
+fn a_pipe_gets_the_table_and_nothing_else() {
+    let bench = Bench::new();
+    let logs = ["--train", TRAIN, "--validate", VALIDATE];
+    let arguments = [&["--machine", MACHINE, "--report", REPORT][..], &logs].concat();
+    let output = bench.run(&arguments);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(text(&output.stderr), "");
+    let table = text(&output.stdout);
+    assert!(!table.contains('\x1b'), "{table:?}");
+    assert!(table.starts_with("slide-95kg: one effect was missing, offset_torque"));
+    assert!(bench.path(REPORT).is_dir());
+    assert!(!bench.path(JSON).exists());
+}
+
+/// The structure of the JSON. Every function panics with the path of what is wrong.
+mod structure {
+    use super::*;
+
+    fn get<'v>(value: &'v Value, path: &str, key: &str) -> &'v Value {
+        value
+            .get(key)
+            .unwrap_or_else(|| panic!("{path} has no `{key}`: {value}"))
+    }
+
+    pub fn text<'v>(value: &'v Value, path: &str, key: &str) -> &'v str {
+        let found = get(value, path, key);
+        found
+            .as_str()
+            .unwrap_or_else(|| panic!("{path}.{key} is no text: {found}"))
+    }
+
+    pub fn list<'v>(value: &'v Value, path: &str, key: &str) -> &'v [Value] {
+        let found = get(value, path, key);
+        found
+            .as_array()
+            .unwrap_or_else(|| panic!("{path}.{key} is no list: {found}"))
+    }
+
+    /// JSON has no number that is not finite: it would be null.
+    pub fn number(value: &Value, path: &str, key: &str) -> f64 {
+        let found = get(value, path, key);
+        found
+            .as_f64()
+            .unwrap_or_else(|| panic!("{path}.{key} is no number: {found}"))
+    }
+
+    fn share(value: &Value, path: &str, key: &str) {
+        let found = number(value, path, key);
+        assert!((0.0..=1.0).contains(&found), "{path}.{key}: {found}");
+    }
+
+    fn probability(value: &Value, path: &str, key: &str) {
+        let found = number(value, path, key);
+        assert!(found > 0.0 && found <= 1.0, "{path}.{key}: {found}");
+    }
+
+    fn errors(value: &Value, path: &str, with_current: bool) {
+        for key in [
+            "window_s",
+            "position_rms",
+            "position_max",
+            "position_nrmse",
+            "torque_rel",
+            "free_run_rms",
+        ] {
+            assert!(number(value, path, key) > 0.0, "{path}.{key}");
+        }
+        if with_current {
+            assert!(number(value, path, "current_rms") > 0.0);
+        } else {
+            assert!(get(value, path, "current_rms").is_null(), "{path}");
+        }
+    }
+
+    /// Checks an answer; `validated` and `with_current` say what the logs were.
+    pub fn check(answer: &Value, validated: bool, with_current: bool) {
+        assert!(!text(answer, "", "machine").is_empty());
+        let verdict = text(answer, "", "verdict");
+        let effects = list(answer, "", "effects");
+        let unknown = get(answer, "", "unknown");
+        match verdict {
+            "no_missing_effect" => assert!(effects.is_empty() && unknown.is_null()),
+            "effects_found" => assert!(!effects.is_empty()),
+            "unknown_effect" => {
+                let variable = text(unknown, "unknown", "depends_on");
+                assert!(
+                    ["position", "velocity", "current", "load", "time"].contains(&variable),
+                    "{variable}"
+                );
+                share(unknown, "unknown", "score");
+            }
+            other => panic!("verdict: {other}"),
+        }
+        for (index, effect) in effects.iter().enumerate() {
+            let path = &format!("effects[{index}]");
+            assert!(!text(effect, path, "id").is_empty());
+            share(effect, path, "score");
+            share(effect, path, "identifiability");
+            probability(effect, path, "p_value");
+            for id in list(effect, path, "equivalent") {
+                assert!(id.is_string(), "{path}.equivalent: {id}");
+            }
+            let parameters = list(effect, path, "parameters");
+            assert!(!parameters.is_empty());
+            for parameter in parameters {
+                assert!(!text(parameter, path, "name").is_empty());
+                number(parameter, path, "value");
+                assert!(number(parameter, path, "std") >= 0.0);
+                text(parameter, path, "unit");
+            }
+        }
+        for parameter in list(answer, "", "fit") {
+            let name = text(parameter, "fit", "name");
+            number(parameter, name, "declared");
+            number(parameter, name, "fitted");
+            let std = get(parameter, name, "std");
+            assert!(std.is_null() || std.as_f64().unwrap() >= 0.0, "{name}");
+            assert!(!text(parameter, name, "unit").is_empty());
+        }
+        let both = get(answer, "", "errors");
+        for log in ["train", "validate"] {
+            let stages = get(both, "errors", log);
+            if log == "validate" && !validated {
+                assert!(stages.is_null(), "{stages}");
+                continue;
+            }
+            for stage in ["declared", "before", "after"] {
+                let path = format!("errors.{log}.{stage}");
+                errors(get(stages, &path, stage), &path, with_current);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_json_has_its_structure_and_finds_the_push() {
+    let bench = Bench::new();
+    let answer = bench.answer(&["--train", TRAIN, "--validate", VALIDATE]);
+    structure::check(&answer, true, false);
+    assert_eq!(answer["machine"], "slide-95kg");
+    assert_eq!(answer["verdict"], "effects_found");
+    assert_eq!(answer["effects"].as_array().unwrap().len(), 1);
+    let effect = &answer["effects"][0];
+    assert_eq!(effect["id"], "offset_torque");
+    assert_eq!(effect["parameters"][0]["unit"], "N");
+    // The rig's nominal push is 15 % of its Coulomb friction of 20 N.
+    let push = effect["parameters"][0]["value"].as_f64().unwrap();
+    assert!((push - 3.0).abs() < 0.3, "{push} N");
+    let names: Vec<&str> = answer["fit"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|parameter| parameter["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["inertia", "viscous", "coulomb", "static"]);
+    assert_eq!(answer["errors"]["train"]["after"]["window_s"], 0.2);
+}
+
+#[test]
+fn without_a_validation_log_its_errors_are_null() {
+    let answer = Bench::new().answer(&["--train", TRAIN]);
+    structure::check(&answer, false, false);
+    assert!(answer["errors"]["validate"].is_null());
+    assert!(answer["errors"].get("validate").is_some());
+}
+
+#[test]
+fn a_measured_current_has_its_error() {
+    let machine = Machine::rotary_ema();
+    let bench = Bench::new();
+    bench.write(MACHINE, machine.to_toml());
+    let sines = Trajectory::sines(&machine);
+    let log = Experiment::tracking(machine, sines).lasting(3.0).run();
+    bench.write(TRAIN, log.to_csv());
+    let answer = bench.answer(&["--train", TRAIN, "--validate", TRAIN]);
+    structure::check(&answer, true, true);
+}
+
+#[test]
+fn nothing_to_fit_leaves_the_declared_model() {
+    let bench = Bench::new();
+    bench.write_machine(
+        "parameters = [\"inertia\", \"viscous\", \"coulomb\", \"static\"]",
+        "parameters = []",
+    );
+    let answer = bench.answer(&["--train", TRAIN]);
+    structure::check(&answer, false, false);
+    assert_eq!(answer["fit"].as_array().unwrap().len(), 0);
+    let train = &answer["errors"]["train"];
+    assert_eq!(train["declared"], train["before"]);
+}
+
+#[test]
+fn several_logs_are_one_training_set() {
+    let bench = Bench::new();
+    let row = |row: usize| log().lines().nth(row).unwrap().to_owned() + "\n";
+    let second: String = (3001..=6000).map(row).collect();
+    bench.write("first.csv", head(3000));
+    bench.write("second.csv", format!("{HEADER}\n{second}"));
+    let answer = bench.answer(&["--train", "first.csv", "--train", "second.csv"]);
+    structure::check(&answer, false, false);
+    assert_eq!(answer["verdict"], "effects_found");
+    assert_eq!(answer["effects"][0]["id"], "offset_torque");
+    assert_eq!(answer["cost"]["samples"], 6000);
+    // Half the log alone gives another answer: the second one takes part.
+    let first = bench.answer(&["--train", "first.csv"]);
+    assert_eq!(first["cost"]["samples"], 3000);
+    assert_ne!(first["fit"], answer["fit"]);
+}
+
+/// Logs often start at the seconds since 1970, which single precision holds to two minutes.
+#[test]
+fn the_answer_does_not_depend_on_when_the_log_starts() {
+    let bench = Bench::new();
+    let run = || {
+        let mut answer = bench.answer(&["--train", TRAIN, "--report", REPORT]);
+        let seconds = answer["cost"]["seconds"].take();
+        let page = fs::read_to_string(bench.path(REPORT).join("index.html")).unwrap();
+        let figures: Vec<String> = page
+            .split("<svg")
+            .skip(1)
+            .map(|figure| figure.split("</svg>").next().unwrap().to_owned())
+            .collect();
+        assert!(seconds.is_number() && !figures.is_empty());
+        (answer, figures)
+    };
+    let early = run();
+    let mut lines = log().lines();
+    let mut late = lines.next().unwrap().to_owned();
+    for row in lines {
+        let (time, rest) = row.split_once(',').unwrap();
+        let time: f64 = time.parse().unwrap();
+        late += &format!("\n{:.6},{rest}", time + 1.7e9);
+    }
+    bench.write(TRAIN, late);
+    let late = run();
+    assert_eq!(early.0, late.0);
+    assert_eq!(early.1, late.1);
+}
+
+#[test]
+fn the_answer_depends_on_neither_run_nor_cores() {
+    let bench = Bench::new();
+    let run = |threads: Option<&str>| {
+        let mut command = bench.command(&[
+            "--machine",
+            MACHINE,
+            "--train",
+            TRAIN,
+            "--validate",
+            VALIDATE,
+            "--json",
+            JSON,
+        ]);
+        match threads {
+            Some(threads) => command.env("RAYON_NUM_THREADS", threads),
+            None => command.env_remove("RAYON_NUM_THREADS"),
+        };
+        assert_eq!(command.output().unwrap().status.code(), Some(0));
+        let mut answer = bench.json();
+        let seconds = answer["cost"]["seconds"].take();
+        assert!(seconds.as_f64().unwrap() > 0.0);
+        answer
+    };
+    let answer = run(None);
+    assert_eq!(run(None), answer);
+    assert_eq!(run(Some("1")), answer);
+    assert_eq!(run(Some("2")), answer);
+}
