@@ -1,6 +1,6 @@
 //! The actuator's step: exact in a mode, split at events.
 
-use super::modes::{self, CELLS, Ladder, RUNGS, RestLadder};
+use super::modes::{self, CELLS, Increment, Ladder, RUNGS, RestLadder};
 use super::parameters::{Drive, ParameterError, Parameters};
 use super::{Compensated, Directional, InputRefused, Motion, State};
 
@@ -117,7 +117,8 @@ impl Actuator {
     /// Works out the modes for a step of `period` seconds.
     ///
     /// # Errors
-    /// A parameter outside its range, or a period that is not above 0 and at most 10 s.
+    /// A parameter outside its range, a period that is not above 0 and at most 10 s, or parameters
+    /// so far apart that `f32` does not hold the step.
     pub fn build(parameters: &Parameters, period: f32) -> Result<Self, ParameterError> {
         parameters.check()?;
         let usable = period > 0.0 && period <= 10.0;
@@ -133,6 +134,13 @@ impl Actuator {
         } else {
             modes::sliding(parameters, parameters.viscous.backward, period)
         };
+        let in_range = |ladder: &Ladder| ladder.iter().all(Increment::is_finite);
+        if !(in_range(&forward) && in_range(&backward)) {
+            return Err(ParameterError {
+                parameter: "inertia",
+                requirement: "larger beside the other parameters: a coefficient of the step overflows",
+            });
+        }
         let algebraic = match parameters.drive {
             Drive::Voltage {
                 resistance,
@@ -189,9 +197,11 @@ impl Actuator {
 
     /// One step with the input held over it.
     ///
-    /// Exact while the mode lasts. An event is placed to third order in a sixteenth of the step, so
-    /// the step must be short beside the time from one event to the next: under half the period in
-    /// which the inertia swings on its spring.
+    /// Exact while the mode lasts. An event is placed to third order in a sixteenth of the step;
+    /// two of the same kind within a step, after which the mode looks as before, pass unseen. So the
+    /// step must be below half the period of any swing, of the inertia on its spring,
+    /// 2π √(J/K), as of it against the winding's back-EMF, 2π √(L J)/k. Where a time constant is
+    /// far below a sixteenth of the step, an event may be that sixteenth late.
     ///
     /// # Errors
     /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`].
@@ -295,9 +305,7 @@ impl Actuator {
     /// The earliest event in a finest cell, with the share of the cell at which it happens.
     fn first_event(&self, state: &State, cell: &Cell, load: &Load) -> Option<(f32, Event)> {
         let Change {
-            current,
-            velocity,
-            position,
+            velocity, position, ..
         } = cell.first;
         let sign = match state.motion {
             Motion::Forward => 1.0,
@@ -316,13 +324,9 @@ impl Actuator {
             offer(share, Event::Standstill);
         }
         let deflection = state.position.from(self.spring_rest);
-        if self.spring_preload != 0.0 && deflection * (deflection + position) < 0.0 {
-            // Towards the rest: against the sign of the deflection.
-            let share = fall(
-                deflection * -sign,
-                position * -sign,
-                cell.bend.position * -sign,
-            );
+        let ahead = -deflection * sign;
+        if self.spring_preload != 0.0 && ahead > 0.0 && position * sign > ahead {
+            let share = fall(ahead, -position * sign, -cell.bend.position * sign);
             offer(share, Event::SpringRest);
         }
         let stop = if sign > 0.0 {
@@ -425,12 +429,14 @@ impl Actuator {
             match self.first_event(state, &cell, load) {
                 Some((share, event)) if share <= available && events < EVENTS => {
                     commit(state, &cell.part(share));
+                    self.confine(state);
                     remaining -= share;
                     events += 1;
                     self.cross(state, event, input, load);
                 }
                 _ => {
                     commit(state, &cell.part(available));
+                    self.confine(state);
                     remaining -= available;
                 }
             }
@@ -469,6 +475,21 @@ impl Actuator {
                 velocity: both.velocity - 2.0 * first.velocity,
                 position: both.position - 2.0 * first.position,
             },
+        }
+    }
+
+    /// Takes back what a part of a cell goes beyond a standstill or a stop: rounding, or the top of a
+    /// parabola that is inside again at the cell's end.
+    fn confine(&self, state: &mut State) {
+        let motion = Motion::of(state.velocity.value());
+        if motion != state.motion {
+            state.velocity = Compensated::new(0.0);
+        }
+        let position = state.position.value();
+        if position > self.upper_stop {
+            state.position = Compensated::new(self.upper_stop);
+        } else if position < self.lower_stop {
+            state.position = Compensated::new(self.lower_stop);
         }
     }
 
