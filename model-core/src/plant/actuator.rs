@@ -1,6 +1,6 @@
 //! The actuator's step: exact in a mode, split at events.
 
-use super::modes::{self, CELLS, Ladder, RUNGS, RestLadder};
+use super::modes::{self, CELLS, Increment, Ladder, RUNGS, RestLadder};
 use super::parameters::{Drive, ParameterError, Parameters};
 use super::{Compensated, Directional, InputRefused, Motion, State};
 
@@ -56,7 +56,7 @@ pub struct Actuator {
     rest: RestLadder,
     load: Load,
     torque_per_current: f32,
-    /// Back-EMF and input over resistance, where the winding has no inductance.
+    /// Current per velocity and per input, where the winding has no inductance.
     algebraic: Option<(f32, f32)>,
     spring: f32,
     spring_rest: f32,
@@ -74,19 +74,51 @@ enum Event {
     Breakaway(Motion),
 }
 
-/// The state after a rung or a part of one, and the first event on the way.
-struct Trial {
+/// What a rung or a part of one adds to the state while the mode lasts.
+#[derive(Clone, Copy)]
+struct Change {
     current: f32,
-    gained: f32,
-    travel: f32,
-    event: Option<(f32, Event)>,
+    velocity: f32,
+    position: f32,
+}
+
+/// The finest cell as a parabola through its start, its end and the end of the next one.
+struct Cell {
+    first: Change,
+    /// Second differences.
+    bend: Change,
+}
+
+impl Cell {
+    /// What a share of the cell adds to the state.
+    fn part(&self, share: f32) -> Change {
+        let arc = 0.5 * share * (share - 1.0);
+        Change {
+            current: share * self.first.current + arc * self.bend.current,
+            velocity: share * self.first.velocity + arc * self.bend.velocity,
+            position: share * self.first.position + arc * self.bend.position,
+        }
+    }
+}
+
+/// The share of a cell at which a parabola with this start (≥ 0), first and second difference falls
+/// to zero, where it does so within the cell: the smaller root, in the form that does not cancel.
+fn fall(start: f32, first: f32, bend: f32) -> f32 {
+    if start <= 0.0 {
+        return 0.0;
+    }
+    let slope = 0.5 * bend - first;
+    let discriminant = slope * slope - 2.0 * bend * start;
+    let share = 2.0 * start / (slope + libm::sqrtf(discriminant.max(0.0)));
+    if share < 1.0 { share } else { 1.0 }
 }
 
 impl Actuator {
     /// Works out the modes for a step of `period` seconds.
     ///
     /// # Errors
-    /// A parameter outside its range, or a period that is not above 0 and at most 10 s.
+    /// A parameter outside its range, a period that is not above 0 and at most 10 s, or parameters
+    /// so far apart that `f32` does not hold the step.
     pub fn build(parameters: &Parameters, period: f32) -> Result<Self, ParameterError> {
         parameters.check()?;
         let usable = period > 0.0 && period <= 10.0;
@@ -102,6 +134,13 @@ impl Actuator {
         } else {
             modes::sliding(parameters, parameters.viscous.backward, period)
         };
+        let in_range = |ladder: &Ladder| ladder.iter().all(Increment::is_finite);
+        if !(in_range(&forward) && in_range(&backward)) {
+            return Err(ParameterError {
+                parameter: "inertia",
+                requirement: "larger beside the other parameters: a coefficient of the step overflows",
+            });
+        }
         let algebraic = match parameters.drive {
             Drive::Voltage {
                 resistance,
@@ -158,7 +197,11 @@ impl Actuator {
 
     /// One step with the input held over it.
     ///
-    /// Exact while the mode lasts; an event is placed to within (h/16)² of the step h.
+    /// Exact while the mode lasts. An event is placed to third order in a sixteenth of the step;
+    /// two of the same kind within a step, after which the mode looks as before, pass unseen. So the
+    /// step must be below half the period of any swing, of the inertia on its spring,
+    /// 2π √(J/K), as of it against the winding's back-EMF, 2π √(L J)/k. Where a time constant is
+    /// far below a sixteenth of the step, an event may be that sixteenth late.
     ///
     /// # Errors
     /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`].
@@ -182,9 +225,9 @@ impl Actuator {
         if !accepted {
             return Err(InputRefused);
         }
-        let trial = self.trial(state, 0, input, load);
-        if trial.event.is_none() {
-            self.commit(state, &trial, 1.0);
+        let change = self.change(state, 0, input, load);
+        if self.lasts(state, &change, load) {
+            commit(state, &change);
         } else {
             self.step_through_events(state, input, load);
         }
@@ -195,28 +238,35 @@ impl Actuator {
     /// it is: where effects that are not affine are evaluated.
     #[inline]
     pub fn middle(&self, state: &State, input: f32, load: &Load) -> (f32, f32, f32) {
-        let trial = self.trial(state, 1, input, load);
-        match trial.event {
-            Some((share, Event::Standstill)) => (trial.current, 0.0, trial.travel * share),
-            _ => (
-                trial.current,
-                state.velocity.value() + trial.gained,
-                trial.travel,
-            ),
+        let change = self.change(state, 1, input, load);
+        let current = state.current + change.current;
+        let start = state.velocity.value();
+        let end = start + change.velocity;
+        if end * start < 0.0 {
+            // It stands before the middle.
+            return (current, 0.0, change.position * start / (start - end));
         }
+        (current, end, change.position)
     }
 
-    /// Goes over one rung without minding events, and says which came first.
+    /// What a rung adds to the state, without minding events.
     #[inline(always)]
-    fn trial(&self, state: &State, rung: usize, input: f32, load: &Load) -> Trial {
+    fn change(&self, state: &State, rung: usize, input: f32, load: &Load) -> Change {
         let (ladder, sign, friction) = match state.motion {
             Motion::Forward => (&self.forward, 1.0, load.coulomb.forward),
             Motion::Backward => (&self.backward, -1.0, -load.coulomb.backward),
-            Motion::Rest => return self.trial_at_rest(state, rung, input, load),
+            Motion::Rest => {
+                // The winding alone moves.
+                let increment = &self.rest[rung];
+                return Change {
+                    current: increment.current * state.current + increment.input * input,
+                    velocity: 0.0,
+                    position: 0.0,
+                };
+            }
         };
         let deflection = state.position.from(self.spring_rest);
-        let side = if deflection == 0.0 { sign } else { deflection };
-        let torque = load.torque - friction - self.spring_preload.copysign(side);
+        let torque = load.torque - friction - self.spring_preload.copysign(side(deflection, sign));
         let increment = &ladder[rung];
         let change = |row: &[f32; 5]| {
             row[0] * state.current
@@ -225,89 +275,90 @@ impl Actuator {
                 + row[3] * input
                 + row[4] * torque
         };
-        let current = state.current + change(&increment.current);
-        let gained = change(&increment.velocity);
-        let velocity = state.velocity.value() + gained;
-        let travel = change(&increment.position);
-
-        let position = state.position.value() + travel;
-        let reached = deflection + travel;
-        let quiet = velocity * sign > 0.0
-            && position <= self.upper_stop
-            && position >= self.lower_stop
-            && (self.spring_preload == 0.0 || reached * side > 0.0);
-        let event = if quiet {
-            None
-        } else {
-            self.first_event(state, sign, deflection, velocity, travel)
-        };
-        Trial {
-            current,
-            gained,
-            travel,
-            event,
+        Change {
+            current: change(&increment.current),
+            velocity: change(&increment.velocity),
+            position: change(&increment.position),
         }
     }
 
-    /// The earliest event of a rung, with the share of the rung at which it happens.
-    #[cold]
-    fn first_event(
-        &self,
-        state: &State,
-        sign: f32,
-        deflection: f32,
-        velocity: f32,
-        travel: f32,
-    ) -> Option<(f32, Event)> {
+    /// Whether no event comes before the end of a change.
+    #[inline(always)]
+    fn lasts(&self, state: &State, change: &Change, load: &Load) -> bool {
+        let sign = match state.motion {
+            Motion::Forward => 1.0,
+            Motion::Backward => -1.0,
+            Motion::Rest => {
+                let current = state.current + change.current;
+                return self.released(state.position, current, load) == Motion::Rest;
+            }
+        };
+        let position = state.position.after(change.position);
+        let deflection = state.position.from(self.spring_rest);
+        let reached = deflection + change.position;
+        state.velocity.after(change.velocity) * sign > 0.0
+            && position <= self.upper_stop
+            && position >= self.lower_stop
+            && (self.spring_preload == 0.0 || reached * side(deflection, sign) > 0.0)
+    }
+
+    /// The earliest event in a finest cell, with the share of the cell at which it happens.
+    fn first_event(&self, state: &State, cell: &Cell, load: &Load) -> Option<(f32, Event)> {
+        let Change {
+            velocity, position, ..
+        } = cell.first;
+        let sign = match state.motion {
+            Motion::Forward => 1.0,
+            Motion::Backward => -1.0,
+            Motion::Rest => return self.breakaway(state, cell, load),
+        };
         let mut first: Option<(f32, Event)> = None;
         let mut offer = |share: f32, event: Event| {
-            let share = share.clamp(0.0, 1.0);
             if first.is_none_or(|(earliest, _)| share < earliest) {
                 first = Some((share, event));
             }
         };
-        if velocity * sign <= 0.0 {
-            let fall = state.velocity.value() - velocity;
-            let share = if fall == 0.0 {
-                0.0
-            } else {
-                state.velocity.value() / fall
-            };
+        if state.velocity.after(velocity) * sign <= 0.0 {
+            let start = state.velocity.value() * sign;
+            let share = fall(start, velocity * sign, cell.bend.velocity * sign);
             offer(share, Event::Standstill);
         }
-        if self.spring_preload != 0.0 && deflection * (deflection + travel) < 0.0 {
-            offer(-deflection / travel, Event::SpringRest);
+        let deflection = state.position.from(self.spring_rest);
+        let ahead = -deflection * sign;
+        if self.spring_preload != 0.0 && ahead > 0.0 && position * sign > ahead {
+            let share = fall(ahead, -position * sign, -cell.bend.position * sign);
+            offer(share, Event::SpringRest);
         }
         let stop = if sign > 0.0 {
             self.upper_stop
         } else {
             self.lower_stop
         };
-        let beyond = (state.position.value() + travel - stop) * sign;
-        if beyond > 0.0 && travel * sign > 0.0 {
-            offer((stop - state.position.value()) / travel, Event::Stop(stop));
+        if (state.position.after(position) - stop) * sign > 0.0 {
+            let room = -state.position.from(stop) * sign;
+            let share = fall(room, -position * sign, -cell.bend.position * sign);
+            offer(share, Event::Stop(stop));
         }
         first
     }
 
-    /// Rest over one rung: the winding alone moves, until its torque breaks away.
-    #[inline]
-    fn trial_at_rest(&self, state: &State, rung: usize, input: f32, load: &Load) -> Trial {
-        let increment = &self.rest[rung];
-        let current = state.current + (increment.current * state.current + increment.input * input);
-        let event = match self.released(state.position, current, load) {
-            Motion::Rest => None,
-            motion => {
-                let share = self.breakaway_share(state, current, motion, load);
-                Some((share, Event::Breakaway(motion)))
-            }
+    /// The drive's growth to the breakaway level in a finest cell at rest.
+    fn breakaway(&self, state: &State, cell: &Cell, load: &Load) -> Option<(f32, Event)> {
+        let end = state.current + cell.first.current;
+        let motion = self.released(state.position, end, load);
+        let (forward, backward) = self.excess(state.position, state.current, load);
+        let (excess, sign) = match motion {
+            Motion::Forward => (forward, 1.0),
+            Motion::Backward => (backward, -1.0),
+            Motion::Rest => return None,
         };
-        Trial {
-            current,
-            gained: 0.0,
-            travel: 0.0,
-            event,
-        }
+        let torque = -sign * self.torque_per_current;
+        let share = fall(
+            -excess,
+            torque * cell.first.current,
+            torque * cell.bend.current,
+        );
+        Some((share, Event::Breakaway(motion)))
     }
 
     /// Torque on an actuator at rest by everything but friction, the spring's preload and the stops.
@@ -353,41 +404,12 @@ impl Actuator {
         }
     }
 
-    /// Share of a rung at rest after which the drive has grown to the breakaway level.
-    fn breakaway_share(&self, state: &State, current: f32, motion: Motion, load: &Load) -> f32 {
-        let pick = |(forward, backward): (f32, f32)| match motion {
-            Motion::Forward => forward,
-            _ => backward,
-        };
-        let start = pick(self.excess(state.position, state.current, load));
-        let end = pick(self.excess(state.position, current, load));
-        if start >= 0.0 {
-            0.0
-        } else {
-            start / (start - end)
-        }
-    }
-
-    #[inline(always)]
-    fn commit(&self, state: &mut State, trial: &Trial, share: f32) {
-        if share == 1.0 {
-            state.current = trial.current;
-            state.velocity.advance(trial.gained);
-            state.position.advance(trial.travel);
-        } else {
-            state.current += share * (trial.current - state.current);
-            state.velocity.advance(share * trial.gained);
-            state.position.advance(share * trial.travel);
-        }
-    }
-
     /// A step in which a mode ends: down the ladder to the event, across it, and on.
     #[cold]
     #[inline(never)]
     fn step_through_events(&self, state: &mut State, input: f32, load: &Load) {
-        if let (Motion::Rest, Some((_, conductance))) = (state.motion, self.algebraic) {
-            // Without inductance the current follows the new input at once, before anything moves.
-            state.current = conductance * input;
+        self.follow_input(state, input);
+        if state.motion == Motion::Rest {
             state.motion = self.released(state.position, state.current, load);
         }
         let mut remaining = CELLS;
@@ -397,49 +419,126 @@ impl Actuator {
                 state.velocity = Compensated::new(0.0);
                 state.motion = Motion::Rest;
             }
-            let mut rung = 0;
-            let mut cells = CELLS;
-            while rung + 1 < RUNGS && cells > remaining {
-                rung += 1;
-                cells *= 0.5;
+            if let Some((change, cells)) = self.longest(state, remaining, input, load) {
+                commit(state, &change);
+                remaining -= cells;
+                continue;
             }
-            let mut trial = self.trial(state, rung, input, load);
-            while trial.event.is_some() && rung + 1 < RUNGS && events < EVENTS {
-                rung += 1;
-                cells *= 0.5;
-                trial = self.trial(state, rung, input, load);
-            }
-            // In the finest cell the state moves along a line, whole or in part.
-            let available = if cells > remaining { remaining } else { cells };
-            match trial.event {
-                Some((share, event)) if share * cells <= available && events < EVENTS => {
-                    self.commit(state, &trial, share);
-                    remaining -= share * cells;
+            let cell = self.cell(state, input, load);
+            let available = if remaining < 1.0 { remaining } else { 1.0 };
+            match self.first_event(state, &cell, load) {
+                Some((share, event)) if share <= available && events < EVENTS => {
+                    commit(state, &cell.part(share));
+                    self.confine(state);
+                    remaining -= share;
                     events += 1;
-                    self.cross(state, event, load);
+                    self.cross(state, event, input, load);
                 }
                 _ => {
-                    self.commit(state, &trial, available / cells);
+                    commit(state, &cell.part(available));
+                    self.confine(state);
                     remaining -= available;
                 }
             }
         }
     }
 
-    /// Enters the mode behind an event.
-    fn cross(&self, state: &mut State, event: Event, load: &Load) {
-        match event {
-            Event::Standstill => {
-                state.velocity = Compensated::new(0.0);
-                state.motion = self.released(state.position, state.current, load);
+    /// The longest rung within the remaining cells in which the mode lasts, and its cells.
+    fn longest(
+        &self,
+        state: &State,
+        remaining: f32,
+        input: f32,
+        load: &Load,
+    ) -> Option<(Change, f32)> {
+        let mut cells = CELLS;
+        for rung in 0..RUNGS {
+            if cells <= remaining {
+                let change = self.change(state, rung, input, load);
+                if self.lasts(state, &change, load) {
+                    return Some((change, cells));
+                }
             }
-            Event::SpringRest => state.position = Compensated::new(self.spring_rest),
+            cells *= 0.5;
+        }
+        None
+    }
+
+    /// The finest cell from a state.
+    fn cell(&self, state: &State, input: f32, load: &Load) -> Cell {
+        let first = self.change(state, RUNGS - 1, input, load);
+        let both = self.change(state, RUNGS - 2, input, load);
+        Cell {
+            first,
+            bend: Change {
+                current: both.current - 2.0 * first.current,
+                velocity: both.velocity - 2.0 * first.velocity,
+                position: both.position - 2.0 * first.position,
+            },
+        }
+    }
+
+    /// Takes back what a part of a cell goes beyond a standstill or a stop: rounding, or the top of a
+    /// parabola that is inside again at the cell's end.
+    fn confine(&self, state: &mut State) {
+        let motion = Motion::of(state.velocity.value());
+        if motion != state.motion {
+            state.velocity = Compensated::new(0.0);
+        }
+        let position = state.position.value();
+        if position > self.upper_stop {
+            state.position = Compensated::new(self.upper_stop);
+        } else if position < self.lower_stop {
+            state.position = Compensated::new(self.lower_stop);
+        }
+    }
+
+    /// Without inductance the current follows the input and the velocity at once.
+    fn follow_input(&self, state: &mut State, input: f32) {
+        if let Some((back_emf, conductance)) = self.algebraic {
+            state.current = conductance * input - back_emf * state.velocity.value();
+        }
+    }
+
+    /// Enters the mode behind an event.
+    fn cross(&self, state: &mut State, event: Event, input: f32, load: &Load) {
+        match event {
+            Event::Standstill => self.stand(state, input, load),
             Event::Stop(stop) => {
                 state.position = Compensated::new(stop);
-                state.velocity = Compensated::new(0.0);
-                state.motion = self.released(state.position, state.current, load);
+                self.stand(state, input, load);
+            }
+            Event::SpringRest => {
+                state.position = Compensated::new(self.spring_rest);
+                // Where the preload turns it back within a cell, crossings follow each other ever
+                // faster, without end in a finite time, and it lies on the rest.
+                let change = self.change(state, RUNGS - 1, input, load);
+                let turns = state.velocity.after(change.velocity) * state.velocity.value() <= 0.0;
+                if turns && self.released(state.position, state.current, load) == Motion::Rest {
+                    self.stand(state, input, load);
+                }
             }
             Event::Breakaway(motion) => state.motion = motion,
         }
     }
+
+    /// Comes to a standstill, and starts again where friction does not hold.
+    fn stand(&self, state: &mut State, input: f32, load: &Load) {
+        state.velocity = Compensated::new(0.0);
+        self.follow_input(state, input);
+        state.motion = self.released(state.position, state.current, load);
+    }
+}
+
+/// The side of the spring's rest that is slid on: on the rest, the one ahead.
+#[inline(always)]
+fn side(deflection: f32, sign: f32) -> f32 {
+    if deflection == 0.0 { sign } else { deflection }
+}
+
+#[inline(always)]
+fn commit(state: &mut State, change: &Change) {
+    state.current += change.current;
+    state.velocity.advance(change.velocity);
+    state.position.advance(change.position);
 }

@@ -93,6 +93,12 @@ impl Compensated {
         (self.value - origin) + self.remainder
     }
 
+    /// What [`Compensated::value`] is after an increment.
+    #[inline]
+    pub fn after(self, increment: f32) -> f32 {
+        self.value + (self.remainder + increment)
+    }
+
     /// Adds an increment that is small beside the value (Dekker's fast two-sum).
     #[inline]
     pub fn advance(&mut self, increment: f32) {

@@ -34,6 +34,14 @@ pub struct Increment {
     pub position: [f32; 5],
 }
 
+impl Increment {
+    /// Whether each coefficient is a number within the range of `f32`.
+    pub(super) fn is_finite(&self) -> bool {
+        let rows = [self.current, self.velocity, self.position];
+        rows.as_flattened().iter().all(|entry| entry.is_finite())
+    }
+}
+
 /// Change of the current over one rung at rest: of (current, input).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestIncrement {
