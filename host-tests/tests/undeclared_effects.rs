@@ -1,0 +1,289 @@
+//! `gap` on machines that have an effect which nobody declared: the rig's, with another integrator,
+//! a position loop, a coarse encoder and a noisy current.
+//!
+//! The limits of the selection were chosen on seeds 1 to 102, on strengths 0.4, 0.8, 1 and 1.3 of
+//! nominal. Here are other seeds and another strength.
+
+use host_tests::gap::engine;
+use host_tests::gap::outcome::{Outcome, Verdict};
+use host_tests::log::Log;
+use host_tests::machine::Machine;
+use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
+
+/// Strength of the effects, of nominal.
+const STRENGTH: f64 = 0.7;
+
+/// Length of a log, s.
+const SECONDS: f64 = 10.0;
+
+/// The rig's machines: rotary with voltage, a slide driven by force, a throttle with its spring.
+fn machines() -> [RigMachine; 3] {
+    [
+        RigMachine::rotary_ema(),
+        RigMachine::force_slide(),
+        RigMachine::throttle(),
+    ]
+}
+
+/// What `gap` says of a machine with these effects, from the files that a user would have.
+fn trace(
+    machine: &RigMachine,
+    declared: &RigMachine,
+    trajectory: Trajectory,
+    effects: &[Effect],
+    seed: u64,
+) -> Outcome {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("machine.toml");
+    std::fs::write(&file, declared.to_toml()).unwrap();
+    let log = directory.path().join("log.csv");
+    let recording = Experiment::tracking(machine.clone(), trajectory)
+        .with_effects(effects)
+        .lasting(SECONDS)
+        .seeded(seed)
+        .run();
+    std::fs::write(&log, recording.to_csv()).unwrap();
+    let machine = Machine::read(&file).unwrap();
+    let train = [Log::read(&log).unwrap()];
+    engine::run(&machine, &train, || Ok(Vec::new()), |_| ())
+        .unwrap()
+        .outcome
+}
+
+/// A sweep moves at every speed, which is what most effects need to be told apart.
+fn sweep(machine: &RigMachine) -> Trajectory {
+    Trajectory::sweep(machine, SECONDS)
+}
+
+/// Every machine with the effect: exactly one is found, it or one that the log cannot tell from it;
+/// the error falls to a third; where it is found by its own name, its parameters are right.
+fn is_named(
+    kind: EffectKind,
+    seed: u64,
+    tolerance: f64,
+    truth: impl Fn(&RigMachine, Effect) -> Vec<(&'static str, f64)>,
+) {
+    let id = kind.id().unwrap();
+    for (index, machine) in machines().iter().enumerate() {
+        let effect = Effect::nominal(kind, machine).scaled(STRENGTH);
+        let outcome = trace(
+            machine,
+            machine,
+            sweep(machine),
+            &[effect],
+            seed + index as u64,
+        );
+        let case = format!("{id} on {}: {:?}", machine.name, outcome.effects);
+        assert_eq!(outcome.verdict, Verdict::EffectsFound, "{case}");
+        let [found] = &outcome.effects[..] else {
+            panic!("not one effect: {case}");
+        };
+        let named = found.id == id;
+        assert!(
+            named || found.equivalent.iter().any(|other| other == id),
+            "{case}"
+        );
+        let errors = &outcome.errors.train;
+        let ratio = errors.after.position_rms / errors.before.position_rms;
+        assert!(ratio < 1.0 / 3.0, "error falls to {ratio} only: {case}");
+        if named {
+            for (name, value) in truth(machine, effect) {
+                let estimate = found.parameters.iter().find(|p| p.name == name).unwrap();
+                assert!(
+                    (estimate.value - value).abs() <= tolerance * value.abs(),
+                    "{name} is {value}: {case}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn asymmetric_coulomb() {
+    is_named(
+        EffectKind::AsymmetricCoulomb,
+        2101,
+        0.02,
+        |machine, effect| {
+            let Effect::AsymmetricCoulomb { ratio } = effect else {
+                unreachable!()
+            };
+            vec![
+                ("forward", machine.coulomb * (1.0 + ratio)),
+                ("backward", machine.coulomb * (1.0 - ratio)),
+            ]
+        },
+    );
+}
+
+#[test]
+fn asymmetric_viscous() {
+    // The small coefficient is what is left of friction that is Coulomb's for the most part.
+    is_named(
+        EffectKind::AsymmetricViscous,
+        2201,
+        0.1,
+        |machine, effect| {
+            let Effect::AsymmetricViscous { forward, .. } = effect else {
+                unreachable!()
+            };
+            vec![("forward", machine.viscous + forward)]
+        },
+    );
+}
+
+#[test]
+fn offset_torque() {
+    is_named(EffectKind::OffsetTorque, 2301, 0.03, |_, effect| {
+        let Effect::OffsetTorque { torque } = effect else {
+            unreachable!()
+        };
+        vec![("torque", torque)]
+    });
+}
+
+#[test]
+fn stribeck() {
+    is_named(EffectKind::Stribeck, 2401, 0.15, |_, effect| {
+        let Effect::Stribeck { drop, speed } = effect else {
+            unreachable!()
+        };
+        vec![("drop", drop), ("velocity", speed)]
+    });
+}
+
+#[test]
+fn quadratic_drag() {
+    is_named(EffectKind::QuadraticDrag, 2501, 0.1, |_, effect| {
+        let Effect::QuadraticDrag { coefficient } = effect else {
+            unreachable!()
+        };
+        vec![("coefficient", coefficient)]
+    });
+}
+
+#[test]
+fn spring() {
+    is_named(EffectKind::Spring, 2601, 0.1, |_, effect| {
+        let Effect::Spring { stiffness, .. } = effect else {
+            unreachable!()
+        };
+        vec![("stiffness", stiffness)]
+    });
+}
+
+#[test]
+fn cogging() {
+    is_named(EffectKind::Cogging, 2701, 0.05, |_, effect| {
+        let Effect::Cogging {
+            amplitude, period, ..
+        } = effect
+        else {
+            unreachable!()
+        };
+        vec![("amplitude", amplitude), ("period", period)]
+    });
+}
+
+#[test]
+fn load_dependent_friction() {
+    is_named(
+        EffectKind::LoadDependentFriction,
+        2801,
+        0.15,
+        |_, effect| {
+            let Effect::LoadDependentFriction { ratio } = effect else {
+                unreachable!()
+            };
+            vec![("share", ratio)]
+        },
+    );
+}
+
+#[test]
+fn input_delay() {
+    is_named(EffectKind::InputDelay, 2901, 0.05, |_, effect| {
+        let Effect::InputDelay { seconds } = effect else {
+            unreachable!()
+        };
+        vec![("delay", seconds)]
+    });
+}
+
+#[test]
+fn sensor_delay() {
+    is_named(EffectKind::SensorDelay, 3001, 0.05, |_, effect| {
+        let Effect::SensorDelay { seconds } = effect else {
+            unreachable!()
+        };
+        vec![("delay", seconds)]
+    });
+}
+
+/// Machines that are as declared, on four trajectories.
+#[test]
+fn nothing_is_found_where_nothing_is_missing() {
+    for (row, machine) in machines().iter().enumerate() {
+        for (column, trajectory) in Trajectory::all(machine, SECONDS).into_iter().enumerate() {
+            let seed = 3101 + 10 * row as u64 + column as u64;
+            let outcome = trace(machine, machine, trajectory, &[], seed);
+            assert_eq!(
+                outcome.verdict,
+                Verdict::NoMissingEffect,
+                "{} on trajectory {column}: {:?} {:?}",
+                machine.name,
+                outcome.effects,
+                outcome.unknown
+            );
+        }
+    }
+}
+
+/// A wrong number in the machine file is re-estimated, and no effect is made of it.
+#[test]
+fn a_wrong_parameter_is_refitted_and_not_called_an_effect() {
+    for (index, machine) in machines().iter().enumerate() {
+        let mut declared = machine.clone();
+        declared.inertia *= 1.25;
+        declared.coulomb *= 0.8;
+        let outcome = trace(machine, &declared, sweep(machine), &[], 3201 + index as u64);
+        assert_eq!(
+            outcome.verdict,
+            Verdict::NoMissingEffect,
+            "{}: {:?} {:?}",
+            machine.name,
+            outcome.effects,
+            outcome.unknown
+        );
+        for (name, value) in [("inertia", machine.inertia), ("coulomb", machine.coulomb)] {
+            let fit = outcome.fit.iter().find(|fit| fit.name == name).unwrap();
+            assert!(
+                (fit.fitted - value).abs() < 0.01 * value,
+                "{name} of {} is {value}: {fit:?}",
+                machine.name
+            );
+        }
+    }
+}
+
+/// Effects that are not in the catalogue: no name is given to them, the variable is.
+#[test]
+fn an_effect_outside_the_catalogue_is_called_unknown() {
+    for (kind, variable) in [
+        (EffectKind::RoughSpot, "position"),
+        (EffectKind::SpeedBand, "velocity"),
+    ] {
+        for (index, machine) in machines().iter().enumerate() {
+            let effect = Effect::nominal(kind, machine).scaled(STRENGTH);
+            let seed = 3301 + index as u64;
+            let outcome = trace(machine, machine, sweep(machine), &[effect], seed);
+            let case = format!("{kind:?} on {}: {:?}", machine.name, outcome.effects);
+            assert_eq!(outcome.verdict, Verdict::UnknownEffect, "{case}");
+            let unknown = outcome.unknown.unwrap();
+            assert_eq!(unknown.depends_on, variable, "{case}");
+            let errors = &outcome.errors.train;
+            let ratio = errors.after.position_rms / errors.before.position_rms;
+            assert!(ratio < 0.5, "the map leaves {ratio} of the error: {case}");
+        }
+    }
+}
