@@ -7,10 +7,12 @@ use std::time::Instant;
 use model_core::effect::learned_map::{Kind, Ranges};
 use model_core::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
 use model_core::gap::fit::{Fit, Variables};
+use model_core::gap::held_out::Refusal;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::{Base, Model, Simulator};
 use model_core::gap::replay::{Data, MARGIN, Runner, Schedule, Settings};
-use model_core::gap::select::{self, Consideration, Decision, Options, Subject, Trace};
+use model_core::gap::select::{self, Consideration, Decision, Subject, Trace};
+use model_core::gap::workbench::Options;
 use model_core::numeric::ljung_box::ljung_box;
 use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -390,7 +392,7 @@ pub fn run(
             Verdict::NoMissingEffect
         },
         effects: found(&trace, &declared, rotary),
-        unknown: trace.unknown.map(|unknown| Unknown {
+        unknown: trace.unknown.as_ref().map(|unknown| Unknown {
             depends_on: unknown.kind.variable().to_owned(),
             score: decimal(unknown.score),
         }),
@@ -509,15 +511,17 @@ fn candidate(look: &Consideration) -> Candidate {
             share(held_out.ratio),
             id(by)
         ),
-        (Decision::NotSignificant, Some(held_out)) => format!(
+        (Decision::Refused(Refusal::NotSignificant), Some(held_out)) => format!(
             "no significant gain on held-out blocks (p = {:.2})",
             held_out.p_value
         ),
-        (Decision::GainTooSmall, Some(held_out)) => format!(
+        (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) => format!(
             "held-out error falls by {} only, 10 % is required",
             share(held_out.ratio)
         ),
-        (Decision::GainNotCommon, _) => "the gain comes from few of the held-out blocks".to_owned(),
+        (Decision::Refused(Refusal::GainNotCommon), _) => {
+            "the gain comes from few of the held-out blocks".to_owned()
+        }
         (Decision::SameAs { other }, _) => format!("the same model as {} here", id(other)),
         (Decision::Absorbed, _) => format!(
             "absorbed by the fitted parameters (identifiability {:.3})",
@@ -535,7 +539,7 @@ fn candidate(look: &Consideration) -> Candidate {
             map_name(by)
         ),
         (Decision::Accepted | Decision::Outdone { .. } | Decision::OutdoneByMap { .. }, None)
-        | (Decision::NotSignificant | Decision::GainTooSmall, None) => String::new(),
+        | (Decision::Refused(_), None) => String::new(),
     };
     Candidate {
         round: look.round,

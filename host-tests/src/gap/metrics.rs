@@ -175,23 +175,8 @@ pub fn errors(
 ) -> Result<ErrorSet, ParameterError> {
     let period = data.logs[0].period;
     let simulator = model.build(period)?;
-    let (mut position, mut current, mut largest, mut windows) = (0.0, 0.0, 0.0f64, 0usize);
-    schedule.run(
-        data.windows(),
-        |number| {
-            data.window(number)
-                .map(|window| replay::window_error(data, window, &simulator))
-        },
-        |_, error| {
-            let Some(error) = error else { return };
-            position += f64::from(error.position);
-            current += f64::from(error.current);
-            largest = largest.max(f64::from(error.largest));
-            windows += 1;
-        },
-    );
-    let compared = (windows * data.settings.window) as f64;
-    let position_rms = (position / compared).sqrt();
+    let total = replay::total_error(data, schedule, &simulator);
+    let position_rms = total.position_rms();
 
     let resolution = f64::from(data.settings.resolution);
     let (mut residual, mut torque) = (0.0, 0.0);
@@ -215,13 +200,13 @@ pub fn errors(
     Ok(ErrorSet {
         window_s: data.settings.window as f64 * decimal(period),
         position_rms,
-        position_max: largest,
+        position_max: decimal(total.largest),
         position_nrmse: position_rms / deviation,
         current_rms: data
             .logs
             .iter()
             .all(|log| log.current.is_some())
-            .then(|| (current / compared).sqrt()),
+            .then(|| total.current_rms()),
         torque_rel: (residual / torque).sqrt(),
         free_run_rms: (free / counted as f64).sqrt(),
     })

@@ -8,11 +8,17 @@
 //!   parameters are perturbed, into the sums of a least-squares problem;
 //! * [`fit`]: Levenberg–Marquardt on these sums;
 //! * [`screen`]: score, identifiability and equivalence of the candidates, base projected out;
-//! * [`select`]: refits the best on one half of the log and judges on the other; the verdict.
+//! * [`held_out`]: errors on data that a fit has not seen, and whether a model is better there;
+//! * [`workbench`]: data, schedule and declared model, as the steps below use them;
+//! * [`select`]: rounds of screening, refitting and judging, to the verdict;
+//! * [`unknown`]: which variable carries what no effect of the catalogue explains.
 
 pub mod fit;
+pub mod held_out;
 pub mod log;
 pub mod model;
 pub mod replay;
 pub mod screen;
 pub mod select;
+pub mod unknown;
+pub mod workbench;

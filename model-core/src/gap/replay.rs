@@ -262,6 +262,51 @@ impl Schedule for InOrder {
     }
 }
 
+/// Errors of all windows, in SI units.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TotalError {
+    position: f64,
+    current: f64,
+    /// Largest position residual.
+    pub largest: f32,
+    /// Windows replayed.
+    pub windows: usize,
+    samples: usize,
+}
+
+impl TotalError {
+    /// Root mean square of the position residuals; 0 without windows.
+    pub fn position_rms(&self) -> f64 {
+        libm::sqrt(self.position / self.samples.max(1) as f64)
+    }
+
+    /// Root mean square of the current residuals; 0 without windows or without current.
+    pub fn current_rms(&self) -> f64 {
+        libm::sqrt(self.current / self.samples.max(1) as f64)
+    }
+}
+
+/// Replays all windows and sums their errors in the order of the log.
+pub fn total_error(data: &Data, schedule: &impl Schedule, simulator: &Simulator) -> TotalError {
+    let mut total = TotalError::default();
+    schedule.run(
+        data.windows(),
+        |number| {
+            data.window(number)
+                .map(|window| window_error(data, window, simulator))
+        },
+        |_, error| {
+            let Some(error) = error else { return };
+            total.position += f64::from(error.position);
+            total.current += f64::from(error.current);
+            total.largest = total.largest.max(error.largest);
+            total.windows += 1;
+            total.samples += data.settings.window;
+        },
+    );
+    total
+}
+
 /// Which windows take part, by blocks of neighbouring windows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fold {

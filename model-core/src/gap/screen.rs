@@ -4,7 +4,7 @@
 //! base's sensitivities out of its own and out of the residual leaves what no refit of the base
 //! could do; the squared cosine between the two is the candidate's score.
 
-use super::fit::{self, Variables};
+use super::fit::{self, Target, Variables};
 use super::model::Model;
 use super::replay::{self, COLUMNS, Data, Fold, Lane, Schedule, Sums};
 use crate::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
@@ -390,7 +390,6 @@ pub fn map_score(
     schedule: &impl Schedule,
     model: &Model,
     variables: &Variables,
-    base: usize,
 ) -> Option<(f32, u64)> {
     let period = data.logs.first()?.period;
     let lanes = fit::lanes(model, variables, period)?;
@@ -406,7 +405,15 @@ pub fn map_score(
         let projection = Projection::new(&sums, count);
         projection.product(0, 0)
     };
-    let (without, with) = (explained(base), explained(variables.len()));
+    // The knots come last.
+    let knots = variables
+        .iter()
+        .filter(|variable| matches!(variable.target, Target::Knot(_)))
+        .count();
+    let (without, with) = (
+        explained(variables.len() - knots),
+        explained(variables.len()),
+    );
     let score = if without > 0.0 {
         (1.0 - with / without).max(0.0)
     } else {

@@ -1,0 +1,59 @@
+//! The loop closed on the emulated board's log: what the firmware does not declare is found in it.
+//!
+//! The firmware's application runs here on the host; `cargo hil test` shows that the emulated board
+//! sends the same bits.
+
+use firmware::app::machine::{ACTUATOR, DECLARED};
+use firmware::app::timing::CONTROL_PERIOD;
+use host_tests::app_on_host::AppOnHost;
+use host_tests::gap::engine;
+use host_tests::gap::outcome::Verdict;
+use host_tests::hil::MACHINE;
+use host_tests::log::Log;
+use host_tests::machine::Machine;
+use host_tests::workspace;
+
+fn machine() -> Machine {
+    Machine::read(&workspace::root().join(MACHINE)).unwrap()
+}
+
+#[test]
+fn the_machine_file_is_what_the_firmware_declares() {
+    assert_eq!(engine::model(&machine()).unwrap().plant, DECLARED);
+}
+
+#[test]
+fn direction_dependent_friction_is_found_in_the_boards_log() {
+    let samples = AppOnHost::new().run();
+    let column = |of: fn(&firmware::app::record::Sample) -> f32| -> Vec<f64> {
+        samples.iter().map(|sample| f64::from(of(sample))).collect()
+    };
+    let log = Log {
+        path: "emulated.csv".into(),
+        start_s: 0.0,
+        period_s: (f64::from(CONTROL_PERIOD) * 1e6).round() * 1e-6,
+        input: column(|sample| sample.input),
+        position: column(|sample| sample.position),
+        command: None,
+        current: Some(column(|sample| sample.current)),
+        velocity: Some(column(|sample| sample.velocity)),
+    };
+    let report = engine::run(&machine(), &[log], || Ok(Vec::new()), |_| ()).unwrap();
+    let outcome = report.outcome;
+    assert_eq!(outcome.verdict, Verdict::EffectsFound);
+    let [found] = &outcome.effects[..] else {
+        panic!("not one effect: {:?}", outcome.effects);
+    };
+    assert_eq!(found.id, "asymmetric_viscous");
+    let truth = [ACTUATOR.viscous.forward, ACTUATOR.viscous.backward];
+    for (estimate, truth) in found.parameters.iter().zip(truth) {
+        let truth = f64::from(truth);
+        // The log is exact but for its rounding to f32.
+        assert!(
+            (estimate.value - truth).abs() < 0.01 * truth,
+            "{estimate:?} for {truth}"
+        );
+    }
+    let errors = &outcome.errors.train;
+    assert!(errors.after.position_rms < 0.01 * errors.before.position_rms);
+}

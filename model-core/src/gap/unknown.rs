@@ -1,0 +1,76 @@
+//! Structure that no effect of the catalogue explains: which variable carries it?
+
+use super::fit::Fit;
+use super::held_out::{Refusal, compare};
+use super::model::Model;
+use super::replay::Schedule;
+use super::select::{Consideration, Decision, Subject};
+use super::workbench::Workbench;
+use crate::effect::learned_map::{Kind, LearnedMap};
+use heapless::Vec;
+
+/// Structure that no effect of the catalogue explains.
+#[derive(Debug, Clone)]
+pub struct Unknown {
+    /// The map that explains it best; the final model has it.
+    pub kind: Kind,
+    /// Share of the residual's energy that it explains once the base is projected out, 0 to 1.
+    pub score: f32,
+    /// The base model with that map, still flat.
+    pub start: Model,
+}
+
+/// Looks for the variable over which a learned torque or friction explains best what is left of the
+/// base fit. A map counts if it brings the held-out error under `limit` times that of the base.
+///
+/// `None` outside if a model cannot be built, inside if no map counts.
+pub fn learn(
+    workbench: &mut Workbench<impl Schedule>,
+    before: &Fit,
+    limit: f64,
+    observe: &mut impl FnMut(&Consideration),
+) -> Option<Option<Unknown>> {
+    let with_map = |kind| Model {
+        map: Some(LearnedMap::flat(kind, &workbench.options.ranges)),
+        ..before.model.clone()
+    };
+    let models = Kind::ALL.map(with_map);
+    let smaller = workbench.held_out(&before.model)?;
+    let mut looks: Vec<(Kind, f64, Consideration), { Kind::ALL.len() }> = Vec::new();
+    for (kind, model) in Kind::ALL.into_iter().zip(&models) {
+        let score = workbench.map_score(model)?;
+        let comparison = compare(&smaller, &workbench.held_out(model)?);
+        let refusal = comparison
+            .refusal(Kind::ALL.len())
+            .or((comparison.ratio > limit).then_some(Refusal::GainTooSmall));
+        let look = Consideration {
+            round: 1,
+            subject: Subject::Map(kind),
+            score,
+            identifiability: 1.0,
+            held_out: Some(comparison),
+            decision: refusal.map_or(Decision::Accepted, Decision::Refused),
+        };
+        let _ = looks.push((kind, comparison.ratio, look));
+    }
+    let best = looks
+        .iter()
+        .filter(|(.., look)| look.decision == Decision::Accepted)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(kind, _, look)| (*kind, look.score));
+    for (kind, _, look) in &mut looks {
+        if let Some((by, _)) = best
+            && look.decision == Decision::Accepted
+            && *kind != by
+        {
+            look.decision = Decision::OutdoneByMap { by };
+        }
+        observe(look);
+    }
+    Some(best.and_then(|(kind, score)| {
+        let start = models
+            .into_iter()
+            .find(|model| model.map.is_some_and(|map| map.kind == kind))?;
+        Some(Unknown { kind, score, start })
+    }))
+}

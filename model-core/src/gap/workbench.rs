@@ -1,0 +1,194 @@
+//! What every step of the tracing works with: the data, the schedule, the declared model, and the
+//! count of what was simulated.
+
+use super::fit::{self, Effort, Fit, Variables};
+use super::held_out::{HeldOut, MOST_BLOCKS, windows_per_block};
+use super::model::{Base, Model};
+use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError};
+use super::screen::{self, Screening};
+use crate::effect::Scope;
+use crate::effect::learned_map::Ranges;
+
+/// Effort of a fit on all of the log, and of one inside cross-validation.
+const FULL: Effort = Effort { steps: 20 };
+const HALF: Effort = Effort { steps: 12 };
+
+/// Half widths of the restarts' smoothing that are tried.
+const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 12, MARGIN];
+
+/// How the tracing runs.
+#[derive(Debug, Clone, Copy)]
+pub struct Options<'a> {
+    /// Parameters of the declared actuator that may be re-estimated.
+    pub base: &'a [Base],
+    /// Sizes to scale by.
+    pub scope: Scope,
+    /// Ranges to lay learned maps over.
+    pub ranges: Ranges,
+    /// Samples in a window for screening.
+    pub screen_window: usize,
+    /// Samples that a block of held-out windows should have.
+    pub block: usize,
+}
+
+/// The data as it is cut and weighed now, and all that does not change on the way.
+pub struct Workbench<'a, S> {
+    /// The training logs.
+    pub data: Data<'a>,
+    /// The model as the user declares it.
+    pub declared: &'a Model,
+    /// How the tracing runs.
+    pub options: &'a Options<'a>,
+    /// Windows of the judging length simulated, each copy counted.
+    pub simulated: u64,
+    schedule: &'a S,
+    /// Windows in a block of the cross-validation.
+    block: usize,
+}
+
+impl<'a, S: Schedule> Workbench<'a, S> {
+    /// `None` where there is no whole window.
+    pub fn new(
+        data: Data<'a>,
+        schedule: &'a S,
+        declared: &'a Model,
+        options: &'a Options<'a>,
+    ) -> Option<Self> {
+        (data.windows() > 0).then(|| Self {
+            data,
+            declared,
+            options,
+            simulated: 0,
+            schedule,
+            block: windows_per_block(&data, options.block),
+        })
+    }
+
+    /// What a fit of the model may move.
+    pub fn variables(&self, model: &Model) -> Variables {
+        fit::variables(self.declared, model, self.options.base, &self.options.scope)
+    }
+
+    /// Fits a model to all of the log.
+    pub fn fit(&mut self, model: &Model) -> Option<Fit> {
+        self.fit_windows(model, self.data.settings.window)
+    }
+
+    /// Fits a model to all of the log in windows of another length.
+    pub fn fit_windows(&mut self, model: &Model, window: usize) -> Option<Fit> {
+        let data = self.data.with_window(window);
+        let all = (Fold::All, 1);
+        let fit = fit::fit(
+            &data,
+            self.schedule,
+            all,
+            model,
+            &self.variables(model),
+            FULL,
+        )?;
+        self.count(fit.simulated, window);
+        Some(fit)
+    }
+
+    /// Fits a model on every second block and measures it on the blocks between, and the other way
+    /// round.
+    pub fn held_out(&mut self, model: &Model) -> Option<HeldOut> {
+        let (data, block) = (self.data, self.block);
+        let variables = self.variables(model);
+        let mut blocks = HeldOut::new();
+        let count = data.windows().div_ceil(block).min(MOST_BLOCKS);
+        let _ = blocks.resize(count, WindowError::default());
+        for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
+            let fold = (train, block);
+            let fit = fit::fit(&data, self.schedule, fold, model, &variables, HALF)?;
+            let simulator = fit.model.build(data.logs.first()?.period).ok()?;
+            let mut measured = 0;
+            self.schedule.run(
+                data.windows(),
+                |number| {
+                    let window = data.window(number).filter(|_| test.takes(number / block))?;
+                    Some(replay::window_error(&data, window, &simulator))
+                },
+                |number, error| {
+                    let Some(error) = error else { return };
+                    measured += 1;
+                    if let Some(sum) = blocks.get_mut(number / block) {
+                        sum.position += error.position;
+                        sum.current += error.current;
+                    }
+                },
+            );
+            self.simulated += fit.simulated + measured;
+        }
+        Some(blocks)
+    }
+
+    /// Screens all effects that the fitted model lacks, on short windows.
+    pub fn screen(&mut self, fit: &Fit) -> Option<Screening> {
+        let window = self.options.screen_window;
+        let data = self.data.with_window(window);
+        let scope = &self.options.scope;
+        let variables = self.variables(&fit.model);
+        let screened = screen::screen(&data, self.schedule, &fit.model, &variables, scope)?;
+        self.count(screened.simulated, window);
+        Some(screened)
+    }
+
+    /// Scores the flat map of a model, on short windows.
+    pub fn map_score(&mut self, model: &Model) -> Option<f32> {
+        let window = self.options.screen_window;
+        let data = self.data.with_window(window);
+        let variables = self.variables(model);
+        let (score, simulated) = screen::map_score(&data, self.schedule, model, &variables)?;
+        self.count(simulated, window);
+        Some(score)
+    }
+
+    /// Restarts replays from the state that short ones of the model follow best: a quiet sensor
+    /// wants little smoothing, a coarse one much. Then weighs the channels.
+    pub fn restart(&mut self, model: &Model) -> Option<()> {
+        let window = self.options.screen_window;
+        let measured = self.data.logs.iter().all(|log| log.velocity.is_some());
+        let sources: &[bool] = if measured { &[false, true] } else { &[false] };
+        let mut best: Option<(Data<'a>, f64)> = None;
+        for &measured_velocity in sources {
+            for half_width in HALF_WIDTHS {
+                let mut tried = self.data;
+                tried.settings.half_width = half_width;
+                tried.settings.measured_velocity = measured_velocity;
+                let (error, _) = self.residuals(&tried.with_window(window), model)?;
+                if best.is_none_or(|(_, least)| error < least) {
+                    best = Some((tried, error));
+                }
+            }
+        }
+        self.data = best?.0;
+        self.weigh(model, self.data.settings.window)
+    }
+
+    /// Weighs each channel by one over its residual, but not finer than the sensor.
+    pub fn weigh(&mut self, model: &Model, window: usize) -> Option<()> {
+        let (position, current) = self.residuals(&self.data.with_window(window), model)?;
+        let settings = &mut self.data.settings;
+        let floor = f64::from(0.3 * settings.resolution).max(1e-9);
+        settings.position_weight = (1.0 / position.max(floor)) as f32;
+        settings.current_weight = if current > 0.0 {
+            (1.0 / current) as f32
+        } else {
+            0.0
+        };
+        Some(())
+    }
+
+    /// Root mean squares of the two channels' residuals over all windows.
+    fn residuals(&mut self, data: &Data, model: &Model) -> Option<(f64, f64)> {
+        let simulator = model.build(data.logs.first()?.period).ok()?;
+        let total = replay::total_error(data, self.schedule, &simulator);
+        self.count(total.windows as u64, data.settings.window);
+        Some((total.position_rms(), total.current_rms()))
+    }
+
+    fn count(&mut self, windows: u64, length: usize) {
+        self.simulated += windows * length as u64 / self.data.settings.window as u64;
+    }
+}
