@@ -4,10 +4,12 @@
 //! breakaway level; outside it friction is Coulomb's (D. Karnopp, *Computer simulation of
 //! stick-slip friction in mechanical dynamic systems*, 1985; the prognostics paper's CSJ model).
 //! It needs steps far below the electrical time constant, and in `f32` such steps are too small
-//! for the position to notice: [`crate::plant::actuator`] is what the project uses.
+//! for the position to notice: over a sweep of 90 rad, steps of 1 µs are off by 22 mrad rms, those
+//! of [`crate::plant::actuator`] by 3 µrad with 100 µs. That one is what the project uses.
 
-use super::InputRefused;
+use super::actuator::INPUT_LIMIT;
 use super::parameters::{Drive, ParameterError, Parameters};
+use super::{Directional, InputRefused};
 
 /// The scheme, built for one step period.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,8 +64,16 @@ impl Karnopp {
                 requirement: "at most twice the winding's time constant",
             });
         }
+        let raised = |breakaway: f32, coulomb: f32| breakaway.max(coulomb);
+        let breakaway = Directional {
+            forward: raised(parameters.breakaway.forward, parameters.coulomb.forward),
+            backward: raised(parameters.breakaway.backward, parameters.coulomb.backward),
+        };
         Ok(Self {
-            parameters: *parameters,
+            parameters: Parameters {
+                breakaway,
+                ..*parameters
+            },
             period,
             band,
         })
@@ -72,9 +82,10 @@ impl Karnopp {
     /// One Euler step.
     ///
     /// # Errors
-    /// [`InputRefused`] for an input that is not finite.
+    /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`].
     pub fn step(&self, state: &mut State, input: f32) -> Result<(), InputRefused> {
-        if !input.is_finite() {
+        let accepted = input.abs() <= INPUT_LIMIT;
+        if !accepted {
             return Err(InputRefused);
         }
         let p = &self.parameters;
