@@ -24,6 +24,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::gap::engine;
+use crate::gap::metrics::decimal;
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
 
@@ -386,8 +387,8 @@ fn refit(extent: Extent) -> Result<Refit, Failure> {
         seconds,
         evaluations,
         simulated_seconds: f64::from(evaluations) * extent.sweep_s,
-        coulomb: f64::from(coulomb),
-        truth: f64::from(EMA.coulomb.forward),
+        coulomb: decimal(coulomb),
+        truth: decimal(EMA.coulomb.forward),
     })
 }
 
@@ -615,7 +616,7 @@ fn table(outcome: &Outcome) -> String {
     };
     line(format_args!(
         "{:18} {:>8} {:>10} {:>14} {:>10}",
-        "plant", "step", "ns a step", "s a second", "of ema"
+        "plant", "step", "ns a step", "s a second", "ema's time"
     ));
     let reference = outcome.plants[0].seconds_per_simulated_second;
     for plant in &outcome.plants {
@@ -627,7 +628,7 @@ fn table(outcome: &Outcome) -> String {
             plant.seconds_per_simulated_second,
             if plant.name.starts_with("ema_") {
                 let ratio = plant.seconds_per_simulated_second / reference;
-                format!("{ratio:.0} times")
+                format!("{ratio:.0} ×")
             } else {
                 String::new()
             },

@@ -5,6 +5,8 @@ use model_core::plant::karnopp::{self, Karnopp};
 use model_core::plant::parameters::{Drive, Parameters};
 use model_core::plant::{Directional, InputRefused, Motion, State};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 
 const PERIOD: f32 = 1e-3;
 
@@ -705,6 +707,32 @@ fn karnopp_refuses_what_it_cannot_step() {
     assert_eq!(refused(&spoilt, 1e-5, 0.1), "inertia");
 }
 
+#[test]
+fn what_is_let_go_one_way_can_turn_within_a_cell() {
+    // The spring's step pushes forwards at once, the voltage backwards some microseconds later.
+    let parameters = Parameters {
+        drive: Drive::Voltage {
+            resistance: 0.2,
+            inductance: 2e-4,
+            torque_constant: 6.4,
+        },
+        inertia: 69.0,
+        coulomb: Directional::both(0.022),
+        spring_rest: 0.5,
+        spring_preload: 0.08,
+        ..BARE
+    };
+    let speed = |period: f32, steps: usize| {
+        let actuator = Actuator::build(&parameters, period).unwrap();
+        let mut state = State::new(0.0, 0.0);
+        run(&actuator, &mut state, -5.4, steps);
+        f64::from(state.velocity.value())
+    };
+    let (long, short) = (speed(1e-3, 1), speed(1e-5, 100));
+    assert!(short < -8e-4, "{short}");
+    assert!((long / short - 1.0).abs() < 0.01, "{long} {short}");
+}
+
 /// A number between two powers of ten, each decade as likely as another.
 fn decades(lowest: f32, highest: f32) -> impl Strategy<Value = f32> {
     (lowest..highest).prop_map(|exponent| 10f32.powf(exponent))
@@ -768,6 +796,74 @@ fn machines() -> impl Strategy<Value = Parameters> {
     )
 }
 
+/// The highest angular frequency or inverse time constant of the mechanics, 1/s.
+fn mechanical_rate(parameters: &Parameters) -> f32 {
+    let (swing, back_emf) = match parameters.drive {
+        Drive::Voltage {
+            resistance,
+            inductance,
+            torque_constant,
+        } => {
+            let square = torque_constant * torque_constant;
+            if inductance > 0.0 {
+                (square / inductance, 0.0)
+            } else {
+                (0.0, square / resistance)
+            }
+        }
+        Drive::Torque => (0.0, 0.0),
+    };
+    let viscous = parameters.viscous.forward.max(parameters.viscous.backward);
+    let rate = ((parameters.spring + swing) / parameters.inertia).sqrt();
+    rate.max((viscous + back_emf) / parameters.inertia)
+}
+
+#[test]
+fn a_long_step_goes_where_short_ones_go() {
+    const PARTS: usize = 32;
+    let mut runner = TestRunner::deterministic();
+    let inputs = prop::collection::vec(-1.0_f32..1.0, 40);
+    let cases = (machines(), -0.1_f32..0.1, inputs, decades(-1.0, 1.5));
+    let (mut compared, mut apart) = (0, 0);
+    while compared < 2000 {
+        let (parameters, start, inputs, amplitude) = cases.new_tree(&mut runner).unwrap().current();
+        let winding = match parameters.drive {
+            Drive::Voltage {
+                resistance,
+                inductance,
+                ..
+            } if inductance > 0.0 => resistance / inductance,
+            _ => 0.0,
+        };
+        // A spring that beats friction bounces about its rest ever faster.
+        let friction = parameters.coulomb.forward.min(parameters.coulomb.backward);
+        if mechanical_rate(&parameters).max(winding) * PERIOD > 1.0
+            || parameters.spring_preload > friction
+        {
+            continue;
+        }
+        compared += 1;
+        let long = build(parameters);
+        let short = Actuator::build(&parameters, PERIOD / PARTS as f32).unwrap();
+        let (mut a, mut b) = (State::new(start, 0.0), State::new(start, 0.0));
+        let (mut error, mut scale) = (0.0_f32, 1e-3_f32);
+        for step in 0..400 {
+            let input = amplitude * inputs[step / 10];
+            run(&long, &mut a, input, 1);
+            run(&short, &mut b, input, PARTS);
+            scale = scale.max(b.position.value().abs());
+            error = error.max((a.position.value() - b.position.value()).abs());
+        }
+        assert!(error < 0.02 * scale, "{error} of {scale}: {parameters:?}");
+        if error > 1e-4 * scale {
+            apart += 1;
+            println!("{error} of {scale}");
+        }
+    }
+    // Swings of up to a radian a step, and what stands at the very edge of breaking away.
+    assert!(apart <= 20, "{apart}");
+}
+
 /// Kinetic energy, that in the spring and that in the winding.
 fn energy(parameters: &Parameters, state: &State) -> f64 {
     let square = |value: f32| f64::from(value) * f64::from(value);
@@ -816,21 +912,7 @@ proptest! {
         start in (-0.1_f32..0.1, -10.0_f32..10.0),
     ) {
         // Steps of a part of the shortest swing and of the mechanical time constant.
-        let (swing, back_emf) = match parameters.drive {
-            Drive::Voltage { resistance, inductance, torque_constant } => {
-                let square = torque_constant * torque_constant;
-                if inductance > 0.0 {
-                    (square / inductance, 0.0)
-                } else {
-                    (0.0, square / resistance)
-                }
-            }
-            Drive::Torque => (0.0, 0.0),
-        };
-        let viscous = parameters.viscous.forward.max(parameters.viscous.backward);
-        let rate = ((parameters.spring + swing) / parameters.inertia).sqrt();
-        let rate = rate.max((viscous + back_emf) / parameters.inertia);
-        let period = (fineness / rate).min(1e-2);
+        let period = (fineness / mechanical_rate(&parameters)).min(1e-2);
         let actuator = Actuator::build(&parameters, period).unwrap();
         let mut state = State::new(start.0, start.1);
         let first = energy(&parameters, &state);

@@ -102,15 +102,24 @@ impl Cell {
 }
 
 /// The share of a cell at which a parabola with this start (≥ 0), first and second difference falls
-/// to zero, where it does so within the cell: the smaller root, in the form that does not cancel.
+/// to zero, where it does so within the cell. Each root in the form that does not cancel.
 fn fall(start: f32, first: f32, bend: f32) -> f32 {
-    if start <= 0.0 {
-        return 0.0;
-    }
+    let start = start.max(0.0);
     let slope = 0.5 * bend - first;
-    let discriminant = slope * slope - 2.0 * bend * start;
-    let share = 2.0 * start / (slope + libm::sqrtf(discriminant.max(0.0)));
-    if share < 1.0 { share } else { 1.0 }
+    let root = libm::sqrtf((slope * slope - 2.0 * bend * start).max(0.0));
+    let share = if slope < 0.0 {
+        // It rises first, even from zero.
+        (slope - root) / bend
+    } else if start > 0.0 {
+        2.0 * start / (slope + root)
+    } else {
+        0.0
+    };
+    if (0.0..1.0).contains(&share) {
+        share
+    } else {
+        1.0
+    }
 }
 
 impl Actuator {
@@ -427,6 +436,13 @@ impl Actuator {
             let cell = self.cell(state, input, load);
             let available = if remaining < 1.0 { remaining } else { 1.0 };
             match self.first_event(state, &cell, load) {
+                Some((0.0, Event::Standstill)) if state.velocity.value() == 0.0 => {
+                    // Let go, but turned back at once: friction balances it for this cell.
+                    state.motion = Motion::Rest;
+                    commit(state, &self.cell(state, input, load).part(available));
+                    remaining -= available;
+                    self.stand(state, input, load);
+                }
                 Some((share, event)) if share <= available && events < EVENTS => {
                     commit(state, &cell.part(share));
                     self.confine(state);
