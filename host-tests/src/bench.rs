@@ -4,10 +4,9 @@
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::fs;
 use std::hint::black_box;
 use std::io::{self, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
@@ -27,6 +26,7 @@ use crate::gap::engine;
 use crate::gap::metrics::decimal;
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
+use crate::whole_file;
 
 /// What `cargo hil bench` takes.
 #[derive(Debug, clap::Args)]
@@ -212,7 +212,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     progress.finish_and_clear();
     let outcome = outcome?;
     if let Some(path) = &args.json {
-        write_json(path, &outcome).map_err(|error| Failure::system(path.display(), &error))?;
+        whole_file::write_json(path, &outcome)
+            .map_err(|error| Failure::system(path.display(), &error))?;
     }
     io::stdout()
         .write_all(table(&outcome).as_bytes())
@@ -592,20 +593,6 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
         .num_threads(threads)
         .build()
         .map_err(|error| Failure::other(format!("a thread cannot be started: {error}")))
-}
-
-/// Writes beside the file and renames, so that a reader never sees half of it.
-fn write_json(path: &Path, outcome: &Outcome) -> io::Result<()> {
-    let mut text = serde_json::to_string_pretty(outcome).map_err(io::Error::other)?;
-    text.push('\n');
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
-    let written = fs::write(&partial, text).and_then(|()| fs::rename(&partial, path));
-    if written.is_err() {
-        // Nothing is left behind; that it cannot be removed says no more than the first error.
-        let _ = fs::remove_file(&partial);
-    }
-    written
 }
 
 fn table(outcome: &Outcome) -> String {

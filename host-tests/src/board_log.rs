@@ -16,6 +16,7 @@ use defmt_decoder::{DecodeError, Encoding, Table};
 use firmware::app::record::Sample;
 
 use crate::error::InputError;
+use crate::whole_file;
 
 /// The words of an image's log.
 pub struct Dictionary {
@@ -152,18 +153,7 @@ impl BoardLog {
     /// # Errors
     /// What the file system reports.
     pub fn write_csv(&self, path: &Path) -> io::Result<()> {
-        // Beside the target: a rename does not cross file systems.
-        let mut partial = path.as_os_str().to_owned();
-        partial.push(format!(".{}.part", std::process::id()));
-        let partial = Path::new(&partial);
-        let written = self
-            .write_rows(partial)
-            .and_then(|()| fs::rename(partial, path));
-        if written.is_err() {
-            // It may not even be there; the first error is the one to report.
-            let _ = fs::remove_file(partial);
-        }
-        written
+        whole_file::write(path, |partial| self.write_rows(partial))
     }
 
     fn write_rows(&self, path: &Path) -> io::Result<()> {

@@ -41,13 +41,18 @@ pub fn run() -> Result<(), Failure> {
         eprintln!("tracing the residual of the board's log ...");
     }
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
-    let found = engine::run(&machine, &[Log::read(&csv)?], || Ok(Vec::new()), |_| ())?;
-    report::write(&found, &directory)
-        .map_err(|error| Failure::system(directory.display(), &error))?;
     let shown = |path: &Path| {
         let inside = path.strip_prefix(workspace::root()).unwrap_or(path);
         inside.display().to_string()
     };
+    let log = Log {
+        // As the report is to name it, on whatever machine.
+        path: shown(&csv).into(),
+        ..Log::read(&csv)?
+    };
+    let found = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ())?;
+    report::write(&found, &directory)
+        .map_err(|error| Failure::system(directory.display(), &error))?;
     let mut text = gap::table::render(&found, io::stdout().is_terminal());
     text.push_str("\nThe emulated board\n");
     text += &table(&[

@@ -17,4 +17,5 @@ pub mod log;
 pub mod machine;
 pub mod measured;
 pub mod toolchain;
+pub mod whole_file;
 pub mod workspace;

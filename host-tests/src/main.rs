@@ -10,7 +10,7 @@ use host_tests::{bench, check, decode, gap, hil};
 /// Firmware and model of an electromechanical actuator, closed on each other
 ///
 /// Without a command: builds the firmware for the emulated STM32F405, runs its position loop there,
-/// and writes the log to target/hil/emulated.csv.
+/// traces what its log has and the declared machine lacks, and leaves log and report in target/hil.
 #[derive(Debug, Parser)]
 #[command(
     name = "cargo hil",

@@ -7,12 +7,12 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 
-use super::outcome::Outcome;
 use super::{engine, report, table};
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::whole_file;
 
 /// What `cargo hil gap` takes.
 #[derive(Debug, clap::Args)]
@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let found = result?;
 
     if let Some(path) = &args.json {
-        write_json(path, &found.outcome)
+        whole_file::write_json(path, &found.outcome)
             .map_err(|error| Failure::system(path.display(), &error))?;
     }
     if let Some(directory) = &args.report {
@@ -90,18 +90,4 @@ fn check_there(path: &Path) -> Result<(), InputError> {
 
 fn read_all(paths: &[PathBuf]) -> Result<Vec<Log>, InputError> {
     paths.iter().map(|path| Log::read(path)).collect()
-}
-
-/// Writes beside the file and renames, so that a reader never sees half of it.
-fn write_json(path: &Path, outcome: &Outcome) -> io::Result<()> {
-    let mut text = serde_json::to_string_pretty(outcome).map_err(io::Error::other)?;
-    text.push('\n');
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
-    let written = fs::write(&partial, text).and_then(|()| fs::rename(&partial, path));
-    if written.is_err() {
-        // Nothing is left behind; that it cannot be removed says no more than the first error.
-        let _ = fs::remove_file(&partial);
-    }
-    written
 }

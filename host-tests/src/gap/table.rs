@@ -193,7 +193,7 @@ pub(super) fn error_rows(errors: &Errors, coordinate: &str) -> Vec<ErrorRow> {
                         .zip(after)
                         .map(|(before, after)| after / before)
                         .filter(|ratio| ratio.is_finite())
-                        .map_or("–".into(), |ratio| significant(ratio, 3)),
+                        .map_or("–".into(), narrow_ratio),
                 }
             };
             Some(ErrorRow {
@@ -495,5 +495,14 @@ impl Page {
             is_empty = false;
         }
         self.line(&line, style);
+    }
+}
+
+/// A ratio in the seven characters that its column has.
+fn narrow_ratio(ratio: f64) -> String {
+    if ratio < 1e-3 {
+        format!("{ratio:.1e}")
+    } else {
+        significant(ratio, 3)
     }
 }

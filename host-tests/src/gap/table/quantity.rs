@@ -150,7 +150,15 @@ pub(in crate::gap) fn change(from: f64, to: f64) -> Option<String> {
     if !percent.is_finite() {
         return None;
     }
-    let decimals = if percent.abs() < 9.95 { 1 } else { 0 };
+    let left = 100.0 + percent;
+    let decimals = if percent.abs() < 9.95 {
+        1
+    } else if left > 1e-4 && left < 1.0 {
+        // −99.95 %, not −100 %: something is left.
+        -left.log10().floor() as usize
+    } else {
+        0
+    };
     let text = format!("{percent:+.decimals$} %");
     let is_zero = !text.contains(|digit| ('1'..='9').contains(&digit));
     Some(if is_zero { "0 %".into() } else { text })
@@ -243,6 +251,8 @@ mod tests {
         assert_eq!(change(100.0, 101.25).unwrap(), "+1.2 %");
         assert_eq!(change(-2.0, -3.0).unwrap(), "-50 %");
         assert_eq!(change(1.0, 1.0 - 1e-9).unwrap(), "0 %");
+        assert_eq!(change(25.8, 0.014).unwrap(), "-99.95 %");
+        assert_eq!(change(1.0, 0.0).unwrap(), "-100 %");
         assert_eq!(change(0.0, 1.0), None);
     }
 }
