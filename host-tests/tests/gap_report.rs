@@ -121,6 +121,7 @@ fn example() -> Report {
                     estimate("forward", 167.21, 1.13, "N·s/m"),
                     estimate("backward", 241.52, 1.28, "N·s/m"),
                 ],
+                declare: "{ id = \"asymmetric_viscous\", difference = -37.155 }".into(),
                 score: 0.8712,
                 identifiability: 0.6134,
                 p_value: 1.04e-6,
@@ -129,6 +130,7 @@ fn example() -> Report {
             FoundEffect {
                 id: "sensor_delay".into(),
                 parameters: vec![estimate("delay", 5.04e-4, 2.1e-5, "s")],
+                declare: "{ id = \"sensor_delay\", delay = 0.000504 }".into(),
                 score: 0.2218,
                 identifiability: 0.4821,
                 p_value: 0.0042,
@@ -359,6 +361,7 @@ fn the_table_gives_effects_and_parameters_with_deviation_and_unit() {
             "forward 167.2 ± 1.1 N·s/m",
             "backward 241.5 ± 1.3 N·s/m",
             "this log cannot tell it from: offset_torque, spring",
+            "to declare it { id = \"asymmetric_viscous\", difference = -37.155 }",
             "sensor_delay score 0.222 identifiability 0.482 p 0.0042",
             "delay 504 ± 21 µs",
             "inertia 90 → 95.20 ± 0.12 kg +5.8 %",

@@ -287,3 +287,37 @@ fn an_effect_outside_the_catalogue_is_called_unknown() {
         }
     }
 }
+/// What was found, declared as the answer says, is not found again.
+#[test]
+fn a_found_effect_that_is_declared_is_not_missing_any_more() {
+    let machine = RigMachine::force_slide();
+    let effect = Effect::nominal(EffectKind::Cogging, &machine);
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("machine.toml");
+    let path = directory.path().join("log.csv");
+    let recording = Experiment::tracking(machine.clone(), sweep(&machine))
+        .with_effects(&[effect])
+        .lasting(SECONDS)
+        .seeded(3401)
+        .run();
+    std::fs::write(&path, recording.to_csv()).unwrap();
+    let train = [Log::read(&path).unwrap()];
+    let trace = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        let machine = Machine::read(&file).unwrap();
+        engine::run(&machine, &train, || Ok(Vec::new()), |_| ())
+            .unwrap()
+            .outcome
+    };
+    let text = machine.to_toml();
+    let first = trace(&text);
+    let declare = &first.effects[0].declare;
+    // The rig's machine files end with [fit].
+    let second = trace(&format!("{text}declared_effects = [{declare}]\n"));
+    assert_eq!(second.verdict, Verdict::NoMissingEffect, "{declare}");
+    let (found, declared) = (
+        first.errors.train.after.position_rms,
+        second.errors.train.before.position_rms,
+    );
+    assert!(declared < 1.2 * found, "{declared} m, not {found} m");
+}

@@ -324,13 +324,14 @@ pub fn run(
     let mut candidates: Vec<Candidate> = Vec::new();
     let trace = select::trace(&data, &schedule, &declared, &options, |look| {
         let entry = candidate(look);
-        if look.decision == Decision::Dropped {
-            // It was taken in an earlier round: that look gets the last word on it.
-            let taken = |known: &&mut Candidate| known.accepted && known.id == entry.id;
-            if let Some(taken) = candidates.iter_mut().find(taken) {
-                taken.accepted = false;
-                taken.reason = entry.reason;
-            }
+        // An effect that was taken in an earlier round and is not any more: that look gets the last
+        // word on it.
+        let taken = |known: &&mut Candidate| known.accepted && known.id == entry.id;
+        if !entry.accepted
+            && let Some(taken) = candidates.iter_mut().find(taken)
+        {
+            taken.accepted = false;
+            taken.reason = entry.reason;
             return;
         }
         if entry.accepted {
@@ -538,8 +539,12 @@ fn candidate(look: &Consideration) -> Candidate {
             share(held_out.ratio),
             map_name(by)
         ),
-        (Decision::Accepted | Decision::Outdone { .. } | Decision::OutdoneByMap { .. }, None)
-        | (Decision::Refused(_), None) => String::new(),
+        (Decision::OutdoneByMap { by }, None) => {
+            format!("taken at first, but {} explains clearly more", map_name(by))
+        }
+        (Decision::Accepted | Decision::Outdone { .. }, None) | (Decision::Refused(_), None) => {
+            String::new()
+        }
     };
     Candidate {
         round: look.round,
@@ -617,6 +622,12 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
             let report = |model: &Model| model.effects[slot].report(&model.plant);
             let values = report(&trace.after.model);
             let description = accepted.candidate.effect.id.description();
+            let mut declare = format!("{{ id = \"{}\"", description.id);
+            let parameters = description.parameters.iter();
+            for (parameter, value) in parameters.zip(trace.after.model.effects[slot].values) {
+                declare += &format!(", {} = {}", parameter.name, decimal(value));
+            }
+            declare += " }";
             let dimensions: Vec<Dimension> = description
                 .reported
                 .iter()
@@ -636,6 +647,7 @@ fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
                         unit: dimension.unit(rotary).to_owned(),
                     })
                     .collect(),
+                declare,
                 score: decimal(accepted.candidate.score),
                 identifiability: decimal(accepted.candidate.identifiability),
                 p_value: accepted.p_value,

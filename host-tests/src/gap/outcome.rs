@@ -44,6 +44,8 @@ pub struct FoundEffect {
     pub id: String,
     /// Its parameters from the joint fit.
     pub parameters: Vec<Estimate>,
+    /// How it would stand among a machine file's `declared_effects`, next to the fitted numbers.
+    pub declare: String,
     /// Share of the residual's energy that it explains once the base is projected out, 0 to 1.
     pub score: f64,
     /// Share of its own sensitivity that no other fitted parameter can imitate, 0 to 1.

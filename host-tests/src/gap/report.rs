@@ -200,6 +200,11 @@ fn found(effect: &FoundEffect) -> String {
             escape(&effect.equivalent.join(", "))
         );
     }
+    let _ = writeln!(
+        text,
+        "<p>To declare it: <code>{}</code></p>",
+        escape(&effect.declare)
+    );
     text + "</article>\n"
 }
 

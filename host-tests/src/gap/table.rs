@@ -330,6 +330,11 @@ fn effects(page: &mut Page, outcome: &Outcome) {
                 Style::Plain,
             );
         }
+        // In one line, to be copied, however long it is.
+        page.line(
+            &format!("  {:28} {}", "to declare it", effect.declare),
+            Style::Plain,
+        );
     }
     if let Some(unknown) = &outcome.unknown {
         page.section("Unknown effect");

@@ -61,7 +61,7 @@ pub enum Decision {
         /// The one that was taken.
         by: Id,
     },
-    /// Passed, but a map over another variable explains the residual better.
+    /// Passed, but a learned map explains the residual better.
     OutdoneByMap {
         /// The one that was taken.
         by: Kind,
@@ -199,6 +199,16 @@ pub fn trace<S: Schedule>(
         unknown = unknown::learn(&mut workbench, &before, limit, &mut observe)?;
     }
     if let Some(unknown) = &unknown {
+        for effect in &accepted {
+            observe(&Consideration {
+                round: 1,
+                subject: Subject::Effect(effect.candidate.effect.id),
+                score: effect.candidate.score,
+                identifiability: effect.candidate.identifiability,
+                held_out: None,
+                decision: Decision::OutdoneByMap { by: unknown.kind },
+            });
+        }
         accepted.clear();
         after = workbench.fit(&unknown.start)?;
     }
