@@ -26,6 +26,7 @@ use super::outcome::{
     Candidate, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome, Report,
     Stages, Unknown, Verdict, Whiteness,
 };
+use super::table::quantity::probability;
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;
@@ -513,8 +514,8 @@ fn candidate(look: &Consideration) -> Candidate {
             id(by)
         ),
         (Decision::Refused(Refusal::NotSignificant), Some(held_out)) => format!(
-            "no significant gain on held-out blocks (p = {:.2})",
-            held_out.p_value
+            "no significant gain on held-out blocks (p = {})",
+            probability(held_out.p_value)
         ),
         (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) => format!(
             "held-out error falls by {} only, 10 % is required",

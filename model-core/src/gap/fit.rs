@@ -21,6 +21,10 @@ const CONVERGED: f64 = 1e-4;
 /// a log that determines the parameter, and what holds one that it does not.
 const DECLARED_WEIGHT: f64 = 3.0;
 
+/// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
+/// would spoil the few windows that do.
+const KNOT_WEIGHT: f64 = 300.0;
+
 /// Increases of the damping before a fit is taken as converged.
 const MOST_REFUSALS: u32 = 6;
 
@@ -124,6 +128,15 @@ impl Variable {
             lower: -20.0 * scope.friction,
             upper: 20.0 * scope.friction,
             declared: Some(0.0),
+        }
+    }
+
+    /// What its declared value weighs in a fit.
+    fn weight(&self) -> f64 {
+        match (self.declared, self.target) {
+            (Some(_), Target::Knot(_)) => KNOT_WEIGHT,
+            (Some(_), _) => DECLARED_WEIGHT,
+            (None, _) => 0.0,
         }
     }
 
@@ -261,12 +274,11 @@ pub fn fit(
         simulated += sums.windows as u64 * (lanes.len() as u64 + 1);
         let mut sums = sums;
         for (index, variable) in variables.iter().enumerate() {
-            if variable.declared.is_some() {
-                let departure = variable.departure(model);
-                sums.products[0][0] += DECLARED_WEIGHT * departure * departure;
-                sums.products[index + 1][0] += DECLARED_WEIGHT * departure;
-                sums.products[index + 1][index + 1] += DECLARED_WEIGHT;
-            }
+            let weight = variable.weight();
+            let departure = variable.departure(model);
+            sums.products[0][0] += weight * departure * departure;
+            sums.products[index + 1][0] += weight * departure;
+            sums.products[index + 1][index + 1] += weight;
         }
         Some(sums)
     };
