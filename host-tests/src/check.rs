@@ -41,6 +41,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         "-D",
         "warnings",
     ])?;
+    announce("documentation");
+    for package in ["model-core", "rig", "firmware", "host-tests"] {
+        cargo(&[
+            "rustdoc",
+            "--package",
+            package,
+            "--lib",
+            "--",
+            "-D",
+            "warnings",
+        ])?;
+    }
     let board = board_run::run(announce)?;
     check_warnings(&board)?;
     if !board.toolchain.lint(board_run::BOARD)? {

@@ -5,7 +5,7 @@
 //! round. The effect that lowers the held-out error most is taken, if the gain is significant,
 //! large enough and common to most blocks; then the next round starts from the model with it. In
 //! the end each effect must hold against its own absence, and what they leave against
-//! [`unknown`](super::unknown) structure.
+//! [`unknown`] structure.
 
 use super::fit::{Fit, Variables};
 use super::held_out::{Comparison, LARGEST_RATIO, Refusal, compare};
