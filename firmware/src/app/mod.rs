@@ -4,7 +4,7 @@
 //! 2. [`control`]: the position loop, 1 kHz, in the next interrupt;
 //! 3. tasks: [`record`] logs what the loop saw.
 //!
-//! [`wiring`] joins plant and drive and holds the fault latch. [`run`] puts them together.
+//! [`wiring`] joins plant and drive and holds the fault latch. `run` puts them together.
 
 pub mod control;
 pub mod emulate;
