@@ -2,8 +2,8 @@
 //! that stands alone.
 
 use host_tests::gap::outcome::{
-    Candidate, Cost, ErrorSet, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome,
-    Report, Stages, Unknown, Verdict, Whiteness,
+    Candidate, Correlations, Cost, ErrorSet, Errors, Estimate, Evidence, FittedParameter,
+    FoundEffect, Outcome, Report, Stages, Unknown, Verdict, Whiteness,
 };
 use host_tests::gap::{report, table};
 
@@ -196,6 +196,12 @@ fn example() -> Report {
             ljung_box: 152.34,
             lags: 20,
             p_value: 0.0,
+            correlations: Correlations {
+                input: 0.12,
+                velocity: -0.34,
+                direction: 0.56,
+                input_squared: -0.78,
+            },
         },
         cost: Cost {
             seconds: 12.34,

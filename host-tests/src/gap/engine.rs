@@ -23,8 +23,8 @@ use super::metrics::{
     self, TorqueBalance, balance_entries, balanced_samples, decimal, torque_balance,
 };
 use super::outcome::{
-    Candidate, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect, Outcome, Report,
-    Stages, Unknown, Verdict, Whiteness,
+    Candidate, Correlations, Cost, Errors, Estimate, Evidence, FittedParameter, FoundEffect,
+    Outcome, Report, Stages, Unknown, Verdict, Whiteness,
 };
 use super::table::quantity::probability;
 use crate::error::InputError;
@@ -684,18 +684,43 @@ fn fitted(trace: &Trace, declared: &Model, base: &[Base], rotary: bool) -> Vec<F
         .collect()
 }
 
-/// Ljung–Box test of the base fit's torque residual.
+/// Correlation of two series of equal length; 0 where one does not vary.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let mean = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let (mut shared, mut own_a, mut own_b) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (a - mean_a, b - mean_b);
+        shared += a * b;
+        own_a += a * a;
+        own_b += b * b;
+    }
+    let norm = (own_a * own_b).sqrt();
+    if norm > 0.0 { shared / norm } else { 0.0 }
+}
+
+/// Whiteness of the base fit's torque residual, and what it goes along with.
 fn whiteness(data: &Data, model: &Model) -> Result<Whiteness, Failure> {
     let simulator = model
         .build(data.logs[0].period)
         .map_err(|error| Failure::other(error.to_string()))?;
-    let residual: Vec<f64> = data
-        .logs
-        .iter()
-        .flat_map(|log| {
-            torque_balance(log, &simulator, f64::from(data.settings.resolution)).residual
-        })
-        .collect();
+    let (mut residual, mut input, mut velocity) = (Vec::new(), Vec::new(), Vec::new());
+    for log in data.logs {
+        let balance = torque_balance(log, &simulator, f64::from(data.settings.resolution));
+        residual.extend(balance.residual);
+        velocity.extend(balance.velocity);
+        input.extend(balance.sample.iter().map(|&at| f64::from(log.input[at])));
+    }
+    let along = |series: &[f64], of: fn(f64) -> f64| {
+        let series: Vec<f64> = series.iter().map(|&value| of(value)).collect();
+        correlation(&residual, &series)
+    };
+    let correlations = Correlations {
+        input: along(&input, |u| u),
+        velocity: along(&velocity, |v| v),
+        direction: along(&velocity, f64::signum),
+        input_squared: along(&input, |u| u * u),
+    };
     let mean = residual.iter().sum::<f64>() / residual.len() as f64;
     let product = |lag: usize| -> f64 {
         residual
@@ -723,6 +748,7 @@ fn whiteness(data: &Data, model: &Model) -> Result<Whiteness, Failure> {
         ljung_box: f64::from(test.statistic as f32) / lags as f64,
         lags,
         p_value: test.p_value,
+        correlations,
     })
 }
 

@@ -164,6 +164,21 @@ pub struct Whiteness {
     pub lags: usize,
     /// Its p-value.
     pub p_value: f64,
+    /// Correlations of the residual with what may drive it, −1 to 1.
+    pub correlations: Correlations,
+}
+
+/// Correlations of the base fit's torque residual, −1 to 1.
+#[derive(Debug, Clone, Serialize)]
+pub struct Correlations {
+    /// With the input.
+    pub input: f64,
+    /// With the velocity.
+    pub velocity: f64,
+    /// With the direction of motion.
+    pub direction: f64,
+    /// With the square of the input.
+    pub input_squared: f64,
 }
 
 /// What the run cost.

@@ -242,10 +242,15 @@ pub(super) fn whiteness(outcome: &Outcome) -> String {
     let whiteness = &outcome.whiteness;
     format!(
         "Whiteness of the residual before effects: Ljung–Box {} per degree of freedom over {} lags \
-         (white noise: about 1), p {}.",
+         (white noise: about 1), p {}. Its correlation with the input {:+.2}, with the velocity \
+         {:+.2}, with the direction of motion {:+.2}, with the input squared {:+.2}.",
         significant(whiteness.ljung_box, 3),
         whiteness.lags,
-        probability(whiteness.p_value)
+        probability(whiteness.p_value),
+        whiteness.correlations.input,
+        whiteness.correlations.velocity,
+        whiteness.correlations.direction,
+        whiteness.correlations.input_squared
     )
 }
 
