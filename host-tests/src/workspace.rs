@@ -1,13 +1,15 @@
 //! Where things are in the user's clone.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The workspace's root.
 pub fn root() -> PathBuf {
-    let crate_directory = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // Cargo says where the crate is now; a clone that was moved was built elsewhere.
+    let crate_directory = std::env::var_os("CARGO_MANIFEST_DIR")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")), PathBuf::from);
     crate_directory
         .parent()
-        .unwrap_or(crate_directory)
+        .unwrap_or(&crate_directory)
         .to_owned()
 }
 

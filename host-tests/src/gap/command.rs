@@ -17,10 +17,11 @@ use crate::whole_file;
 /// What `cargo hil gap` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// What the user declares about the actuator
+    /// Machine file: what you declare about the actuator, as in host-tests/machines/ema-24v.toml
     #[arg(long, value_name = "M.toml")]
     pub machine: PathBuf,
-    /// A log to find the effects in; may be given several times
+    /// Log to find the effects in, CSV with time_s,input,position and, where measured, command,
+    /// current_a, velocity; may be given several times
     #[arg(long, value_name = "A.csv", required = true)]
     pub train: Vec<PathBuf>,
     /// A log to judge them on, opened once at the end; may be given several times

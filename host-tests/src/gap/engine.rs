@@ -88,14 +88,15 @@ struct Series {
 }
 
 impl Series {
-    fn new(log: &Log) -> Self {
+    /// With a torque input there is no motor in the model, and nothing to compare a current with.
+    fn new(log: &Log, has_motor: bool) -> Self {
         let narrow = |series: &[f64]| series.iter().map(|&value| value as f32).collect();
         Self {
             label: log.path.display().to_string(),
             period: log.period_s as f32,
             input: narrow(&log.input),
             position: narrow(&log.position),
-            current: log.current.as_deref().map(narrow),
+            current: log.current.as_deref().filter(|_| has_motor).map(narrow),
             velocity: log.velocity.as_deref().map(narrow),
         }
     }
@@ -302,7 +303,10 @@ pub fn run(
     let declared = model(machine)?;
     let base = base_parameters(machine);
     let rotary = machine.coordinate == Coordinate::Radian;
-    let series: Vec<Series> = train.iter().map(Series::new).collect();
+    let series: Vec<Series> = train
+        .iter()
+        .map(|log| Series::new(log, machine.motor.is_some()))
+        .collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
     let simulator = declared
@@ -366,7 +370,10 @@ pub fn run(
         (None, Vec::new())
     } else {
         same_period(&held_back, Some(period))?;
-        let series: Vec<Series> = held_back.iter().map(Series::new).collect();
+        let series: Vec<Series> = held_back
+            .iter()
+            .map(|log| Series::new(log, machine.motor.is_some()))
+            .collect();
         let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
         let data = Data {
             logs: &logs,
@@ -513,14 +520,23 @@ fn candidate(look: &Consideration) -> Candidate {
             share(held_out.ratio),
             id(by)
         ),
-        (Decision::Refused(Refusal::NotSignificant), Some(held_out)) => format!(
-            "no significant gain on held-out blocks (p = {})",
-            probability(held_out.p_value)
+        (Decision::Refused(Refusal::NotSignificant { required }), Some(held_out)) => format!(
+            "gain on held-out blocks not significant: p = {}, with so many looks {} is required",
+            probability(held_out.p_value),
+            probability(required)
         ),
         (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) => format!(
             "held-out error falls by {} only, 10 % is required",
             share(held_out.ratio)
         ),
+        (Decision::Refused(Refusal::Uncertain), _) => {
+            "its fitted strength is within three standard deviations of zero".to_owned()
+        }
+        (Decision::LeastBad, _) => {
+            "not proven on held-out blocks, but the error is far beyond the sensor's and this map \
+             comes nearest to it"
+                .to_owned()
+        }
         (Decision::Refused(Refusal::GainNotCommon), _) => {
             "the gain comes from few of the held-out blocks".to_owned()
         }
@@ -557,7 +573,7 @@ fn candidate(look: &Consideration) -> Candidate {
         identifiability: decimal(look.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
         p_value: look.held_out.map(|held_out| held_out.p_value),
-        accepted: look.decision == Decision::Accepted,
+        accepted: matches!(look.decision, Decision::Accepted | Decision::LeastBad),
         reason,
     }
 }
@@ -668,11 +684,7 @@ fn fitted(trace: &Trace, declared: &Model, base: &[Base], rotary: bool) -> Vec<F
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
             let dimensions = [parameter.dimension()];
             let std = propagate(&trace.after, &trace.variables, &dimensions, value)[0];
-            // Below the Coulomb level a breakaway level means nothing: the plant raises it.
-            let mut fitted = trace.after.model.get(parameter);
-            if parameter == Base::Static {
-                fitted = fitted.max(trace.after.model.get(Base::Coulomb));
-            }
+            let fitted = trace.after.model.get(parameter);
             FittedParameter {
                 name: parameter.name().to_owned(),
                 declared: decimal(declared.get(parameter)),

@@ -8,7 +8,7 @@
 //! already acts half a sample late in the mean; the replay holds it, so that this is not found here
 //! again. Without a measured current it equals [`sensor_delay`](super::sensor_delay).
 
-use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Delays, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -38,6 +38,10 @@ impl Effect for InputDelay {
 
     fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.period
+    }
+
+    fn most(_scope: &Scope, _index: usize) -> f32 {
+        LONGEST_DELAY
     }
 
     fn bind(&self, _plant: &mut Parameters, delays: &mut Delays) {

@@ -73,6 +73,9 @@ pub struct Scope {
     pub rotary: bool,
 }
 
+/// Longest delay that a fit may reach, s: beyond it a position loop would hardly be stable.
+pub const LONGEST_DELAY: f32 = 0.25;
+
 /// Delays on the way into and out of the plant, s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Delays {
@@ -108,6 +111,11 @@ pub trait Effect: Copy {
 
     /// Typical size of the `index`-th strength: what a fit steps by.
     fn scale(scope: &Scope, index: usize) -> f32;
+
+    /// Largest magnitude of the `index`-th strength that a fit may reach.
+    fn most(scope: &Scope, index: usize) -> f32 {
+        20.0 * Self::scale(scope, index)
+    }
 
     /// The `index`-th value to try for the shape parameter; `None` behind the last.
     fn shape(_scope: &Scope, _index: usize) -> Option<f32> {
@@ -148,6 +156,11 @@ macro_rules! catalogue {
             /// Typical size of its `index`-th strength.
             pub fn scale(self, scope: &Scope, index: usize) -> f32 {
                 match self { $(Self::$name => $module::$name::scale(scope, index)),* }
+            }
+
+            /// Largest magnitude of its `index`-th strength in a fit.
+            pub fn most(self, scope: &Scope, index: usize) -> f32 {
+                match self { $(Self::$name => $module::$name::most(scope, index)),* }
             }
 
             /// The `index`-th value to try for its shape parameter.

@@ -9,7 +9,7 @@
 //! must take the inputs of τ ago: without a measured current it equals
 //! [`input_delay`](super::input_delay).
 
-use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Delays, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -39,6 +39,10 @@ impl Effect for SensorDelay {
 
     fn scale(scope: &Scope, _index: usize) -> f32 {
         scope.period
+    }
+
+    fn most(_scope: &Scope, _index: usize) -> f32 {
+        LONGEST_DELAY
     }
 
     fn bind(&self, _plant: &mut Parameters, delays: &mut Delays) {

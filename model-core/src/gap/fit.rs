@@ -5,6 +5,7 @@ use super::replay::{self, Data, Fold, Lane, Schedule, Sums};
 use crate::effect::learned_map::KNOTS;
 use crate::effect::{Id, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
+use crate::unit::Dimension;
 use heapless::Vec;
 
 /// Most variables of one fit.
@@ -14,8 +15,9 @@ pub const MOST_VARIABLES: usize = 28;
 /// `f32` simulation, far below where a parameter's influence bends.
 const DIFFERENCE: f32 = 0.01;
 
-/// A step that lowers the cost by less than this share ends the fit.
-const CONVERGED: f64 = 1e-4;
+/// A step that lowers the cost by less than this share ends the fit. Small, because where a
+/// parameter and a missing effect stand in for each other the way down is long and flat.
+const CONVERGED: f64 = 1e-7;
 
 /// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
 /// a log that determines the parameter, and what holds one that it does not.
@@ -79,16 +81,18 @@ impl Variable {
             Base::Inductance => 1e-3 * model.get(Base::Resistance),
             Base::Resistance | Base::TorqueConstant | Base::Inertia => declared,
         };
-        let scale = if parameter.is_signed() {
+        let scale = if parameter.dimension() == Dimension::Position {
             natural
         } else {
             declared.abs().max(natural)
         };
-        let (lower, upper) = if parameter.is_signed() {
+        let (lower, upper) = if parameter.dimension() == Dimension::Position {
             (
                 declared - 10.0 * scope.stroke,
                 declared + 10.0 * scope.stroke,
             )
+        } else if parameter.is_signed() {
+            (-50.0 * scale, 50.0 * scale)
         } else if parameter.is_positive() {
             (0.02 * declared, 50.0 * declared)
         } else {
@@ -106,9 +110,10 @@ impl Variable {
     /// A value of an effect in the model.
     pub fn effect(id: Id, slot: usize, index: usize, value: f32, scope: &Scope) -> Self {
         let scale = id.scale(scope, index);
+        let most = id.most(scope, index);
         let (scale, lower, upper) = match id.description().parameters[index].role {
-            Role::SignedStrength => (scale, -20.0 * scale, 20.0 * scale),
-            Role::Strength => (scale, 0.0, 20.0 * scale),
+            Role::SignedStrength => (scale, -most, most),
+            Role::Strength => (scale, 0.0, most),
             Role::Shape => (0.2 * value, 0.3 * value, 3.0 * value),
         };
         Self {
@@ -129,6 +134,12 @@ impl Variable {
             upper: 20.0 * scope.friction,
             declared: Some(0.0),
         }
+    }
+
+    /// Whether it is a strength of the effect in this slot.
+    pub fn is_strength_of(&self, model: &Model, slot: usize) -> bool {
+        matches!(self.target, Target::Effect { slot: own, index }
+            if own == slot && index < model.effects[slot].id.strengths())
     }
 
     /// What its declared value weighs in a fit.

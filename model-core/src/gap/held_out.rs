@@ -33,21 +33,27 @@ pub struct Comparison {
 }
 
 /// Why a larger model is refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Refusal {
     /// The held-out gain is not significant.
-    NotSignificant,
+    NotSignificant {
+        /// The p-value that it would have to be below, shared among all looks.
+        required: f64,
+    },
     /// The held-out error falls too little.
     GainTooSmall,
     /// The held-out gain comes from few blocks.
     GainNotCommon,
+    /// The fitted strength is within three standard deviations of zero.
+    Uncertain,
 }
 
 impl Comparison {
     /// Whether the larger model is refused, as one of `looks` that were taken at the data.
     pub fn refusal(&self, looks: usize) -> Option<Refusal> {
-        if self.p_value >= SIGNIFICANCE / looks.max(1) as f64 {
-            Some(Refusal::NotSignificant)
+        let required = SIGNIFICANCE / looks.max(1) as f64;
+        if self.p_value >= required {
+            Some(Refusal::NotSignificant { required })
         } else if self.ratio > LARGEST_RATIO {
             Some(Refusal::GainTooSmall)
         } else if self.median < LEAST_MEDIAN {

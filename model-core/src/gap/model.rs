@@ -108,7 +108,7 @@ impl Base {
 
     /// Whether it may be negative.
     pub fn is_signed(self) -> bool {
-        self.dimension() == Dimension::Position
+        self.dimension() == Dimension::Position || self == Self::GravityTorque
     }
 
     /// Whether it must be above zero.
@@ -160,7 +160,12 @@ impl Model {
             Base::LowerStop => self.plant.lower_stop,
             Base::UpperStop => self.plant.upper_stop,
             Base::Coulomb => self.plant.coulomb.forward,
-            Base::Static => self.plant.breakaway.forward,
+            // Below the Coulomb level it means nothing: the plant raises it, and a fit must see what
+            // the plant has, or it finds no slope there.
+            Base::Static => {
+                let (breakaway, coulomb) = (self.plant.breakaway, self.plant.coulomb);
+                breakaway.forward.max(coulomb.forward)
+            }
         }
     }
 

@@ -44,6 +44,14 @@ const TOLD_APART: f64 = 1.5;
 /// one with the fewest parameters is taken.
 const EQUALLY_GOOD: f64 = 1.1;
 
+/// Standard deviations that an effect's strength must be from zero.
+const LEAST_CERTAINTY: f64 = 3.0;
+
+/// A windowed error beyond so many counts of the sensor, and beyond this share of the stroke, has a
+/// cause, whether anything was found for it or not.
+const STRUCTURED_COUNTS: f64 = 10.0;
+const STRUCTURED_STROKE: f64 = 0.003;
+
 /// Effects that leave more than this share of the held-out error are challenged by learned maps.
 const POOR_EXPLANATION: f64 = 0.3;
 
@@ -52,7 +60,7 @@ const POOR_EXPLANATION: f64 = 0.3;
 const CLEARLY_BETTER: f64 = 0.5;
 
 /// What a round decided about one effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Decision {
     /// Best of those that passed.
     Accepted,
@@ -81,6 +89,9 @@ pub enum Decision {
     NotShortlisted,
     /// Refitted, and not enough better on held-out blocks.
     Refused(Refusal),
+    /// A map that does not predict held-out blocks well enough either, but carries most of an error
+    /// that has a cause.
+    LeastBad,
     /// Was taken in an earlier round and is not needed beside the later ones.
     Dropped,
 }
@@ -155,14 +166,16 @@ pub fn trace<S: Schedule>(
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
     let window = data.settings.window;
 
-    // Short windows first: far from the truth, they are the smoother problem.
+    // How replays restart comes before any fit, which would else bend the parameters to restarts
+    // that are wrong. Then short windows: far from the truth, they are the smoother problem.
+    workbench.restart(model)?;
     let mut fitted = model.clone();
     for window in [options.screen_window, window, window] {
         workbench.weigh(&fitted, window)?;
         fitted = workbench.fit_windows(&fitted, window)?.model;
     }
     workbench.restart(&fitted)?;
-    let mut before = workbench.fit(&fitted)?;
+    let mut before = workbench.best_fit([&fitted, model])?;
 
     let mut after = before.clone();
     let mut accepted: Vec<Accepted, ROUNDS> = Vec::new();
@@ -175,14 +188,26 @@ pub fn trace<S: Schedule>(
         let Some(larger) = screen::with_effect(&after.model, winner.candidate.effect) else {
             break;
         };
+        let fitted = workbench.fit(&larger)?;
+        if workbench.certainty(&fitted, larger.effects.len() - 1) < LEAST_CERTAINTY {
+            observe(&Consideration {
+                round,
+                subject: Subject::Effect(winner.candidate.effect.id),
+                score: winner.candidate.score,
+                identifiability: winner.candidate.identifiability,
+                held_out: None,
+                decision: Decision::Refused(Refusal::Uncertain),
+            });
+            break;
+        }
         let _ = accepted.push(winner);
-        after = workbench.fit(&larger)?;
+        after = fitted;
         workbench.restart(&after.model)?;
         after = workbench.fit(&after.model)?;
     }
     if !accepted.is_empty() {
         // Both models are judged on the same restarts, so the first is fitted to these too.
-        before = workbench.fit(&before.model)?;
+        before = workbench.best_fit([&before.model, model])?;
     }
     drop_replaced(&mut workbench, &mut after, &mut accepted, &mut observe)?;
 
@@ -196,7 +221,11 @@ pub fn trace<S: Schedule>(
     };
     let mut unknown = None;
     if left > POOR_EXPLANATION {
-        unknown = unknown::learn(&mut workbench, &before, limit, &mut observe)?;
+        let sensor = STRUCTURED_COUNTS * f64::from(data.settings.resolution);
+        let stroke = STRUCTURED_STROKE * f64::from(options.scope.stroke);
+        let error = workbench.position_rms(&before.model)?;
+        let structured = accepted.is_empty() && error > sensor.max(stroke);
+        unknown = unknown::learn(&mut workbench, &before, limit, structured, &mut observe)?;
     }
     if let Some(unknown) = &unknown {
         for effect in &accepted {

@@ -21,13 +21,15 @@ pub struct Unknown {
 }
 
 /// Looks for the variable over which a learned torque or friction explains best what is left of the
-/// base fit. A map counts if it brings the held-out error under `limit` times that of the base.
+/// base fit. A map counts if it brings the held-out error under `limit` times that of the base; if
+/// none does and the error is `structured`, too large to be noise, the one that comes nearest counts.
 ///
 /// `None` outside if a model cannot be built, inside if no map counts.
 pub fn learn(
     workbench: &mut Workbench<impl Schedule>,
     before: &Fit,
     limit: f64,
+    structured: bool,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<Option<Unknown>> {
     let with_map = |kind| Model {
@@ -58,7 +60,15 @@ pub fn learn(
         .filter(|(.., look)| look.decision == Decision::Accepted)
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(kind, _, look)| (*kind, look.score));
+    let nearest = looks
+        .iter()
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|_| structured && best.is_none())
+        .map(|(kind, _, look)| (*kind, look.score));
     for (kind, _, look) in &mut looks {
+        if nearest.is_some_and(|(by, _)| by == *kind) {
+            look.decision = Decision::LeastBad;
+        }
         if let Some((by, _)) = best
             && look.decision == Decision::Accepted
             && *kind != by
@@ -67,7 +77,7 @@ pub fn learn(
         }
         observe(look);
     }
-    Some(best.and_then(|(kind, score)| {
+    Some(best.or(nearest).and_then(|(kind, score)| {
         let start = models
             .into_iter()
             .find(|model| model.map.is_some_and(|map| map.kind == kind))?;
