@@ -10,7 +10,7 @@ use host_tests::gap::engine;
 use host_tests::gap::outcome::Verdict;
 use host_tests::hil::MACHINE;
 use host_tests::log::Log;
-use host_tests::machine::Machine;
+use host_tests::machine::{DeclaredEffect, Machine};
 use host_tests::workspace;
 
 fn machine() -> Machine {
@@ -22,13 +22,13 @@ fn the_machine_file_is_what_the_firmware_declares() {
     assert_eq!(engine::model(&machine()).unwrap().plant, DECLARED);
 }
 
-#[test]
-fn direction_dependent_friction_is_found_in_the_boards_log() {
+/// The board's log as `cargo hil` reads it.
+fn log() -> Log {
     let samples = AppOnHost::new().run();
     let column = |of: fn(&firmware::app::record::Sample) -> f32| -> Vec<f64> {
         samples.iter().map(|sample| f64::from(of(sample))).collect()
     };
-    let log = Log {
+    Log {
         path: "emulated.csv".into(),
         start_s: 0.0,
         period_s: (f64::from(CONTROL_PERIOD) * 1e6).round() * 1e-6,
@@ -37,8 +37,32 @@ fn direction_dependent_friction_is_found_in_the_boards_log() {
         command: None,
         current: Some(column(|sample| sample.current)),
         velocity: Some(column(|sample| sample.velocity)),
-    };
-    let report = engine::run(&machine(), &[log], || Ok(Vec::new()), |_| ()).unwrap();
+    }
+}
+
+#[test]
+fn nothing_is_found_once_the_friction_is_declared() {
+    let mut machine = machine();
+    let (forward, backward) = (ACTUATOR.viscous.forward, ACTUATOR.viscous.backward);
+    machine.mechanics.viscous = 0.5 * f64::from(forward + backward);
+    machine.declared_effects = vec![DeclaredEffect {
+        id: "asymmetric_viscous".into(),
+        parameters: [("difference".into(), 0.5 * f64::from(forward - backward))].into(),
+        line: 1,
+    }];
+    let report = engine::run(&machine, &[log()], || Ok(Vec::new()), |_| ()).unwrap();
+    assert_eq!(
+        report.outcome.verdict,
+        Verdict::NoMissingEffect,
+        "{:?} {:?}",
+        report.outcome.effects,
+        report.outcome.unknown
+    );
+}
+
+#[test]
+fn direction_dependent_friction_is_found_in_the_boards_log() {
+    let report = engine::run(&machine(), &[log()], || Ok(Vec::new()), |_| ()).unwrap();
     let outcome = report.outcome;
     assert_eq!(outcome.verdict, Verdict::EffectsFound);
     let [found] = &outcome.effects[..] else {

@@ -239,6 +239,64 @@ fn nothing_is_found_where_nothing_is_missing() {
     }
 }
 
+/// Small motions that repeat, a few counts of the encoder: what the encoder makes of them repeats in
+/// every block of the log too, and is not an effect.
+#[test]
+fn nothing_is_found_in_what_the_sensor_makes_of_small_motions() {
+    for (row, machine) in machines().iter().enumerate() {
+        let (centre, amplitude) = (machine.centre(), machine.amplitude());
+        let motions = [
+            Trajectory::Sines {
+                centre,
+                components: vec![rig::Sine {
+                    amplitude: 0.2 * amplitude,
+                    frequency: 0.5,
+                    phase: 0.0,
+                }],
+            },
+            Trajectory::Triangle {
+                centre,
+                amplitude: 0.1 * amplitude,
+                period: 1.0,
+            },
+        ];
+        for (column, motion) in motions.into_iter().enumerate() {
+            let seed = 3501 + 10 * row as u64 + column as u64;
+            let outcome = trace(machine, machine, motion, &[], seed);
+            assert_eq!(
+                outcome.verdict,
+                Verdict::NoMissingEffect,
+                "{} on motion {column}: {:?} {:?}",
+                machine.name,
+                outcome.effects,
+                outcome.unknown
+            );
+        }
+    }
+}
+
+/// A motor that is wired the other way round is no effect of the catalogue, and not nothing either.
+#[test]
+fn a_machine_that_is_nothing_like_the_log_is_not_called_complete() {
+    let machine = RigMachine::rotary_ema();
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("machine.toml");
+    std::fs::write(&file, machine.to_toml()).unwrap();
+    let path = directory.path().join("log.csv");
+    let recording = Experiment::tracking(machine.clone(), sweep(&machine))
+        .lasting(SECONDS)
+        .seeded(3601)
+        .run();
+    std::fs::write(&path, recording.to_csv()).unwrap();
+    let mut log = Log::read(&path).unwrap();
+    for input in &mut log.input {
+        *input = -*input;
+    }
+    let declared = Machine::read(&file).unwrap();
+    let report = engine::run(&declared, &[log], || Ok(Vec::new()), |_| ()).unwrap();
+    assert_ne!(report.outcome.verdict, Verdict::NoMissingEffect);
+}
+
 /// A wrong number in the machine file is re-estimated, and no effect is made of it.
 #[test]
 fn a_wrong_parameter_is_refitted_and_not_called_an_effect() {
@@ -287,6 +345,7 @@ fn an_effect_outside_the_catalogue_is_called_unknown() {
         }
     }
 }
+
 /// What was found, declared as the answer says, is not found again.
 #[test]
 fn a_found_effect_that_is_declared_is_not_missing_any_more() {

@@ -301,16 +301,28 @@ pub fn fit(
         }
         let cost = sums.products[0][0];
         let mut stepped = None;
-        for _ in 0..MOST_REFUSALS {
-            let candidate = damped_step(&model, variables, &sums, damping);
-            // A step that leaves the plant's range is refused like one that raises the cost.
-            let lowered = evaluate(&candidate, false)
-                .map(|trial| trial.products[0][0])
-                .filter(|trial| *trial < cost);
-            if let Some(lowered) = lowered {
-                damping = (damping * 0.2f64).max(1e-7);
-                stepped = Some((candidate, lowered));
-                break;
+        // Breakaway acts through sticking alone, which comes and goes by jumps: a derivative across
+        // a jump misleads the whole step. What is refused with it is tried without.
+        let breakaway = variables
+            .iter()
+            .any(|variable| variable.target == Target::Base(Base::Static));
+        let held: &[Option<Base>] = if breakaway {
+            &[None, Some(Base::Static)]
+        } else {
+            &[None]
+        };
+        'damping: for _ in 0..MOST_REFUSALS {
+            for &held in held {
+                let candidate = damped_step(&model, variables, &sums, damping, held);
+                // A step that leaves the plant's range is refused like one that raises the cost.
+                let lowered = evaluate(&candidate, false)
+                    .map(|trial| trial.products[0][0])
+                    .filter(|trial| *trial < cost);
+                if let Some(lowered) = lowered {
+                    damping = (damping * 0.2f64).max(1e-7);
+                    stepped = Some((candidate, lowered));
+                    break 'damping;
+                }
             }
             damping *= 6.0;
         }
@@ -332,13 +344,33 @@ pub fn fit(
 }
 
 /// The damped Gauss–Newton step, clipped to the variables' bounds.
-fn damped_step(model: &Model, variables: &[Variable], sums: &Sums, damping: f64) -> Model {
+///
+/// A variable at a bound that the slope pushes it against stays there, and so does `held`: the
+/// others are stepped without them.
+fn damped_step(
+    model: &Model,
+    variables: &[Variable],
+    sums: &Sums,
+    damping: f64,
+    held: Option<Base>,
+) -> Model {
+    let stays = |index: usize| {
+        let variable = &variables[index];
+        let (value, slope) = (variable.get(model), sums.products[index + 1][0]);
+        held.is_some_and(|base| variable.target == Target::Base(base))
+            || (value <= variable.lower && slope > 0.0)
+            || (value >= variable.upper && slope < 0.0)
+    };
     let count = variables.len();
     let mut normal = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
     let mut step = [0.0; MOST_VARIABLES];
     for row in 0..count {
+        // An empty row counts as dependent, and its step is zero.
+        if stays(row) {
+            continue;
+        }
         step[row] = -sums.products[row + 1][0];
-        for column in 0..=row {
+        for column in (0..=row).filter(|&column| !stays(column)) {
             normal[row][column] = sums.products[row + 1][column + 1];
         }
         normal[row][row] *= 1.0 + damping;
