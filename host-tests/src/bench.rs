@@ -602,16 +602,17 @@ fn table(outcome: &Outcome) -> String {
         let _ = writeln!(text, "{cells}");
     };
     line(format_args!(
-        "{:18} {:>8} {:>10} {:>14} {:>10}",
-        "plant", "step", "ns a step", "s a second", "ema's time"
+        "{:18} {:>8} {:>10} {:>12} {:>14} {:>10}",
+        "plant", "step", "ns a step", "steps a s", "s a second", "ema's time"
     ));
     let reference = outcome.plants[0].seconds_per_simulated_second;
     for plant in &outcome.plants {
         line(format_args!(
-            "{:18} {:>5.0} µs {:>10.1} {:>14.2e} {:>10}",
+            "{:18} {:>5.0} µs {:>10.1} {:>12.2e} {:>14.2e} {:>10}",
             plant.name,
             plant.step_s * 1e6,
             plant.ns_per_step,
+            1e9 / plant.ns_per_step,
             plant.seconds_per_simulated_second,
             if plant.name.starts_with("ema_") {
                 let ratio = plant.seconds_per_simulated_second / reference;
