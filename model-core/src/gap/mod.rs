@@ -12,6 +12,17 @@
 //! * [`workbench`]: data, schedule and declared model, as the steps below use them;
 //! * [`select`]: rounds of screening, refitting and judging, to the verdict;
 //! * [`unknown`]: which variable carries what no effect of the catalogue explains.
+//!
+//! Choices that a reader may look for in vain:
+//!
+//! * No portmanteau test stops the search. Windows that restart from a smoothed state are never
+//!   white, so that it would always say *go on*; whether something is missing is decided on held-out
+//!   blocks, and an error far beyond the sensor's is never called complete.
+//! * The base fit starts twice, through short windows and from the declared values, and keeps the
+//!   better: a least-squares start on accelerations would need derivatives that a coarse encoder
+//!   does not give.
+//! * Reported p-values are those of the signed-rank test; the limit that they must pass is shared
+//!   among the candidates of a round and the shapes tried for each, not among rounds.
 
 pub mod fit;
 pub mod held_out;
