@@ -22,8 +22,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::gap::engine;
 use crate::gap::metrics::decimal;
+use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
 use crate::whole_file;
@@ -500,7 +500,7 @@ fn machine() -> Machine {
 /// A log of the machine under a position loop, with a viscous friction that depends on the
 /// direction, seen by its encoder and by a current sensor of 10 mA.
 fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
-    let mut model = engine::model(machine)?;
+    let mut model = declared::model(machine)?;
     let difference = 0.6 * model.plant.viscous.forward;
     let effect = Active {
         id: Id::AsymmetricViscous,

@@ -6,8 +6,8 @@
 use firmware::app::machine::{ACTUATOR, DECLARED};
 use firmware::app::timing::CONTROL_PERIOD;
 use host_tests::app_on_host::AppOnHost;
-use host_tests::gap::engine;
 use host_tests::gap::outcome::Verdict;
+use host_tests::gap::{declared, engine};
 use host_tests::hil::MACHINE;
 use host_tests::log::Log;
 use host_tests::machine::{DeclaredEffect, Machine};
@@ -19,7 +19,7 @@ fn machine() -> Machine {
 
 #[test]
 fn the_machine_file_is_what_the_firmware_declares() {
-    assert_eq!(engine::model(&machine()).unwrap().plant, DECLARED);
+    assert_eq!(declared::model(&machine()).unwrap().plant, DECLARED);
 }
 
 /// The board's log as `cargo hil` reads it.

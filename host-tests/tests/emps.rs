@@ -7,6 +7,7 @@
 
 use std::fs;
 
+use host_tests::gap::declared;
 use host_tests::gap::engine::{self, AllCores};
 use host_tests::gap::metrics;
 use host_tests::gap::outcome::{Outcome, Verdict};
@@ -108,7 +109,7 @@ fn torque_residuals(logs: &[Log; 2], model: &Model) -> [f64; 2] {
 fn the_torque_residual_is_that_of_scipy() {
     let Some(logs) = logs() else { return };
     let symmetric = |inertia: f32, viscous: f32, coulomb: f32| {
-        let mut model = engine::model(&machine()).unwrap();
+        let mut model = declared::model(&machine()).unwrap();
         model.set(Base::Inertia, inertia);
         model.set(Base::Viscous, viscous);
         model.set(Base::Coulomb, coulomb);

@@ -1,9 +1,14 @@
 //! `cargo hil gap`: measured log in, missing effects out, errors before and after.
 
+mod answer;
 pub mod command;
+pub mod declared;
 pub mod engine;
+mod evidence;
 pub mod metrics;
 pub mod outcome;
 pub mod report;
+mod series;
 pub mod table;
+mod whiteness;
 pub mod zero_phase;

@@ -190,14 +190,8 @@ pub fn trace<S: Schedule>(
         };
         let fitted = workbench.fit(&larger)?;
         if workbench.certainty(&fitted, larger.effects.len() - 1) < LEAST_CERTAINTY {
-            observe(&Consideration {
-                round,
-                subject: Subject::Effect(winner.candidate.effect.id),
-                score: winner.candidate.score,
-                identifiability: winner.candidate.identifiability,
-                held_out: None,
-                decision: Decision::Refused(Refusal::Uncertain),
-            });
+            let refused = Decision::Refused(Refusal::Uncertain);
+            observe(&winner.candidate.look(round, refused));
             break;
         }
         let _ = accepted.push(winner);
@@ -212,10 +206,10 @@ pub fn trace<S: Schedule>(
     drop_replaced(&mut workbench, &mut after, &mut accepted, &mut observe)?;
 
     // Does anything lie under it that the catalogue does not have?
+    let without = workbench.held_out(&before.model)?;
     let (left, limit) = if accepted.is_empty() {
         (1.0, LARGEST_RATIO)
     } else {
-        let without = workbench.held_out(&before.model)?;
         let left = compare(&without, &workbench.held_out(&after.model)?).ratio;
         (left, left * CLEARLY_BETTER)
     };
@@ -225,18 +219,13 @@ pub fn trace<S: Schedule>(
         let stroke = STRUCTURED_STROKE * f64::from(options.scope.stroke);
         let error = workbench.position_rms(&before.model)?;
         let structured = accepted.is_empty() && error > sensor.max(stroke);
-        unknown = unknown::learn(&mut workbench, &before, limit, structured, &mut observe)?;
+        let base = (&before.model, &without);
+        unknown = unknown::learn(&mut workbench, base, limit, structured, &mut observe)?;
     }
     if let Some(unknown) = &unknown {
         for effect in &accepted {
-            observe(&Consideration {
-                round: 1,
-                subject: Subject::Effect(effect.candidate.effect.id),
-                score: effect.candidate.score,
-                identifiability: effect.candidate.identifiability,
-                held_out: None,
-                decision: Decision::OutdoneByMap { by: unknown.kind },
-            });
+            let outdone = Decision::OutdoneByMap { by: unknown.kind };
+            observe(&effect.candidate.look(1, outdone));
         }
         accepted.clear();
         after = workbench.fit(&unknown.start)?;
@@ -250,6 +239,20 @@ pub fn trace<S: Schedule>(
         accepted,
         unknown,
     })
+}
+
+impl Candidate {
+    /// A look at it that was decided without a refit.
+    fn look(&self, round: usize, decision: Decision) -> Consideration {
+        Consideration {
+            round,
+            subject: Subject::Effect(self.effect.id),
+            score: self.score,
+            identifiability: self.identifiability,
+            held_out: None,
+            decision,
+        }
+    }
 }
 
 /// Tries to do without each effect again: one taken early may have stood in for what a later one
@@ -276,12 +279,8 @@ fn drop_replaced(
         let dropped = accepted.remove(place).candidate;
         *after = workbench.fit(&smaller)?;
         observe(&Consideration {
-            round: accepted.len() + 1,
-            subject: Subject::Effect(dropped.effect.id),
-            score: dropped.score,
-            identifiability: dropped.identifiability,
             held_out: Some(comparison),
-            decision: Decision::Dropped,
+            ..dropped.look(accepted.len() + 1, Decision::Dropped)
         });
     }
     Some(())
@@ -307,13 +306,8 @@ fn consider(
     } = &screened;
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
-        .map(|candidate| Consideration {
-            round,
-            subject: Subject::Effect(candidate.effect.id),
-            score: candidate.score,
-            identifiability: candidate.identifiability,
-            held_out: None,
-            decision: if candidate.identifiability < LEAST_IDENTIFIABILITY {
+        .map(|candidate| {
+            let decision = if candidate.identifiability < LEAST_IDENTIFIABILITY {
                 Decision::Absorbed
             } else if !candidate.allowed {
                 Decision::WrongSign
@@ -321,7 +315,8 @@ fn consider(
                 Decision::ScoreTooLow
             } else {
                 Decision::NotShortlisted
-            },
+            };
+            candidate.look(round, decision)
         })
         .collect();
     let shortlist: Vec<usize, SHORTLIST> = (0..looks.len())

@@ -1,7 +1,6 @@
 //! Structure that no effect of the catalogue explains: which variable carries it?
 
-use super::fit::Fit;
-use super::held_out::{Refusal, compare};
+use super::held_out::{HeldOut, Refusal, compare};
 use super::model::Model;
 use super::replay::Schedule;
 use super::select::{Consideration, Decision, Subject};
@@ -21,27 +20,27 @@ pub struct Unknown {
 }
 
 /// Looks for the variable over which a learned torque or friction explains best what is left of the
-/// base fit. A map counts if it brings the held-out error under `limit` times that of the base; if
-/// none does and the error is `structured`, too large to be noise, the one that comes nearest counts.
+/// base model, given with its held-out errors. A map counts if it brings these under `limit` times
+/// what they are; if none does and the error is `structured`, too large to be noise, the one that
+/// comes nearest counts.
 ///
 /// `None` outside if a model cannot be built, inside if no map counts.
 pub fn learn(
     workbench: &mut Workbench<impl Schedule>,
-    before: &Fit,
+    (base, smaller): (&Model, &HeldOut),
     limit: f64,
     structured: bool,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<Option<Unknown>> {
     let with_map = |kind| Model {
         map: Some(LearnedMap::flat(kind, &workbench.options.ranges)),
-        ..before.model.clone()
+        ..base.clone()
     };
     let models = Kind::ALL.map(with_map);
-    let smaller = workbench.held_out(&before.model)?;
     let mut looks: Vec<(Kind, f64, Consideration), { Kind::ALL.len() }> = Vec::new();
     for (kind, model) in Kind::ALL.into_iter().zip(&models) {
         let score = workbench.map_score(model)?;
-        let comparison = compare(&smaller, &workbench.held_out(model)?);
+        let comparison = compare(smaller, &workbench.held_out(model)?);
         let refusal = comparison
             .refusal(Kind::ALL.len())
             .or((comparison.ratio > limit).then_some(Refusal::GainTooSmall));

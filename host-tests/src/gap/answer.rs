@@ -1,0 +1,275 @@
+//! What the tracing found, in the names, numbers and words of the answer.
+
+use std::f64::consts::TAU;
+
+use model_core::effect::learned_map::Kind;
+use model_core::effect::{Id, MOST_PARAMETERS};
+use model_core::gap::fit::{Fit, Variables};
+use model_core::gap::held_out::Refusal;
+use model_core::gap::model::{Base, Model};
+use model_core::gap::select::{Consideration, Decision, Subject, Trace};
+use model_core::unit::Dimension;
+
+use super::metrics::decimal;
+use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect};
+use super::table::quantity::probability;
+
+/// Why a candidate was taken or refused, in words.
+pub(super) fn candidate(look: &Consideration) -> Candidate {
+    let id = |id: Id| id.description().id;
+    let share = |ratio: f64| format!("{:.0} %", 100.0 * (1.0 - ratio));
+    let reason = match (look.decision, look.held_out) {
+        (Decision::Accepted, Some(held_out)) => format!(
+            "held-out error falls by {}, p = {:.1e}",
+            share(held_out.ratio),
+            held_out.p_value
+        ),
+        (Decision::Outdone { by }, Some(held_out)) => format!(
+            "would take {} off the held-out error, {} takes more",
+            share(held_out.ratio),
+            id(by)
+        ),
+        (Decision::Refused(Refusal::NotSignificant { required }), Some(held_out)) => format!(
+            "gain on held-out blocks not significant: p = {}, with so many looks {} is required",
+            probability(held_out.p_value),
+            probability(required)
+        ),
+        (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) => format!(
+            "held-out error falls by {} only, 10 % is required",
+            share(held_out.ratio)
+        ),
+        (Decision::Refused(Refusal::Uncertain), _) => {
+            "its fitted strength is within three standard deviations of zero".to_owned()
+        }
+        (Decision::LeastBad, _) => {
+            "not proven on held-out blocks, but the error is far beyond the sensor's and this map \
+             comes nearest to it"
+                .to_owned()
+        }
+        (Decision::Refused(Refusal::GainNotCommon), _) => {
+            "the gain comes from few of the held-out blocks".to_owned()
+        }
+        (Decision::SameAs { other }, _) => format!("the same model as {} here", id(other)),
+        (Decision::Absorbed, _) => format!(
+            "absorbed by the fitted parameters (identifiability {:.3})",
+            look.identifiability
+        ),
+        (Decision::WrongSign, _) => "the residual asks for a sign that physics forbids".to_owned(),
+        (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
+        (Decision::NotShortlisted, _) => "eight others score higher".to_owned(),
+        (Decision::Dropped, _) => {
+            "taken at first, not needed beside the effects found later".to_owned()
+        }
+        (Decision::OutdoneByMap { by }, Some(held_out)) => format!(
+            "would take {} off the held-out error, {} takes more",
+            share(held_out.ratio),
+            map_name(by)
+        ),
+        (Decision::OutdoneByMap { by }, None) => {
+            format!("taken at first, but {} explains clearly more", map_name(by))
+        }
+        (Decision::Accepted | Decision::Outdone { .. }, None) | (Decision::Refused(_), None) => {
+            String::new()
+        }
+    };
+    Candidate {
+        round: look.round,
+        id: match look.subject {
+            Subject::Effect(effect) => id(effect).to_owned(),
+            Subject::Map(kind) => map_name(kind),
+        },
+        score: decimal(look.score),
+        identifiability: decimal(look.identifiability),
+        held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
+        p_value: look.held_out.map(|held_out| held_out.p_value),
+        accepted: matches!(look.decision, Decision::Accepted | Decision::LeastBad),
+        reason,
+    }
+}
+
+/// A learned map among the candidates.
+fn map_name(kind: Kind) -> String {
+    let what = if kind.is_friction() {
+        "friction"
+    } else {
+        "torque"
+    };
+    format!("map:{} ({what})", kind.variable())
+}
+
+/// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
+/// `dimensions`: what the functions measure.
+fn propagate(
+    fit: &Fit,
+    variables: &Variables,
+    dimensions: &[Dimension],
+    quantity: impl Fn(&Model) -> [f32; MOST_PARAMETERS],
+) -> [f64; MOST_PARAMETERS] {
+    let covariance = fit.covariance(variables);
+    let start = quantity(&fit.model);
+    let slopes: Vec<[f64; MOST_PARAMETERS]> = variables
+        .iter()
+        .map(|variable| {
+            let mut moved = fit.model.clone();
+            let step = 0.01 * variable.scale;
+            variable.set(&mut moved, variable.get(&fit.model) + step);
+            let end = quantity(&moved);
+            std::array::from_fn(|index| {
+                let mut change = f64::from(end[index] - start[index]);
+                if dimensions.get(index) == Some(&Dimension::Phase) {
+                    // A phase may step across ±π.
+                    change -= TAU * (change / TAU).round();
+                }
+                change / f64::from(step)
+            })
+        })
+        .collect();
+    std::array::from_fn(|index| {
+        let mut variance = 0.0;
+        for (row, a) in slopes.iter().enumerate() {
+            for (column, b) in slopes.iter().enumerate() {
+                let product = a[index] * b[index];
+                if product != 0.0 {
+                    variance += product * covariance[row][column];
+                }
+            }
+        }
+        variance.max(0.0).sqrt()
+    })
+}
+
+pub(super) fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
+    trace
+        .accepted
+        .iter()
+        .enumerate()
+        .map(|(index, accepted)| {
+            let slot = declared.effects.len() + index;
+            let report = |model: &Model| model.effects[slot].report(&model.plant);
+            let values = report(&trace.after.model);
+            let description = accepted.candidate.effect.id.description();
+            let mut declare = format!("{{ id = \"{}\"", description.id);
+            let parameters = description.parameters.iter();
+            for (parameter, value) in parameters.zip(trace.after.model.effects[slot].values) {
+                declare += &format!(", {} = {}", parameter.name, decimal(value));
+            }
+            declare += " }";
+            let dimensions: Vec<Dimension> = description
+                .reported
+                .iter()
+                .map(|(_, dimension)| *dimension)
+                .collect();
+            let stds = propagate(&trace.after, &trace.variables, &dimensions, report);
+            FoundEffect {
+                id: description.id.to_owned(),
+                parameters: description
+                    .reported
+                    .iter()
+                    .zip(values.iter().zip(stds))
+                    .map(|((name, dimension), (value, std))| Estimate {
+                        name: (*name).to_owned(),
+                        value: decimal(*value),
+                        std,
+                        unit: dimension.unit(rotary).to_owned(),
+                    })
+                    .collect(),
+                declare,
+                score: decimal(accepted.candidate.score),
+                identifiability: decimal(accepted.candidate.identifiability),
+                p_value: accepted.p_value,
+                equivalent: accepted
+                    .equivalent
+                    .iter()
+                    .map(|id| id.description().id.to_owned())
+                    .collect(),
+            }
+        })
+        .collect()
+}
+
+pub(super) fn fitted(
+    trace: &Trace,
+    declared: &Model,
+    base: &[Base],
+    rotary: bool,
+) -> Vec<FittedParameter> {
+    base.iter()
+        .map(|&parameter| {
+            let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
+            let dimensions = [parameter.dimension()];
+            let std = propagate(&trace.after, &trace.variables, &dimensions, value)[0];
+            let fitted = trace.after.model.get(parameter);
+            FittedParameter {
+                name: parameter.name().to_owned(),
+                declared: decimal(declared.get(parameter)),
+                fitted: decimal(fitted),
+                std: std.is_finite().then_some(std),
+                unit: parameter.dimension().unit(rotary).to_owned(),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::declared;
+    use crate::machine::Machine;
+    use crate::workspace;
+    use model_core::effect::{Active, Scope};
+    use model_core::gap::fit::variables;
+    use model_core::gap::replay::{COLUMNS, Sums};
+
+    /// A cogging of amplitude A whose two components have independent errors of standard deviation
+    /// σ has σ of its amplitude and σ/A of its phase, wherever the phase lies.
+    #[test]
+    fn a_phase_is_as_certain_at_pi_as_elsewhere() {
+        let file = workspace::root().join("host-tests/machines/emps.toml");
+        let declared = declared::model(&Machine::read(&file).unwrap()).unwrap();
+        let mut model = declared.clone();
+        let scope = Scope {
+            friction: 20.0,
+            torque: 30.0,
+            speed: 0.1,
+            stroke: 0.2,
+            period: 1e-3,
+            rotary: false,
+        };
+        // With unit sums, a variable's standard deviation is its scale: here the friction.
+        let mut unit = [[0.0; COLUMNS]; COLUMNS];
+        for index in 0..COLUMNS {
+            unit[index][index] = 1.0;
+        }
+        let amplitude = 40.0_f32;
+        for phase in [-3.139, -1.0, 0.0, 2.0, 3.139_f32] {
+            model.effects = [Active {
+                id: Id::Cogging,
+                values: [amplitude * phase.cos(), amplitude * phase.sin(), 0.05],
+            }]
+            .into_iter()
+            .collect();
+            let fit = Fit {
+                model: model.clone(),
+                cost: 1.0,
+                sums: Sums {
+                    products: unit,
+                    gradients: unit,
+                    windows: 1_000_000,
+                },
+                simulated: 0,
+            };
+            let dimensions = [Dimension::Torque, Dimension::Phase, Dimension::Position];
+            let report = |model: &Model| model.effects[0].report(&model.plant);
+            let variables = variables(&declared, &model, &[], &scope);
+            let [of_amplitude, of_phase, _] = propagate(&fit, &variables, &dimensions, report);
+            assert!(
+                (of_amplitude / 20.0 - 1.0).abs() < 0.02,
+                "{phase}: {of_amplitude} N"
+            );
+            assert!(
+                (of_phase / 0.5 - 1.0).abs() < 0.02,
+                "{phase}: {of_phase} rad"
+            );
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! A log of the user's in the core's numbers.
+
+use model_core::gap::log::Log as CoreLog;
+
+use crate::log::Log;
+
+/// A log in the core's numbers.
+pub(super) struct Series {
+    pub label: String,
+    pub period: f32,
+    pub input: Vec<f32>,
+    pub position: Vec<f32>,
+    pub current: Option<Vec<f32>>,
+    pub velocity: Option<Vec<f32>>,
+}
+
+impl Series {
+    /// With a torque input there is no motor in the model, and nothing to compare a current with.
+    pub fn new(log: &Log, has_motor: bool) -> Self {
+        let narrow = |series: &[f64]| series.iter().map(|&value| value as f32).collect();
+        Self {
+            label: log.path.display().to_string(),
+            period: log.period_s as f32,
+            input: narrow(&log.input),
+            position: narrow(&log.position),
+            current: log.current.as_deref().filter(|_| has_motor).map(narrow),
+            velocity: log.velocity.as_deref().map(narrow),
+        }
+    }
+
+    pub fn log(&self) -> CoreLog<'_> {
+        CoreLog {
+            period: self.period,
+            input: &self.input,
+            position: &self.position,
+            current: self.current.as_deref(),
+            velocity: self.velocity.as_deref(),
+        }
+    }
+}
