@@ -1,8 +1,9 @@
 //! The actuator's step: exact in a mode, split at events.
 
-use super::modes::{self, CELLS, Increment, Ladder, RUNGS, RestLadder};
+use super::modes::{Basis, CELLS, Modes, RUNGS};
 use super::parameters::{Drive, ParameterError, Parameters};
 use super::{Compensated, Directional, InputRefused, Motion, State};
+use core::borrow::Borrow;
 
 /// Largest magnitude of the input that a step takes, in units of the input. Beyond it, as with
 /// NaN or infinity, the step refuses and leaves the state as it was.
@@ -23,6 +24,9 @@ pub struct Load {
 }
 
 /// An actuator with everything that does not depend on its state worked out for one step period.
+///
+/// It owns its modes, or borrows them (`M` is `&Modes`) where several actuators have the same: they
+/// are most of its size and of the work of building it.
 ///
 /// ```
 /// use model_core::plant::{State, Directional, actuator::Actuator, parameters::{Drive, Parameters}};
@@ -50,10 +54,8 @@ pub struct Load {
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Actuator {
-    forward: Ladder,
-    backward: Ladder,
-    rest: RestLadder,
+pub struct Actuator<M = Modes> {
+    modes: M,
     load: Load,
     torque_per_current: f32,
     /// Current per velocity and per input, where the winding has no inductance.
@@ -130,26 +132,18 @@ impl Actuator {
     /// so far apart that `f32` does not hold the step.
     pub fn build(parameters: &Parameters, period: f32) -> Result<Self, ParameterError> {
         parameters.check()?;
-        let usable = period > 0.0 && period <= 10.0;
-        if !usable {
-            return Err(ParameterError {
-                parameter: "period",
-                requirement: "above 0 and at most 10 s",
-            });
-        }
-        let forward = modes::sliding(parameters, parameters.viscous.forward, period);
-        let backward = if parameters.viscous.backward == parameters.viscous.forward {
-            forward
-        } else {
-            modes::sliding(parameters, parameters.viscous.backward, period)
-        };
-        let in_range = |ladder: &Ladder| ladder.iter().all(Increment::is_finite);
-        if !(in_range(&forward) && in_range(&backward)) {
-            return Err(ParameterError {
-                parameter: "inertia",
-                requirement: "larger beside the other parameters: a coefficient of the step overflows",
-            });
-        }
+        let modes = Modes::build(&Basis::new(parameters, period))?;
+        Self::with_modes(parameters, modes)
+    }
+}
+
+impl<M: Borrow<Modes>> Actuator<M> {
+    /// Takes modes that are worked out: those of the [`Basis`] of these parameters.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn with_modes(parameters: &Parameters, modes: M) -> Result<Self, ParameterError> {
+        parameters.check()?;
         let algebraic = match parameters.drive {
             Drive::Voltage {
                 resistance,
@@ -160,9 +154,7 @@ impl Actuator {
             Drive::Torque => Some((0.0, parameters.gain)),
         };
         Ok(Self {
-            forward,
-            backward,
-            rest: modes::rest(parameters, period),
+            modes,
             load: Load {
                 torque: parameters.offset,
                 coulomb: parameters.coulomb,
@@ -261,12 +253,13 @@ impl Actuator {
     /// What a rung adds to the state, without minding events.
     #[inline(always)]
     fn change(&self, state: &State, rung: usize, input: f32, load: &Load) -> Change {
+        let modes = self.modes.borrow();
         let (ladder, sign, friction) = match state.motion {
-            Motion::Forward => (&self.forward, 1.0, load.coulomb.forward),
-            Motion::Backward => (&self.backward, -1.0, -load.coulomb.backward),
+            Motion::Forward => (&modes.forward, 1.0, load.coulomb.forward),
+            Motion::Backward => (&modes.backward, -1.0, -load.coulomb.backward),
             Motion::Rest => {
                 // The winding alone moves.
-                let increment = &self.rest[rung];
+                let increment = &modes.rest[rung];
                 return Change {
                     current: increment.current * state.current + increment.input * input,
                     velocity: 0.0,

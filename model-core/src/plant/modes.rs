@@ -13,7 +13,8 @@
 //! short step makes are not rounded against the state. A *ladder* holds it for h, h/2, … h/16: an
 //! event inside the step is found by going down it.
 
-use super::parameters::{Drive, Parameters};
+use super::Directional;
+use super::parameters::{Drive, ParameterError, Parameters};
 use crate::numeric::matrix_exponential::{Matrix, exponential, multiply};
 
 /// Rungs of a ladder: the step halved up to four times.
@@ -36,7 +37,7 @@ pub struct Increment {
 
 impl Increment {
     /// Whether each coefficient is a number within the range of `f32`.
-    pub(super) fn is_finite(&self) -> bool {
+    fn is_finite(&self) -> bool {
         let rows = [self.current, self.velocity, self.position];
         rows.as_flattened().iter().all(|entry| entry.is_finite())
     }
@@ -57,6 +58,77 @@ pub type Ladder = [Increment; RUNGS];
 /// Rest over a step, its half, quarter, eighth and sixteenth.
 pub type RestLadder = [RestIncrement; RUNGS];
 
+/// What the modes are worked out from: actuators that agree in it have the same modes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Basis {
+    drive: Drive,
+    gain: f32,
+    inertia: f32,
+    viscous: Directional,
+    spring: f32,
+    period: f32,
+}
+
+impl Basis {
+    /// Of parameters within their ranges, for steps of `period` seconds.
+    pub fn new(parameters: &Parameters, period: f32) -> Self {
+        Self {
+            drive: parameters.drive,
+            gain: parameters.gain,
+            inertia: parameters.inertia,
+            viscous: parameters.viscous,
+            spring: parameters.spring,
+            period,
+        }
+    }
+}
+
+/// All modes of an actuator for one step period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Modes {
+    /// Sliding towards larger positions.
+    pub(super) forward: Ladder,
+    /// Sliding towards smaller positions.
+    pub(super) backward: Ladder,
+    /// At rest.
+    pub(super) rest: RestLadder,
+}
+
+impl Modes {
+    /// Works them out.
+    ///
+    /// # Errors
+    /// A period that is not above 0 and at most 10 s, or parameters so far apart that `f32` does
+    /// not hold the step.
+    pub fn build(basis: &Basis) -> Result<Self, ParameterError> {
+        let usable = basis.period > 0.0 && basis.period <= 10.0;
+        if !usable {
+            return Err(ParameterError {
+                parameter: "period",
+                requirement: "above 0 and at most 10 s",
+            });
+        }
+        let forward = sliding(basis, basis.viscous.forward);
+        let backward = if basis.viscous.backward == basis.viscous.forward {
+            forward
+        } else {
+            sliding(basis, basis.viscous.backward)
+        };
+        let in_range = |ladder: &Ladder| ladder.iter().all(Increment::is_finite);
+        if !(in_range(&forward) && in_range(&backward)) {
+            return Err(ParameterError {
+                parameter: "inertia",
+                requirement: "larger beside the other parameters: a coefficient of the step overflows",
+            });
+        }
+        Ok(Self {
+            forward,
+            backward,
+            rest: rest(basis),
+        })
+    }
+}
+
 /// What the electrical side comes to: with a torque input the "current" is the torque.
 struct Electrics {
     gain: f64,
@@ -67,9 +139,9 @@ struct Electrics {
 }
 
 impl Electrics {
-    fn of(parameters: &Parameters) -> Self {
-        let gain = f64::from(parameters.gain);
-        match parameters.drive {
+    fn of(basis: &Basis) -> Self {
+        let gain = f64::from(basis.gain);
+        match basis.drive {
             Drive::Voltage {
                 resistance,
                 inductance,
@@ -93,11 +165,11 @@ impl Electrics {
 }
 
 /// Discretises sliding with the given viscous friction.
-pub fn sliding(parameters: &Parameters, viscous: f32, period: f32) -> Ladder {
-    let electrics = Electrics::of(parameters);
-    let inertia = f64::from(parameters.inertia);
+fn sliding(basis: &Basis, viscous: f32) -> Ladder {
+    let electrics = Electrics::of(basis);
+    let inertia = f64::from(basis.inertia);
     let damping = f64::from(viscous) / inertia;
-    let stiffness = f64::from(parameters.spring) / inertia;
+    let stiffness = f64::from(basis.spring) / inertia;
     let torque = electrics.torque_constant / inertia;
     let algebraic = electrics.inductance == 0.0;
 
@@ -117,7 +189,7 @@ pub fn sliding(parameters: &Parameters, viscous: f32, period: f32) -> Ladder {
     generator[1][4] = 1.0 / inertia;
     generator[2][1] = 1.0;
 
-    let finest = f64::from(period) / f64::from(CELLS);
+    let finest = f64::from(basis.period) / f64::from(CELLS);
     let mut transition = exponential(&generator.map(|row| row.map(|entry| entry * finest)));
     let mut ladder = [Increment {
         current: [0.0; 5],
@@ -150,15 +222,15 @@ pub fn sliding(parameters: &Parameters, viscous: f32, period: f32) -> Ladder {
 }
 
 /// Discretises the winding of an actuator at rest.
-pub fn rest(parameters: &Parameters, period: f32) -> RestLadder {
-    let electrics = Electrics::of(parameters);
+fn rest(basis: &Basis) -> RestLadder {
+    let electrics = Electrics::of(basis);
     let conductance = electrics.gain / electrics.resistance;
     let mut ladder = [RestIncrement {
         current: -1.0,
         input: conductance as f32,
     }; RUNGS];
     if electrics.inductance > 0.0 {
-        let finest = f64::from(period) / f64::from(CELLS);
+        let finest = f64::from(basis.period) / f64::from(CELLS);
         let exponent = -electrics.resistance / electrics.inductance * finest;
         let mut decay = exponential(&[[exponent]])[0][0];
         for rung in ladder.iter_mut().rev() {
