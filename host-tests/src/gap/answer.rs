@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use model_core::effect::learned_map::Kind;
 use model_core::effect::{Id, MOST_PARAMETERS};
-use model_core::gap::fit::{Fit, Variables};
+use model_core::gap::fit::{Covariance, Variables};
 use model_core::gap::held_out::Refusal;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::select::{Consideration, Decision, Subject, Trace};
@@ -100,19 +100,18 @@ fn map_name(kind: Kind) -> String {
 /// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
 /// `dimensions`: what the functions measure.
 fn propagate(
-    fit: &Fit,
-    variables: &Variables,
+    model: &Model,
+    (variables, covariance): (&Variables, &Covariance),
     dimensions: &[Dimension],
     quantity: impl Fn(&Model) -> [f32; MOST_PARAMETERS],
 ) -> [f64; MOST_PARAMETERS] {
-    let covariance = fit.covariance(variables);
-    let start = quantity(&fit.model);
+    let start = quantity(model);
     let slopes: Vec<[f64; MOST_PARAMETERS]> = variables
         .iter()
         .map(|variable| {
-            let mut moved = fit.model.clone();
+            let mut moved = model.clone();
             let step = 0.01 * variable.scale;
-            variable.set(&mut moved, variable.get(&fit.model) + step);
+            variable.set(&mut moved, variable.get(model) + step);
             let end = quantity(&moved);
             std::array::from_fn(|index| {
                 let mut change = f64::from(end[index] - start[index]);
@@ -130,12 +129,17 @@ fn propagate(
             for (column, b) in slopes.iter().enumerate() {
                 let product = a[index] * b[index];
                 if product != 0.0 {
-                    variance += product * covariance[row][column];
+                    variance += product * covariance.at(row, column);
                 }
             }
         }
         variance.max(0.0).sqrt()
     })
+}
+
+/// What the final fit has moved, and how surely.
+fn spread(trace: &Trace) -> (&Variables, &Covariance) {
+    (&trace.variables, &trace.covariance)
 }
 
 pub(super) fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
@@ -159,7 +163,7 @@ pub(super) fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundE
                 .iter()
                 .map(|(_, dimension)| *dimension)
                 .collect();
-            let stds = propagate(&trace.after, &trace.variables, &dimensions, report);
+            let stds = propagate(&trace.after.model, spread(trace), &dimensions, report);
             FoundEffect {
                 id: description.id.to_owned(),
                 parameters: description
@@ -197,7 +201,7 @@ pub(super) fn fitted(
         .map(|&parameter| {
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
             let dimensions = [parameter.dimension()];
-            let std = propagate(&trace.after, &trace.variables, &dimensions, value)[0];
+            let std = propagate(&trace.after.model, spread(trace), &dimensions, value)[0];
             let fitted = trace.after.model.get(parameter);
             FittedParameter {
                 name: parameter.name().to_owned(),
@@ -218,7 +222,6 @@ mod tests {
     use crate::workspace;
     use model_core::effect::{Active, Scope};
     use model_core::gap::fit::variables;
-    use model_core::gap::replay::{COLUMNS, Sums};
 
     /// A cogging of amplitude A whose two components have independent errors of standard deviation
     /// σ has σ of its amplitude and σ/A of its phase, wherever the phase lies.
@@ -235,11 +238,6 @@ mod tests {
             period: 1e-3,
             rotary: false,
         };
-        // With unit sums, a variable's standard deviation is its scale: here the friction.
-        let mut unit = [[0.0; COLUMNS]; COLUMNS];
-        for index in 0..COLUMNS {
-            unit[index][index] = 1.0;
-        }
         let amplitude = 40.0_f32;
         for phase in [-3.139, -1.0, 0.0, 2.0, 3.139_f32] {
             model.effects = [Active {
@@ -248,20 +246,16 @@ mod tests {
             }]
             .into_iter()
             .collect();
-            let fit = Fit {
-                model: model.clone(),
-                cost: 1.0,
-                sums: Sums {
-                    products: unit,
-                    gradients: unit,
-                    windows: 1_000_000,
-                },
-                simulated: 0,
-            };
             let dimensions = [Dimension::Torque, Dimension::Phase, Dimension::Position];
             let report = |model: &Model| model.effects[0].report(&model.plant);
             let variables = variables(&declared, &model, &[], &scope);
-            let [of_amplitude, of_phase, _] = propagate(&fit, &variables, &dimensions, report);
+            // A variable's standard deviation is its scale: here the friction.
+            let mut covariance = Covariance::default();
+            for (index, variable) in variables.iter().enumerate() {
+                covariance.row_mut(index)[index] = f64::from(variable.scale * variable.scale);
+            }
+            let spread = (&variables, &covariance);
+            let [of_amplitude, of_phase, _] = propagate(&model, spread, &dimensions, report);
             assert!(
                 (of_amplitude / 20.0 - 1.0).abs() < 0.02,
                 "{phase}: {of_amplitude} N"

@@ -6,10 +6,11 @@ use std::time::Instant;
 use model_core::effect::Scope;
 use model_core::effect::learned_map::Ranges;
 use model_core::gap::log::Log as CoreLog;
-use model_core::gap::model::{Model, Simulator};
+use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, MARGIN, Schedule, Settings};
 use model_core::gap::select;
 use model_core::gap::workbench::Options;
+use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
 use super::answer::{candidate, fitted, found};
@@ -66,11 +67,11 @@ impl Schedule for AllCores {
 }
 
 /// Typical sizes and ranges, from the declared model and the training logs.
-fn scope(model: &Model, simulator: &Simulator, logs: &[CoreLog], rotary: bool) -> (Scope, Ranges) {
+fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Result<(Scope, Ranges), ParameterError> {
     let mut all = TorqueBalance::default();
     let mut longest = 0;
     for log in logs {
-        let balance = torque_balance(log, simulator, 0.0);
+        let balance = torque_balance(log, model, 0.0)?;
         all.torque.extend(balance.torque);
         all.velocity.extend(balance.velocity);
         all.position.extend(balance.position);
@@ -108,7 +109,7 @@ fn scope(model: &Model, simulator: &Simulator, logs: &[CoreLog], rotary: bool) -
         period: logs[0].period,
         rotary,
     };
-    (scope, ranges)
+    Ok((scope, ranges))
 }
 
 /// Traces the training logs, then opens the validation logs.
@@ -134,15 +135,14 @@ pub fn run(
         .collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
-    let simulator = declared
-        .build(period as f32)
-        .map_err(|error| InputError::new(&machine.path, None, error.to_string()))?;
+    let refused = |error: ParameterError| InputError::new(&machine.path, None, error.to_string());
+    declared.build(period as f32).map_err(refused)?;
     let data = Data {
         logs: &logs,
         settings: settings(machine, period),
     };
-    check_logs(&train[0].path, &data, &simulator, LEAST_TRAIN_WINDOWS)?;
-    let (scope, ranges) = scope(&declared, &simulator, &logs, rotary);
+    check_logs(&train[0].path, &data, &declared, LEAST_TRAIN_WINDOWS)?;
+    let (scope, ranges) = scope(&declared, &logs, rotary).map_err(refused)?;
     let options = Options {
         base: &base,
         scope,
@@ -204,12 +204,7 @@ pub fn run(
             logs: &logs,
             ..judged
         };
-        check_logs(
-            &held_back[0].path,
-            &data,
-            &simulator,
-            LEAST_VALIDATE_WINDOWS,
-        )?;
+        check_logs(&held_back[0].path, &data, &declared, LEAST_VALIDATE_WINDOWS)?;
         (
             Some(stages(&data, &schedule, models)?),
             evidence(&series, &data, &trace)?,
@@ -284,12 +279,7 @@ fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
 
 /// Refuses logs in which there is too little to trace or to judge, or on which an error relative to
 /// the motion or to the torque has no meaning. `path`: the file to blame.
-fn check_logs(
-    path: &Path,
-    data: &Data,
-    simulator: &Simulator,
-    windows: usize,
-) -> Result<(), InputError> {
+fn check_logs(path: &Path, data: &Data, model: &Model, windows: usize) -> Result<(), InputError> {
     let fail = |message: String| Err(InputError::new(path, None, message));
     let entries: usize = data
         .logs
@@ -310,8 +300,8 @@ fn check_logs(
         return fail("`position` never changes; expected a log of the machine in motion".into());
     }
     let idle = |log: &CoreLog| {
-        let balance = torque_balance(log, simulator, 0.0);
-        balance.torque.iter().all(|torque| *torque == 0.0)
+        torque_balance(log, model, 0.0)
+            .is_ok_and(|balance| balance.torque.iter().all(|torque| *torque == 0.0))
     };
     if data.logs.iter().all(idle) {
         return fail("`input` is 0 throughout; expected a log of the machine being driven".into());

@@ -45,11 +45,7 @@ pub(super) fn evidence(
             let (before, window_starts) = windowed(data, index, &trace.before.model)?;
             let (after, _) = windowed(data, index, &trace.after.model)?;
             let balance = |model: &Model| {
-                model
-                    .build(series.period)
-                    .map(|simulator| {
-                        torque_balance(&log, &simulator, f64::from(data.settings.resolution))
-                    })
+                torque_balance(&log, model, f64::from(data.settings.resolution))
                     .map_err(|error| Failure::other(error.to_string()))
             };
             let (torque_before, torque_after) =

@@ -63,10 +63,18 @@ fn differentiate(series: &[f64], period: f64) -> Vec<f64> {
 /// backward) and differentiated centrally. The input acts from its row to the next, so that the
 /// torque *at* a sample is the mean of the two inputs held around it; comparing with the input of
 /// the row alone would find a delay of half a sample that is not there.
-pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> TorqueBalance {
+///
+/// # Errors
+/// A parameter of the model outside its range.
+pub fn torque_balance(
+    log: &Log,
+    model: &Model,
+    resolution: f64,
+) -> Result<TorqueBalance, ParameterError> {
+    let simulator = model.build(log.period)?;
     let period = f64::from(log.period);
     let samples = log.samples();
-    let plant = simulator.plant();
+    let plant = model.bound_plant();
     let measured: Vec<f64> = log.position[..samples].iter().map(|&p| p.into()).collect();
     let position = filter(&BUTTERWORTH, &measured);
     let velocity = differentiate(&position, period);
@@ -139,13 +147,13 @@ pub fn torque_balance(log: &Log, simulator: &Simulator, resolution: f64) -> Torq
         .take(balance_entries(samples))
         .collect();
     let pick = |series: &[f64]| kept.iter().map(|&index| series[index]).collect();
-    TorqueBalance {
+    Ok(TorqueBalance {
         residual: pick(&residual),
         torque: pick(&torque),
         velocity: pick(&velocity),
         position: pick(&position),
         sample: kept,
-    }
+    })
 }
 
 /// Sum of the squared position errors of one replay of the whole log without restarts, and how many
@@ -183,7 +191,7 @@ pub fn errors(
     let (mut free, mut counted) = (0.0, 0);
     let (mut mean, mut square, mut samples) = (0.0, 0.0, 0usize);
     for log in data.logs {
-        let balance = torque_balance(log, &simulator, resolution);
+        let balance = torque_balance(log, model, resolution)?;
         residual += balance.residual.iter().map(|r| r * r).sum::<f64>();
         torque += balance.torque.iter().map(|t| t * t).sum::<f64>();
         let (sum, count) = free_run_error(data, log, &simulator);

@@ -28,12 +28,10 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 
 /// Whiteness of the base fit's torque residual, and what it goes along with.
 pub(super) fn whiteness(data: &Data, model: &Model) -> Result<Whiteness, Failure> {
-    let simulator = model
-        .build(data.logs[0].period)
-        .map_err(|error| Failure::other(error.to_string()))?;
     let (mut residual, mut input, mut velocity) = (Vec::new(), Vec::new(), Vec::new());
     for log in data.logs {
-        let balance = torque_balance(log, &simulator, f64::from(data.settings.resolution));
+        let balance = torque_balance(log, model, f64::from(data.settings.resolution))
+            .map_err(|error| Failure::other(error.to_string()))?;
         residual.extend(balance.residual);
         velocity.extend(balance.velocity);
         input.extend(balance.sample.iter().map(|&at| f64::from(log.input[at])));

@@ -1,10 +1,12 @@
 //! Levenberg–Marquardt on the sums of the windowed replay.
 
+use super::ensemble::{Ensemble, Store};
 use super::model::{Base, Model};
-use super::replay::{self, Data, Fold, Lane, Schedule, Sums};
+use super::replay::{Data, Fold, Schedule, Sums, WindowSums};
 use crate::effect::learned_map::KNOTS;
 use crate::effect::{Id, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
+use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
 use heapless::Vec;
 
@@ -221,39 +223,97 @@ pub struct Fit {
     pub model: Model,
     /// Sum of the squared weighted residuals.
     pub cost: f64,
-    /// Sums at the minimum, sensitivities per scale of each variable.
-    pub sums: Sums,
     /// Windows simulated, each copy counted.
     pub simulated: u64,
 }
 
-/// Perturbed copies of a model, one a variable, and the moves in units of the variables' scales.
-pub fn lanes(
+/// Adds perturbed copies of a model, one a variable, moved by a share of the variable's scale.
+pub fn perturb<'m>(
+    ensemble: &mut Ensemble<'m>,
+    store: &'m Store,
     model: &Model,
     variables: &[Variable],
     period: f32,
-) -> Option<Vec<Lane, MOST_VARIABLES>> {
-    variables
-        .iter()
-        .map(|variable| {
-            let value = variable.get(model);
-            // Downwards where upwards would leave the bounds, or the plant's range: two end stops
-            // must not meet.
-            [DIFFERENCE, -DIFFERENCE].into_iter().find_map(|step| {
-                let moved_value = value + step * variable.scale;
-                if moved_value > variable.upper {
-                    return None;
-                }
-                let mut moved = model.clone();
-                variable.set(&mut moved, moved_value);
-                Some(Lane {
-                    simulator: moved.build(period).ok()?,
-                    opposite: None,
-                    inverse_step: 1.0 / step,
-                })
-            })
-        })
-        .collect()
+) -> Option<()> {
+    for variable in variables {
+        let value = variable.get(model);
+        // Downwards where upwards would leave the bounds, or the plant's range: two end stops
+        // must not meet.
+        [DIFFERENCE, -DIFFERENCE].into_iter().find_map(|step| {
+            let moved_value = value + step * variable.scale;
+            if moved_value > variable.upper {
+                return None;
+            }
+            let mut moved = model.clone();
+            variable.set(&mut moved, moved_value);
+            ensemble
+                .push(store, (&moved, None), 1.0 / step, period)
+                .ok()
+        })?;
+    }
+    Some(())
+}
+
+/// What is fitted to what.
+struct Problem<'a, S> {
+    data: &'a Data<'a>,
+    schedule: &'a S,
+    fold: (Fold, usize),
+    variables: &'a [Variable],
+    /// Windows simulated, each copy counted.
+    simulated: u64,
+}
+
+impl<S: Schedule> Problem<'_, S> {
+    /// The sums at a model, sensitivities per scale of each variable. `observe` is told the sums of
+    /// each window.
+    #[inline(never)]
+    fn linearise(
+        &mut self,
+        sums: &mut Sums,
+        model: &Model,
+        observe: impl FnMut(&WindowSums),
+    ) -> Option<()> {
+        let variables = self.variables;
+        self.replay(sums, model, variables, observe)?;
+        for (index, variable) in variables.iter().enumerate() {
+            let weight = variable.weight();
+            let row = sums.products.row_mut(index + 1);
+            row[0] += weight * variable.departure(model);
+            row[index + 1] += weight;
+        }
+        Some(())
+    }
+
+    /// Sum of the squared weighted residuals of a model.
+    #[inline(never)]
+    fn cost(&mut self, model: &Model) -> Option<f64> {
+        let mut sums = Sums::default();
+        self.replay(&mut sums, model, &[], |_| ())?;
+        Some(sums.products.at(0, 0))
+    }
+
+    /// The sums of the windows, with the weight of the declared values in the cost.
+    fn replay(
+        &mut self,
+        sums: &mut Sums,
+        model: &Model,
+        perturbed: &[Variable],
+        observe: impl FnMut(&WindowSums),
+    ) -> Option<()> {
+        let period = self.data.logs.first()?.period;
+        let store = Store::new();
+        let mut ensemble = Ensemble::new();
+        ensemble.start(&store, model, period).ok()?;
+        perturb(&mut ensemble, &store, model, perturbed, period)?;
+        sums.replay(self.data, self.schedule, self.fold, &ensemble, observe);
+        self.simulated += sums.simulated(&ensemble);
+        for variable in self.variables {
+            let departure = variable.departure(model);
+            sums.products.row_mut(0)[0] += variable.weight() * departure * departure;
+        }
+        Some(())
+    }
 }
 
 /// Fits the variables to the windows of a fold, starting from the model as it is.
@@ -267,39 +327,26 @@ pub fn fit(
     variables: &[Variable],
     effort: Effort,
 ) -> Option<Fit> {
-    let period = data.logs.first()?.period;
-    let count = variables.len();
+    let mut problem = Problem {
+        data,
+        schedule,
+        fold,
+        variables,
+        simulated: 0,
+    };
     let mut model = start.clone();
     for variable in variables {
         let value = variable.get(&model);
         variable.set(&mut model, value.max(variable.lower).min(variable.upper));
     }
-    let mut simulated = 0;
-    let mut evaluate = |model: &Model, with_lanes: bool| {
-        let lanes = if with_lanes {
-            lanes(model, variables, period)?
-        } else {
-            Vec::new()
-        };
-        let sums = replay::sums(data, schedule, fold, &model.build(period).ok()?, &lanes);
-        simulated += sums.windows as u64 * (lanes.len() as u64 + 1);
-        let mut sums = sums;
-        for (index, variable) in variables.iter().enumerate() {
-            let weight = variable.weight();
-            let departure = variable.departure(model);
-            sums.products[0][0] += weight * departure * departure;
-            sums.products[index + 1][0] += weight * departure;
-            sums.products[index + 1][index + 1] += weight;
-        }
-        Some(sums)
-    };
-    let mut sums = evaluate(&model, true)?;
+    let mut sums = Sums::default();
+    problem.linearise(&mut sums, &model, |_| ())?;
     let mut damping = 1e-3;
     for _ in 0..effort.steps {
-        if count == 0 {
+        if variables.is_empty() {
             break;
         }
-        let cost = sums.products[0][0];
+        let cost = sums.products.at(0, 0);
         let mut stepped = None;
         // Breakaway acts through sticking alone, which comes and goes by jumps: a derivative across
         // a jump misleads the whole step. What is refused with it is tried without.
@@ -315,9 +362,7 @@ pub fn fit(
             for &held in held {
                 let candidate = damped_step(&model, variables, &sums, damping, held);
                 // A step that leaves the plant's range is refused like one that raises the cost.
-                let lowered = evaluate(&candidate, false)
-                    .map(|trial| trial.products[0][0])
-                    .filter(|trial| *trial < cost);
+                let lowered = problem.cost(&candidate).filter(|trial| *trial < cost);
                 if let Some(lowered) = lowered {
                     damping = (damping * 0.2f64).max(1e-7);
                     stepped = Some((candidate, lowered));
@@ -330,23 +375,26 @@ pub fn fit(
             break;
         };
         model = candidate;
-        sums = evaluate(&model, true)?;
+        problem.linearise(&mut sums, &model, |_| ())?;
         if lowered > cost * (1.0 - CONVERGED) {
             break;
         }
     }
     Some(Fit {
         model,
-        cost: sums.products[0][0],
-        sums,
-        simulated,
+        cost: sums.products.at(0, 0),
+        simulated: problem.simulated,
     })
 }
+
+/// A matrix over the variables of a fit.
+type Matrix = Triangle<f64, { entries(MOST_VARIABLES) }>;
 
 /// The damped Gauss–Newton step, clipped to the variables' bounds.
 ///
 /// A variable at a bound that the slope pushes it against stays there, and so does `held`: the
 /// others are stepped without them.
+#[inline(never)]
 fn damped_step(
     model: &Model,
     variables: &[Variable],
@@ -354,28 +402,30 @@ fn damped_step(
     damping: f64,
     held: Option<Base>,
 ) -> Model {
+    let slope = |index: usize| sums.products.at(index + 1, 0);
     let stays = |index: usize| {
         let variable = &variables[index];
-        let (value, slope) = (variable.get(model), sums.products[index + 1][0]);
+        let (value, slope) = (variable.get(model), slope(index));
         held.is_some_and(|base| variable.target == Target::Base(base))
             || (value <= variable.lower && slope > 0.0)
             || (value >= variable.upper && slope < 0.0)
     };
     let count = variables.len();
-    let mut normal = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
+    let mut normal = Matrix::default();
     let mut step = [0.0; MOST_VARIABLES];
     for row in 0..count {
         // An empty row counts as dependent, and its step is zero.
         if stays(row) {
             continue;
         }
-        step[row] = -sums.products[row + 1][0];
+        step[row] = -slope(row);
+        let entries = normal.row_mut(row);
         for column in (0..=row).filter(|&column| !stays(column)) {
-            normal[row][column] = sums.products[row + 1][column + 1];
+            entries[column] = sums.products.at(row + 1, column + 1);
         }
-        normal[row][row] *= 1.0 + damping;
+        entries[row] *= 1.0 + damping;
     }
-    Cholesky::new(&normal, count).solve(&mut step[..count]);
+    Cholesky::new(normal, count).solve(&mut step[..count]);
     let mut moved = model.clone();
     for (variable, step) in variables.iter().zip(step) {
         let value = variable.get(model) + step as f32 * variable.scale;
@@ -386,50 +436,75 @@ fn damped_step(
     moved
 }
 
-impl Fit {
-    /// Covariance of the variables in SI units, by the sandwich rule over windows: residuals may be
-    /// correlated within a window. A variable that the log does not determine has an infinite
-    /// variance.
-    pub fn covariance(&self, variables: &[Variable]) -> [[f64; MOST_VARIABLES]; MOST_VARIABLES] {
-        let count = variables.len();
-        let mut normal = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
+/// Covariance of the variables of a fit in SI units.
+pub type Covariance = Matrix;
+
+/// Covariance of the variables at a fitted model, and the windows simulated for it, each copy
+/// counted. By the sandwich rule over windows: residuals may be correlated within a window. A
+/// variable that the log does not determine has an infinite variance.
+///
+/// `None` if the model cannot be built.
+pub fn covariance(
+    data: &Data,
+    schedule: &impl Schedule,
+    model: &Model,
+    variables: &[Variable],
+) -> Option<(Covariance, u64)> {
+    let count = variables.len();
+    let mut problem = Problem {
+        data,
+        schedule,
+        fold: (Fold::All, 1),
+        variables,
+        simulated: 0,
+    };
+    let mut sums = Sums::default();
+    // Products of each window's gradient with itself.
+    let mut gradients = Matrix::default();
+    problem.linearise(&mut sums, model, |window| {
         for row in 0..count {
-            for column in 0..=row {
-                normal[row][column] = self.sums.products[row + 1][column + 1];
+            let slope = f64::from(window.at(row + 1, 0));
+            for (column, product) in gradients.row_mut(row).iter_mut().enumerate() {
+                *product += slope * f64::from(window.at(column + 1, 0));
             }
         }
-        let factor = Cholesky::new(&normal, count);
-        // inverse · M · inverse, column by column.
-        let mut half = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
-        for column in 0..count {
-            let mut entries = [0.0; MOST_VARIABLES];
-            for row in 0..count {
-                let (high, low) = (row.max(column) + 1, row.min(column) + 1);
-                entries[row] = self.sums.gradients[high][low];
-            }
-            factor.solve(&mut entries[..count]);
-            for row in 0..count {
-                half[row][column] = entries[row];
-            }
-        }
-        let windows = self.sums.windows as f64;
-        let small_sample = windows / (windows - count as f64).max(1.0);
-        let mut covariance = [[0.0; MOST_VARIABLES]; MOST_VARIABLES];
-        for row in 0..count {
-            let mut entries = half[row];
-            factor.solve(&mut entries[..count]);
-            for column in 0..count {
-                let scale = f64::from(variables[row].scale) * f64::from(variables[column].scale);
-                let declared_rules =
-                    variables[row].declared.is_some() && normal[row][row] < 10.0 * DECLARED_WEIGHT;
-                let undetermined = factor.is_dependent(row) || declared_rules;
-                covariance[row][column] = if undetermined && row == column {
-                    f64::INFINITY
-                } else {
-                    entries[column] * scale * small_sample
-                };
-            }
-        }
-        covariance
+    })?;
+    Some((sandwich(&sums, &gradients, variables), problem.simulated))
+}
+
+/// N⁻¹ G N⁻¹ with the normal matrix N of the sums, in SI units.
+#[inline(never)]
+fn sandwich(sums: &Sums, gradients: &Matrix, variables: &[Variable]) -> Covariance {
+    let count = variables.len();
+    let mut normal = Matrix::default();
+    for row in 0..count {
+        let products = &sums.products.row(row + 1)[1..];
+        normal.row_mut(row).copy_from_slice(products);
     }
+    let factor = Cholesky::new(normal, count);
+    let windows = sums.windows as f64;
+    let small_sample = windows / (windows - count as f64).max(1.0);
+    let mut covariance = Covariance::default();
+    for column in 0..count {
+        let mut inverse = [0.0; MOST_VARIABLES];
+        inverse[column] = 1.0;
+        factor.solve(&mut inverse[..count]);
+        let mut entries = [0.0; MOST_VARIABLES];
+        for (row, entry) in entries.iter_mut().enumerate().take(count) {
+            *entry = (0..count)
+                .map(|inner| gradients.at(row, inner) * inverse[inner])
+                .sum();
+        }
+        factor.solve(&mut entries[..count]);
+        for row in column..count {
+            let scale = f64::from(variables[row].scale) * f64::from(variables[column].scale);
+            covariance.row_mut(row)[column] = entries[row] * scale * small_sample;
+        }
+        let declared_rules = variables[column].declared.is_some()
+            && sums.products.at(column + 1, column + 1) < 10.0 * DECLARED_WEIGHT;
+        if factor.is_dependent(column) || declared_rules {
+            covariance.row_mut(column)[column] = f64::INFINITY;
+        }
+    }
+    covariance
 }

@@ -6,7 +6,7 @@ use crate::numeric::wilcoxon::signed_rank;
 use heapless::Vec;
 
 /// Most blocks that held-out errors are kept for.
-pub const MOST_BLOCKS: usize = 512;
+pub const MOST_BLOCKS: usize = 64;
 
 /// Error of the whole test, shared among the candidates of a round and, for each, among the shapes
 /// that were tried for it.

@@ -4,6 +4,7 @@
 //!
 //! * [`log`]: the measured log, and the smoothed state that a replay restarts from;
 //! * [`model`]: the declared actuator with its effects, bound into a simulator;
+//! * [`ensemble`]: the model with its perturbed copies, which share what they have in common;
 //! * [`replay`]: windows of the log simulated with the measured input, in lockstep with copies whose
 //!   parameters are perturbed, into the sums of a least-squares problem;
 //! * [`fit`]: Levenberg–Marquardt on these sums;
@@ -24,6 +25,7 @@
 //! * Reported p-values are those of the signed-rank test; the limit that they must pass is shared
 //!   among the candidates of a round and the shapes tried for each, not among rounds.
 
+pub mod ensemble;
 pub mod fit;
 pub mod held_out;
 pub mod log;

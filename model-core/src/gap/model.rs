@@ -4,9 +4,11 @@ use crate::effect::gravity::Gravity;
 use crate::effect::learned_map::LearnedMap;
 use crate::effect::{Active, Delays, Effect, Id, Law, Middle};
 use crate::plant::actuator::{Actuator, Load};
+use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError, Parameters};
 use crate::plant::{Directional, InputRefused, State};
 use crate::unit::Dimension;
+use core::borrow::Borrow;
 use heapless::Vec;
 
 /// Most effects that a model holds.
@@ -205,37 +207,67 @@ impl Model {
         self.effects.iter().any(|effect| effect.id == id)
     }
 
+    /// The plant with the affine effects in it, and the delays.
+    fn bound(&self) -> (Parameters, Delays) {
+        let mut plant = self.plant;
+        let mut delays = Delays::default();
+        for effect in &self.effects {
+            effect.law().bind(&mut plant, &mut delays);
+        }
+        (plant, delays)
+    }
+
+    /// The plant with the affine effects in it.
+    pub fn bound_plant(&self) -> Parameters {
+        self.bound().0
+    }
+
+    /// The laws that are held over a step.
+    fn held(&self) -> Result<Vec<Law, MOST_EFFECTS>, ParameterError> {
+        let gravity = (self.gravity_torque != 0.0).then(|| {
+            let values = Gravity::values(self.gravity_torque, self.gravity_rest);
+            Law::Gravity(Gravity::new(values))
+        });
+        let effects = self.effects.iter().map(Active::law).filter(Law::is_held);
+        let mut held = Vec::new();
+        for law in gravity.into_iter().chain(effects) {
+            held.push(law).map_err(|_| ParameterError {
+                parameter: "effects",
+                requirement: "at most 8 in one model",
+            })?;
+        }
+        Ok(held)
+    }
+
     /// Binds everything for steps of `period` seconds.
     ///
     /// # Errors
     /// A parameter outside its range.
     pub fn build(&self, period: f32) -> Result<Simulator, ParameterError> {
-        let mut plant = self.plant;
-        let mut delays = Delays::default();
-        let mut held = Vec::new();
-        let mut hold = |law: Law| {
-            held.push(law).map_err(|_| ParameterError {
-                parameter: "effects",
-                requirement: "at most 8 in one model",
-            })
-        };
-        if self.gravity_torque != 0.0 {
-            let values = Gravity::values(self.gravity_torque, self.gravity_rest);
-            hold(Law::Gravity(Gravity::new(values)))?;
-        }
-        for effect in &self.effects {
-            let law = effect.law();
-            law.bind(&mut plant, &mut delays);
-            if law.is_held() {
-                hold(law)?;
-            }
-        }
+        self.build_with(period, Modes::build)
+    }
+
+    /// As [`Model::build`], with modes from elsewhere: `modes` gives those of a basis.
+    ///
+    /// # Errors
+    /// A parameter outside its range; whatever `modes` returns.
+    pub fn build_with<M: Borrow<Modes>>(
+        &self,
+        period: f32,
+        modes: impl Fn(&Basis) -> Result<M, ParameterError>,
+    ) -> Result<Simulator<M>, ParameterError> {
+        let (plant, delays) = self.bound();
+        plant.check()?;
+        let held = self.held()?;
         let parts = if held.is_empty() && self.map.is_none() {
             1
         } else {
             PARTS_UNDER_HELD_EFFECTS
         };
-        let built = |share: f32| Actuator::build(&plant, share * period / parts as f32);
+        let built = |share: f32| {
+            let basis = Basis::new(&plant, share * period / parts as f32);
+            Actuator::with_modes(&plant, modes(&basis)?)
+        };
         let input = Lateness::new(delays.input + delays.sensor, period);
         let stepping = if input.share == 0.0 {
             Stepping::Whole(built(1.0)?)
@@ -252,9 +284,10 @@ impl Model {
             period,
             parts,
             torque_per_current: plant.torque_per_current(),
+            drive: plant.drive,
+            gain: plant.gain,
             input,
             current: Lateness::new(delays.sensor, period),
-            plant,
         })
     }
 }
@@ -293,34 +326,35 @@ impl Lateness {
 #[derive(Debug, Clone, PartialEq)]
 // There is no allocator to box the larger variant with.
 #[allow(clippy::large_enum_variant)]
-enum Stepping {
-    Whole(Actuator),
-    Split { earlier: Actuator, later: Actuator },
+enum Stepping<M> {
+    Whole(Actuator<M>),
+    Split {
+        earlier: Actuator<M>,
+        later: Actuator<M>,
+    },
 }
 
 /// A model bound for one step period.
 ///
 /// Time runs at the *reported* position: with a late sensor the simulated state is that of a while
 /// ago, and so are the inputs that drive it; the current, measured without delay, is ahead.
+///
+/// It owns the modes of its actuator, or borrows them, as [`Actuator`] does.
 #[derive(Debug, Clone)]
-pub struct Simulator {
-    stepping: Stepping,
+pub struct Simulator<M = Modes> {
+    stepping: Stepping<M>,
     held: Vec<Law, MOST_EFFECTS>,
     map: Option<LearnedMap>,
     period: f32,
     parts: u32,
     torque_per_current: f32,
-    plant: Parameters,
+    drive: Drive,
+    gain: f32,
     input: Lateness,
     current: Lateness,
 }
 
-impl Simulator {
-    /// The plant with the affine effects in it.
-    pub fn plant(&self) -> &Parameters {
-        &self.plant
-    }
-
+impl<M: Borrow<Modes>> Simulator<M> {
     /// How late an input drives the reported position.
     pub fn input_lateness(&self) -> Lateness {
         self.input
@@ -369,7 +403,7 @@ impl Simulator {
     #[inline]
     fn advance(
         &self,
-        actuator: &Actuator,
+        actuator: &Actuator<M>,
         state: &mut State,
         input: f32,
         time: f32,
@@ -386,7 +420,7 @@ impl Simulator {
     /// One part of a step under held effects: a predictor to its middle, then the part itself.
     fn advance_held(
         &self,
-        actuator: &Actuator,
+        actuator: &Actuator<M>,
         state: &mut State,
         input: f32,
         time: f32,
@@ -422,13 +456,13 @@ impl Simulator {
 
     /// Current of a winding at its steady value: what a replay starts from where none was measured.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        match self.plant.drive {
+        match self.drive {
             Drive::Voltage {
                 resistance,
                 torque_constant,
                 ..
-            } => (self.plant.gain * input - torque_constant * velocity) / resistance,
-            Drive::Torque => self.plant.gain * input,
+            } => (self.gain * input - torque_constant * velocity) / resistance,
+            Drive::Torque => self.gain * input,
         }
     }
 }

@@ -5,12 +5,14 @@
 //! window are `f32`, sums over windows `f64` in the order of the log: the same bits on one core,
 //! on many and on the chip.
 
+use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
 use super::log::Log;
 use super::model::Simulator;
+use crate::numeric::triangle::{Triangle, entries};
 use crate::plant::State;
-
-/// Columns of the sums: the residual and up to 31 perturbed copies.
-pub const COLUMNS: usize = 32;
+use crate::plant::modes::Modes;
+use core::borrow::Borrow;
+use heapless::Vec;
 
 /// Most samples on either side of a restart that its state is smoothed over; windows keep this
 /// distance from the ends of a log, however wide the smoothing is.
@@ -91,24 +93,30 @@ impl<'a> Data<'a> {
 }
 
 /// One simulation on its way through a window.
-pub struct Runner<'a> {
-    simulator: &'a Simulator,
+pub struct Runner<'a, M = Modes> {
+    simulator: &'a Simulator<M>,
     log: &'a Log<'a>,
     state: State,
 }
 
-impl<'a> Runner<'a> {
+impl<'a, M: Borrow<Modes>> Runner<'a, M> {
     /// Starts at sample `start` of the log.
     pub fn new(
-        simulator: &'a Simulator,
+        simulator: &'a Simulator<M>,
         log: &'a Log<'a>,
         start: usize,
         settings: &Settings,
     ) -> Self {
-        let mut state = log.smoothed_state(start, settings.half_width, settings.resolution);
-        if let (true, Some(velocity)) = (settings.measured_velocity, log.velocity) {
-            state = State::new(state.position.value(), velocity[start]);
-        }
+        Self::from_state(simulator, log, start, restart(log, start, settings))
+    }
+
+    /// Starts at sample `start` of the log from a state that lacks its current.
+    fn from_state(
+        simulator: &'a Simulator<M>,
+        log: &'a Log<'a>,
+        start: usize,
+        mut state: State,
+    ) -> Self {
         let late = start.saturating_sub(simulator.sensor_lateness().whole);
         let input = log.input[start.saturating_sub(simulator.input_lateness().whole)];
         state.current = match log.current {
@@ -147,66 +155,62 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// A copy of the model with one parameter moved, or two moved opposite ways.
-#[derive(Debug, Clone)]
-pub struct Lane {
-    /// The copy.
-    pub simulator: Simulator,
-    /// The copy moved the other way, where a difference to both sides is wanted: friction makes
-    /// the two sides differ.
-    pub opposite: Option<Simulator>,
-    /// One over the distance of the two copies (or of the copy from the model), in units of the
-    /// fit's variable.
-    pub inverse_step: f32,
+/// The measured state at a sample, but for the current.
+fn restart(log: &Log, start: usize, settings: &Settings) -> State {
+    let state = log.smoothed_state(start, settings.half_width, settings.resolution);
+    match log.velocity {
+        Some(velocity) if settings.measured_velocity => {
+            State::new(state.position.value(), velocity[start])
+        }
+        _ => state,
+    }
 }
 
-/// Products of the columns, summed over one window; the lower triangle.
-pub type WindowSums = [[f32; COLUMNS]; COLUMNS];
+/// Products of the columns, summed over one window.
+pub type WindowSums = Triangle<f32, { entries(COLUMNS) }>;
 
 /// Replays one window with the model and its perturbed copies and sums the products of
 /// (residual, sensitivities).
-pub fn accumulate(data: &Data, window: Window, base: &Simulator, lanes: &[Lane]) -> WindowSums {
-    let mut sums = [[0.0f32; COLUMNS]; COLUMNS];
+pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSums {
+    let mut sums = WindowSums::default();
     let log = &data.logs[window.log];
     let settings = &data.settings;
-    let mut reference = Runner::new(base, log, window.start, settings);
-    let run = |simulator| Runner::new(simulator, log, window.start, settings);
-    let mut copies: heapless::Vec<(Runner, Option<Runner>), COLUMNS> = lanes
+    let start = restart(log, window.start, settings);
+    let mut runners: Vec<Runner<&Modes>, MOST_SIMULATORS> = ensemble
+        .simulators()
         .iter()
-        .take(COLUMNS - 1)
-        .map(|lane| (run(&lane.simulator), lane.opposite.as_ref().map(run)))
+        .map(|simulator| Runner::from_state(simulator, log, window.start, start))
         .collect();
     let mut positions = [0.0f32; COLUMNS];
     let mut currents = [0.0f32; COLUMNS];
-    let columns = copies.len() + 1;
+    let columns = ensemble.lanes().len() + 1;
     for index in window.start..window.start + settings.window {
-        let centre = reference.advance(index);
+        let mut residuals = runners.iter_mut().map(|runner| runner.advance(index));
+        let mut next = || residuals.next().unwrap_or_default();
+        let centre = next();
         positions[0] = centre.0 * settings.position_weight;
         currents[0] = centre.1 * settings.current_weight;
-        for (column, ((copy, opposite), lane)) in copies.iter_mut().zip(lanes).enumerate() {
-            let moved = copy.advance(index);
-            let from = match opposite {
-                Some(opposite) => opposite.advance(index),
-                None => centre,
-            };
+        for (column, lane) in ensemble.lanes().iter().enumerate() {
+            let moved = next();
+            let from = if lane.two_sided { next() } else { centre };
             positions[column + 1] =
                 (moved.0 - from.0) * settings.position_weight * lane.inverse_step;
             currents[column + 1] = (moved.1 - from.1) * settings.current_weight * lane.inverse_step;
         }
-        for row in 0..columns {
-            for column in 0..=row {
-                sums[row][column] += positions[row] * positions[column];
-            }
-        }
+        add_products(&mut sums, &positions[..columns]);
         if settings.current_weight > 0.0 {
-            for row in 0..columns {
-                for column in 0..=row {
-                    sums[row][column] += currents[row] * currents[column];
-                }
-            }
+            add_products(&mut sums, &currents[..columns]);
         }
     }
     sums
+}
+
+fn add_products(sums: &mut WindowSums, values: &[f32]) {
+    for (row, &value) in values.iter().enumerate() {
+        for (sum, other) in sums.row_mut(row).iter_mut().zip(values) {
+            *sum += value * other;
+        }
+    }
 }
 
 /// Errors of one window, in SI units.
@@ -221,7 +225,11 @@ pub struct WindowError {
 }
 
 /// Replays one window and sums its squared residuals, unweighted.
-pub fn window_error(data: &Data, window: Window, simulator: &Simulator) -> WindowError {
+pub fn window_error(
+    data: &Data,
+    window: Window,
+    simulator: &Simulator<impl Borrow<Modes>>,
+) -> WindowError {
     let mut error = WindowError::default();
     let log = &data.logs[window.log];
     let mut runner = Runner::new(simulator, log, window.start, &data.settings);
@@ -330,50 +338,51 @@ impl Fold {
 }
 
 /// Least-squares sums over the windows of a fold.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Sums {
-    /// Products of the columns (0 is the residual); the lower triangle.
-    pub products: [[f64; COLUMNS]; COLUMNS],
-    /// Sum over the windows of the products of each window's gradient; the lower triangle. It makes
-    /// the covariance robust against residuals that are correlated within a window.
-    pub gradients: [[f64; COLUMNS]; COLUMNS],
+    /// Products of the columns; 0 is the residual.
+    pub products: Triangle<f64, { entries(COLUMNS) }>,
     /// Windows that took part.
     pub windows: usize,
 }
 
-/// Replays the windows of a fold and sums them up in the order of the log.
-pub fn sums(
-    data: &Data,
-    schedule: &impl Schedule,
-    (fold, block): (Fold, usize),
-    base: &Simulator,
-    lanes: &[Lane],
-) -> Sums {
-    let mut total = Sums {
-        products: [[0.0; COLUMNS]; COLUMNS],
-        gradients: [[0.0; COLUMNS]; COLUMNS],
-        windows: 0,
-    };
-    let columns = lanes.len() + 1;
-    schedule.run(
-        data.windows(),
-        |number| {
-            let window = data
-                .window(number)
-                .filter(|_| fold.takes(number / block.max(1)))?;
-            Some(accumulate(data, window, base, lanes))
-        },
-        |_, sums| {
-            let Some(sums) = sums else { return };
-            total.windows += 1;
-            for row in 0..columns {
-                for column in 0..=row {
-                    total.products[row][column] += f64::from(sums[row][column]);
-                    total.gradients[row][column] +=
-                        f64::from(sums[row][0]) * f64::from(sums[column][0]);
+impl Sums {
+    /// Replays the windows of a fold and sums them up in the order of the log. `observe` is told
+    /// the sums of each window.
+    pub fn replay(
+        &mut self,
+        data: &Data,
+        schedule: &impl Schedule,
+        (fold, block): (Fold, usize),
+        ensemble: &Ensemble,
+        mut observe: impl FnMut(&WindowSums),
+    ) {
+        *self = Self::default();
+        let columns = ensemble.lanes().len() + 1;
+        schedule.run(
+            data.windows(),
+            |number| {
+                let window = data
+                    .window(number)
+                    .filter(|_| fold.takes(number / block.max(1)))?;
+                Some(accumulate(data, window, ensemble))
+            },
+            |_, sums| {
+                let Some(sums) = sums else { return };
+                self.windows += 1;
+                for row in 0..columns {
+                    let products = self.products.row_mut(row).iter_mut();
+                    for (product, sum) in products.zip(sums.row(row)) {
+                        *product += f64::from(*sum);
+                    }
                 }
-            }
-        },
-    );
-    total
+                observe(&sums);
+            },
+        );
+    }
+
+    /// Windows simulated, each copy counted.
+    pub fn simulated(&self, ensemble: &Ensemble) -> u64 {
+        self.windows as u64 * ensemble.simulators().len() as u64
+    }
 }

@@ -4,15 +4,17 @@
 //! base's sensitivities out of its own and out of the residual leaves what no refit of the base
 //! could do; the squared cosine between the two is the candidate's score.
 
-use super::fit::{self, Target, Variables};
+use super::ensemble::{COLUMNS, Ensemble, Store};
+use super::fit::{self, MOST_VARIABLES, Target, Variables};
 use super::model::Model;
-use super::replay::{self, COLUMNS, Data, Fold, Lane, Schedule, Sums};
+use super::replay::{Data, Fold, Schedule, Sums};
 use crate::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
+use crate::numeric::triangle::{Triangle, entries};
 use heapless::Vec;
 
 /// Most candidates that one screening returns: one an effect.
-pub const MOST_CANDIDATES: usize = 24;
+pub const MOST_CANDIDATES: usize = Id::ALL.len();
 
 /// Strength at which candidates are simulated, as a share of their scale.
 const STRENGTH: f32 = 0.05;
@@ -40,31 +42,33 @@ struct Projection<'a> {
     sums: &'a Sums,
     /// Columns of the base, behind the residual's.
     base: usize,
-    factor: Cholesky<COLUMNS>,
+    factor: Cholesky<{ entries(MOST_VARIABLES) }>,
 }
+
+/// A matrix over the strengths of an effect.
+type Strengths = Triangle<f64, { entries(MOST_PARAMETERS) }>;
 
 impl<'a> Projection<'a> {
     fn new(sums: &'a Sums, base: usize) -> Self {
-        let mut normal = [[0.0; COLUMNS]; COLUMNS];
+        let mut normal = Triangle::default();
         for row in 0..base {
-            for column in 0..=row {
-                normal[row][column] = sums.products[row + 1][column + 1];
-            }
+            let products = &sums.products.row(row + 1)[1..];
+            normal.row_mut(row).copy_from_slice(products);
         }
         Self {
             sums,
             base,
-            factor: Cholesky::new(&normal, base),
+            factor: Cholesky::new(normal, base),
         }
     }
 
     fn raw(&self, a: usize, b: usize) -> f64 {
-        self.sums.products[a.max(b)][a.min(b)]
+        self.sums.products.at(a, b)
     }
 
     /// A column in the orthonormal coordinates of the base.
-    fn along_base(&self, column: usize) -> [f64; COLUMNS] {
-        let mut entries = [0.0; COLUMNS];
+    fn along_base(&self, column: usize) -> [f64; MOST_VARIABLES] {
+        let mut entries = [0.0; MOST_VARIABLES];
         for (row, entry) in entries.iter_mut().enumerate().take(self.base) {
             *entry = self.raw(row + 1, column);
         }
@@ -103,15 +107,15 @@ impl<'a> Projection<'a> {
     /// The strengths, in units of the scale, with which the columns from `first` cancel the residual
     /// best.
     fn solve(&self, first: usize, strengths: usize) -> [f64; MOST_PARAMETERS] {
-        let mut normal = [[0.0; MOST_PARAMETERS]; MOST_PARAMETERS];
+        let mut normal = Strengths::default();
         let mut solution = [0.0; MOST_PARAMETERS];
         for row in 0..strengths {
             for column in 0..=row {
-                normal[row][column] = self.product(first + row, first + column);
+                normal.row_mut(row)[column] = self.product(first + row, first + column);
             }
             solution[row] = -self.product(first + row, 0);
         }
-        Cholesky::new(&normal, strengths).solve(&mut solution[..strengths]);
+        Cholesky::new(normal, strengths).solve(&mut solution[..strengths]);
         solution
     }
 
@@ -131,16 +135,16 @@ impl<'a> Projection<'a> {
         let product = |a: usize, b: usize| self.product(a, b);
         let own = self.combined(along, along, product);
         let strengths = other.id.strengths();
-        let mut normal = [[0.0; MOST_PARAMETERS]; MOST_PARAMETERS];
+        let mut normal = Strengths::default();
         let mut shared = [0.0; MOST_PARAMETERS];
         for row in 0..strengths {
             for column in 0..=row {
-                normal[row][column] = self.product(start + row, start + column);
+                normal.row_mut(row)[column] = self.product(start + row, start + column);
             }
             shared[row] = self.combined(along, (start + row, &[1.0]), product);
         }
         // ‖L⁻¹ Sᵀv‖ is the length of v's projection on the columns of the other.
-        Cholesky::new(&normal, strengths).forward(&mut shared[..strengths]);
+        Cholesky::new(normal, strengths).forward(&mut shared[..strengths]);
         let length: f64 = shared[..strengths].iter().map(|x| x * x).sum();
         if own > 0.0 {
             libm::sqrt((length / own).min(1.0)) as f32
@@ -200,38 +204,34 @@ enum Sides {
     Both,
 }
 
-/// Copies of the model with the effect at a small strength, for each of its strengths.
-fn effect_lanes(
+/// Adds copies of the model with the effect at a small strength, for each of its strengths.
+fn add_effect<'m>(
+    ensemble: &mut Ensemble<'m>,
+    store: &'m Store,
     model: &Model,
     effect: Active,
-    sides: Sides,
-    scope: &Scope,
-    period: f32,
-) -> Option<Vec<Lane, MOST_PARAMETERS>> {
-    (0..effect.id.strengths())
-        .map(|index| {
-            let at = |share: f32| {
-                let mut moved = effect;
-                moved.values[..effect.id.strengths()].fill(0.0);
-                moved.values[index] = share * effect.id.scale(scope, index);
-                with_effect(model, moved)?.build(period).ok()
-            };
-            let signed = effect.id.description().parameters[index].role == Role::SignedStrength;
-            Some(if signed && sides == Sides::Both {
-                Lane {
-                    simulator: at(STRENGTH)?,
-                    opposite: Some(at(-STRENGTH)?),
-                    inverse_step: 0.5 / STRENGTH,
-                }
-            } else {
-                Lane {
-                    simulator: at(STRENGTH)?,
-                    opposite: None,
-                    inverse_step: 1.0 / STRENGTH,
-                }
-            })
-        })
-        .collect()
+    (sides, scope): (Sides, &Scope),
+) -> Option<()> {
+    for index in 0..effect.id.strengths() {
+        let at = |share: f32| {
+            let mut moved = effect;
+            moved.values[..effect.id.strengths()].fill(0.0);
+            moved.values[index] = share * effect.id.scale(scope, index);
+            with_effect(model, moved)
+        };
+        let signed = effect.id.description().parameters[index].role == Role::SignedStrength;
+        let moved = at(STRENGTH)?;
+        let (opposite, inverse_step) = if signed && sides == Sides::Both {
+            (Some(at(-STRENGTH)?), 0.5 / STRENGTH)
+        } else {
+            (None, 1.0 / STRENGTH)
+        };
+        let copies = (&moved, opposite.as_ref());
+        ensemble
+            .push(store, copies, inverse_step, scope.period)
+            .ok()?;
+    }
+    Some(())
 }
 
 /// Effects that the model lacks, each at every shape to be tried.
@@ -285,28 +285,30 @@ pub fn screen(
     scope: &Scope,
 ) -> Option<Screening> {
     let period = data.logs.first()?.period;
-    let base = model.build(period).ok()?;
-    let base_lanes = fit::lanes(model, variables, period)?;
+    let store = Store::new();
+    let mut ensemble = Ensemble::new();
+    ensemble.start(&store, model, period).ok()?;
+    fit::perturb(&mut ensemble, &store, model, variables, period)?;
+    let base = variables.len();
+    let mut sums = Sums::default();
     let mut best = Candidates::new();
     let mut simulated = 0;
     let mut options = options(model, scope).peekable();
     while options.peek().is_some() {
-        let mut lanes: Vec<Lane, COLUMNS> = base_lanes.iter().cloned().collect();
+        ensemble.truncate(base);
         let mut batch: Vec<(Active, usize), COLUMNS> = Vec::new();
         while let Some(option) =
-            options.next_if(|option| lanes.len() + option.id.strengths() < COLUMNS)
+            options.next_if(|option| ensemble.lanes().len() + option.id.strengths() < COLUMNS)
         {
-            let _ = batch.push((option, lanes.len() + 1));
-            for lane in effect_lanes(model, option, Sides::One, scope, period)? {
-                let _ = lanes.push(lane);
-            }
+            let _ = batch.push((option, ensemble.lanes().len() + 1));
+            add_effect(&mut ensemble, &store, model, option, (Sides::One, scope))?;
         }
         if batch.is_empty() {
             break;
         }
-        let sums = replay::sums(data, schedule, (Fold::All, 1), &base, &lanes);
-        simulated += sums.windows as u64 * (lanes.len() as u64 + 1);
-        let projection = Projection::new(&sums, variables.len());
+        sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
+        simulated += sums.simulated(&ensemble);
+        let projection = Projection::new(&sums, base);
         for (option, first) in batch {
             let candidate = projection.candidate(option, first, scope);
             let rank = |candidate: &Candidate| (candidate.allowed, candidate.score);
@@ -330,24 +332,19 @@ pub fn screen(
     sort(&mut best);
 
     // Once more at the best shapes, to both sides and together: scores that compare.
-    let mut lanes: Vec<Lane, COLUMNS> = base_lanes.into_iter().collect();
+    ensemble.truncate(base);
     let mut columns: Vec<(Active, usize), MOST_CANDIDATES> = Vec::new();
     for candidate in &best {
         let effect = candidate.effect;
-        if lanes.len() + effect.id.strengths() >= COLUMNS {
+        if ensemble.lanes().len() + effect.id.strengths() >= COLUMNS {
             break;
         }
-        let _ = columns.push((effect, lanes.len() + 1));
-        for lane in effect_lanes(model, effect, Sides::Both, scope, period)? {
-            let _ = lanes.push(lane);
-        }
+        let _ = columns.push((effect, ensemble.lanes().len() + 1));
+        add_effect(&mut ensemble, &store, model, effect, (Sides::Both, scope))?;
     }
-    let sums = replay::sums(data, schedule, (Fold::All, 1), &base, &lanes);
-    let copies = lanes
-        .iter()
-        .map(|lane| 1 + u64::from(lane.opposite.is_some()));
-    simulated += sums.windows as u64 * (copies.sum::<u64>() + 1);
-    let projection = Projection::new(&sums, variables.len());
+    sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
+    simulated += sums.simulated(&ensemble);
+    let projection = Projection::new(&sums, base);
     for (candidate, (effect, first)) in best.iter_mut().zip(&columns) {
         *candidate = Candidate {
             tries: candidate.tries,
@@ -392,15 +389,13 @@ pub fn map_score(
     variables: &Variables,
 ) -> Option<(f32, u64)> {
     let period = data.logs.first()?.period;
-    let lanes = fit::lanes(model, variables, period)?;
-    let sums = replay::sums(
-        data,
-        schedule,
-        (Fold::All, 1),
-        &model.build(period).ok()?,
-        &lanes,
-    );
-    let simulated = sums.windows as u64 * (lanes.len() as u64 + 1);
+    let store = Store::new();
+    let mut ensemble = Ensemble::new();
+    ensemble.start(&store, model, period).ok()?;
+    fit::perturb(&mut ensemble, &store, model, variables, period)?;
+    let mut sums = Sums::default();
+    sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
+    let simulated = sums.simulated(&ensemble);
     let explained = |count: usize| {
         let projection = Projection::new(&sums, count);
         projection.product(0, 0)

@@ -7,7 +7,7 @@
 //! the end each effect must hold against its own absence, and what they leave against
 //! [`unknown`] structure.
 
-use super::fit::{Fit, Variables};
+use super::fit::{Covariance, Fit, Variables};
 use super::held_out::{Comparison, LARGEST_RATIO, Refusal, compare};
 use super::model::Model;
 use super::replay::{Data, Schedule, Settings};
@@ -142,6 +142,8 @@ pub struct Trace {
     pub after: Fit,
     /// Variables of the final fit.
     pub variables: Variables,
+    /// Covariance of these variables.
+    pub covariance: Covariance,
     /// What was accepted, in the order of the final model's effects behind the declared ones.
     pub accepted: Vec<Accepted, ROUNDS>,
     /// Structure that none of the catalogue explains, where nothing was accepted.
@@ -189,7 +191,7 @@ pub fn trace<S: Schedule>(
             break;
         };
         let fitted = workbench.fit(&larger)?;
-        if workbench.certainty(&fitted, larger.effects.len() - 1) < LEAST_CERTAINTY {
+        if workbench.certainty(&fitted.model, larger.effects.len() - 1)? < LEAST_CERTAINTY {
             let refused = Decision::Refused(Refusal::Uncertain);
             observe(&winner.candidate.look(round, refused));
             break;
@@ -232,6 +234,7 @@ pub fn trace<S: Schedule>(
     }
     Some(Trace {
         variables: workbench.variables(&after.model),
+        covariance: workbench.covariance(&after.model)?,
         settings: workbench.data.settings,
         simulated: workbench.simulated,
         before,

@@ -1,7 +1,7 @@
 //! What every step of the tracing works with: the data, the schedule, the declared model, and the
 //! count of what was simulated.
 
-use super::fit::{self, Effort, Fit, Variables};
+use super::fit::{self, Covariance, Effort, Fit, Variables};
 use super::held_out::{HeldOut, MOST_BLOCKS, windows_per_block};
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError};
@@ -9,6 +9,7 @@ use super::screen::{self, Screening};
 use crate::effect::learned_map::Ranges;
 use crate::effect::{MOST_PARAMETERS, Scope};
 use crate::numeric::cholesky::Cholesky;
+use crate::numeric::triangle::{Triangle, entries};
 use heapless::Vec;
 
 /// Effort of a fit on all of the log, and of one inside cross-validation.
@@ -214,29 +215,38 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         self.residuals(&data, model).map(|(position, _)| position)
     }
 
+    /// Covariance of the variables of a model that is fitted to all of the log.
+    pub fn covariance(&mut self, model: &Model) -> Option<Covariance> {
+        let data = self.data;
+        let variables = self.variables(model);
+        let (covariance, windows) = fit::covariance(&data, self.schedule, model, &variables)?;
+        self.count(windows, data.settings.window);
+        Some(covariance)
+    }
+
     /// How many standard deviations the strengths of the effect in this slot are from zero, jointly.
-    pub fn certainty(&self, fit: &Fit, slot: usize) -> f64 {
-        let variables = self.variables(&fit.model);
-        let covariance = fit.covariance(&variables);
+    pub fn certainty(&mut self, model: &Model, slot: usize) -> Option<f64> {
+        let variables = self.variables(model);
+        let covariance = self.covariance(model)?;
         let mut own: Vec<usize, MOST_PARAMETERS> = Vec::new();
         for (place, variable) in variables.iter().enumerate() {
-            if variable.is_strength_of(&fit.model, slot) {
+            if variable.is_strength_of(model, slot) {
                 let _ = own.push(place);
             }
         }
-        let mut normal = [[0.0; MOST_PARAMETERS]; MOST_PARAMETERS];
+        let mut normal = Triangle::<f64, { entries(MOST_PARAMETERS) }>::default();
         let mut strengths = [0.0; MOST_PARAMETERS];
         for (row, &a) in own.iter().enumerate() {
-            strengths[row] = f64::from(variables[a].get(&fit.model));
-            for (column, &b) in own.iter().enumerate() {
-                normal[row][column] = covariance[a][b];
+            strengths[row] = f64::from(variables[a].get(model));
+            for (entry, &b) in normal.row_mut(row).iter_mut().zip(&own) {
+                *entry = covariance.at(a, b);
             }
         }
         // ‖L⁻¹ a‖² is chi-square with as many degrees of freedom as there are strengths.
         let count = own.len();
-        Cholesky::new(&normal, count).forward(&mut strengths[..count]);
+        Cholesky::new(normal, count).forward(&mut strengths[..count]);
         let square: f64 = strengths[..count].iter().map(|x| x * x).sum();
-        libm::sqrt(square / count.max(1) as f64)
+        Some(libm::sqrt(square / count.max(1) as f64))
     }
 
     /// Root mean squares of the two channels' residuals over all windows.

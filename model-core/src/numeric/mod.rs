@@ -10,4 +10,5 @@ pub mod random;
 pub mod sine;
 pub mod statistics;
 pub mod sum;
+pub mod triangle;
 pub mod wilcoxon;

@@ -7,11 +7,13 @@
 //!
 //! * [`parameters`]: what the actuator is made of, in SI, and the check of it;
 //! * [`modes`]: the affine modes, discretised at the step and at its halves, quarters, …;
+//! * [`mode_store`]: modes that several actuators share;
 //! * [`actuator`]: the step itself, with its events;
 //! * [`karnopp`]: the published velocity-band scheme by Euler steps, for comparison.
 
 pub mod actuator;
 pub mod karnopp;
+pub mod mode_store;
 pub mod modes;
 pub mod parameters;
 

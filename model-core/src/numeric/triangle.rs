@@ -1,0 +1,44 @@
+//! Symmetric matrices, of which the lower triangle is kept, row by row.
+
+/// Entries of the lower triangle of a matrix of this order.
+pub const fn entries(order: usize) -> usize {
+    order * (order + 1) / 2
+}
+
+/// A symmetric matrix of a fixed order; `ENTRIES` is [`entries`] of it.
+///
+/// ```
+/// use model_core::numeric::triangle::{Triangle, entries};
+/// let mut matrix = Triangle::<f32, { entries(3) }>::default();
+/// matrix.row_mut(2)[1] = 7.0;
+/// assert_eq!((matrix.at(1, 2), matrix.row(2).len()), (7.0, 3));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangle<T, const ENTRIES: usize>([T; ENTRIES]);
+
+impl<T: Copy + Default, const ENTRIES: usize> Default for Triangle<T, ENTRIES> {
+    fn default() -> Self {
+        Self([T::default(); ENTRIES])
+    }
+}
+
+impl<T: Copy, const ENTRIES: usize> Triangle<T, ENTRIES> {
+    /// An entry, from either side of the diagonal.
+    #[inline]
+    pub fn at(&self, row: usize, column: usize) -> T {
+        let (row, column) = (row.max(column), row.min(column));
+        self.0[entries(row) + column]
+    }
+
+    /// A row up to the diagonal.
+    #[inline]
+    pub fn row(&self, row: usize) -> &[T] {
+        &self.0[entries(row)..entries(row + 1)]
+    }
+
+    /// A row up to the diagonal.
+    #[inline]
+    pub fn row_mut(&mut self, row: usize) -> &mut [T] {
+        &mut self.0[entries(row)..entries(row + 1)]
+    }
+}

@@ -1,0 +1,76 @@
+//! Modes that several actuators share, each worked out once.
+
+use super::modes::{Basis, Modes};
+use super::parameters::ParameterError;
+use core::cell::OnceCell;
+
+/// Room for the modes of `CAPACITY` different bases.
+///
+/// ```
+/// use model_core::plant::mode_store::ModeStore;
+/// use model_core::plant::{Directional, actuator::Actuator, modes::Basis};
+/// use model_core::plant::parameters::{Drive, Parameters};
+/// # let declared = Parameters {
+/// #     drive: Drive::Torque,
+/// #     gain: 1.0,
+/// #     inertia: 1.2e-4,
+/// #     viscous: Directional::both(2e-4),
+/// #     coulomb: Directional::both(0.12),
+/// #     breakaway: Directional::both(0.15),
+/// #     spring: 0.0,
+/// #     spring_rest: 0.0,
+/// #     spring_preload: 0.0,
+/// #     offset: 0.0,
+/// #     lower_stop: f32::NEG_INFINITY,
+/// #     upper_stop: f32::INFINITY,
+/// # };
+/// let rough = Parameters { coulomb: Directional::both(0.14), ..declared };
+/// let store = ModeStore::<1>::new();
+/// let modes = |plant| store.modes(&Basis::new(plant, 1e-4));
+/// let actuators = [
+///     Actuator::with_modes(&declared, modes(&declared)?)?,
+///     Actuator::with_modes(&rough, modes(&rough)?)?,
+/// ];
+/// # Ok::<(), model_core::plant::parameters::ParameterError>(())
+/// ```
+#[derive(Debug)]
+pub struct ModeStore<const CAPACITY: usize> {
+    /// Filled from the front.
+    entries: [OnceCell<(Basis, Modes)>; CAPACITY],
+}
+
+impl<const CAPACITY: usize> ModeStore<CAPACITY> {
+    /// An empty store.
+    pub const fn new() -> Self {
+        Self {
+            entries: [const { OnceCell::new() }; CAPACITY],
+        }
+    }
+
+    /// The modes of a basis; works them out the first time that they are asked for.
+    ///
+    /// # Errors
+    /// As [`Modes::build`]; a new basis when the store is full.
+    pub fn modes(&self, basis: &Basis) -> Result<&Modes, ParameterError> {
+        for entry in &self.entries {
+            match entry.get() {
+                Some((known, modes)) if known == basis => return Ok(modes),
+                Some(_) => {}
+                None => {
+                    let modes = Modes::build(basis)?;
+                    return Ok(&entry.get_or_init(|| (*basis, modes)).1);
+                }
+            }
+        }
+        Err(ParameterError {
+            parameter: "modes",
+            requirement: "no more than there is room for",
+        })
+    }
+}
+
+impl<const CAPACITY: usize> Default for ModeStore<CAPACITY> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
