@@ -15,7 +15,7 @@ use host_tests::log::Log;
 use host_tests::machine::Machine;
 use host_tests::{measured, workspace};
 use model_core::effect::{Active, Id};
-use model_core::gap::log::Log as CoreLog;
+use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Settings};
 use rig::{Experiment, Noise, Trajectory};
@@ -82,8 +82,8 @@ fn torque_residuals(logs: &[Log; 2], model: &Model) -> [f64; 2] {
         let (input, position) = (narrow(&log.input), narrow(&log.position));
         let log = CoreLog {
             period: log.period_s as f32,
-            input: &input,
-            position: &position,
+            input: Channel::Values(&input),
+            position: Channel::Values(&position),
             current: None,
             velocity: None,
         };

@@ -3,8 +3,6 @@
 use std::path::Path;
 use std::time::Instant;
 
-use model_core::effect::Scope;
-use model_core::effect::learned_map::Ranges;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, MARGIN, Schedule, Settings};
@@ -16,9 +14,7 @@ use rayon::prelude::*;
 use super::answer::{candidate, fitted, found};
 use super::declared::{base_parameters, model};
 use super::evidence::evidence;
-use super::metrics::{
-    self, TorqueBalance, balance_entries, balanced_samples, decimal, torque_balance,
-};
+use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
 use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Stages, Unknown, Verdict};
 use super::series::Series;
 use super::whiteness::whiteness;
@@ -27,25 +23,12 @@ use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::{Coordinate, Machine};
 
-/// Length of a replay window by which models are judged, s.
-const WINDOW_S: f64 = 0.2;
-
-/// Length of a replay window for screening, s.
-const SCREEN_WINDOW_S: f64 = 0.04;
-
 /// Fewest windows that a model can be chosen and fitted on, and judged on.
 const LEAST_TRAIN_WINDOWS: usize = 4;
 const LEAST_VALIDATE_WINDOWS: usize = 1;
 
 /// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
 const LEAST_ENTRIES: usize = 8;
-
-/// Length of a held-out block, s.
-const BLOCK_S: f64 = 0.5;
-
-/// Samples on either side of a restart that its state is smoothed over, until the tracing has
-/// chosen.
-const HALF_WIDTH: usize = 8;
 
 /// All cores; results are folded in the order of the windows, so that the sums have the same bits
 /// as on one core.
@@ -64,52 +47,6 @@ impl Schedule for AllCores {
             fold(index, result);
         }
     }
-}
-
-/// Typical sizes and ranges, from the declared model and the training logs.
-fn scope(model: &Model, logs: &[CoreLog], rotary: bool) -> Result<(Scope, Ranges), ParameterError> {
-    let mut all = TorqueBalance::default();
-    let mut longest = 0;
-    for log in logs {
-        let balance = torque_balance(log, model, 0.0)?;
-        all.torque.extend(balance.torque);
-        all.velocity.extend(balance.velocity);
-        all.position.extend(balance.position);
-        longest = longest.max(log.samples());
-    }
-    let range = |series: &[f64]| {
-        let lowest = series.iter().copied().fold(f64::MAX, f64::min);
-        let highest = series.iter().copied().fold(f64::MIN, f64::max);
-        (lowest as f32, highest as f32)
-    };
-    let rms = |series: &[f64]| {
-        let squares: f64 = series.iter().map(|x| x * x).sum();
-        (squares / series.len().max(1) as f64).sqrt().max(1e-9) as f32
-    };
-    let ranges = Ranges {
-        position: range(&all.position),
-        velocity: range(&all.velocity),
-        motor_torque: range(&all.torque),
-        time: (0.0, longest as f32 * logs[0].period),
-    };
-    let fastest = ranges.velocity.1.max(-ranges.velocity.0);
-    // Rests say nothing about how fast the machine moves.
-    let moving: Vec<f64> = all
-        .velocity
-        .into_iter()
-        .filter(|velocity| velocity.abs() > 0.02 * f64::from(fastest))
-        .collect();
-    let torque = rms(&all.torque);
-    let coulomb = model.plant.coulomb.forward;
-    let scope = Scope {
-        friction: if coulomb > 0.0 { coulomb } else { 0.1 * torque },
-        torque,
-        speed: rms(&moving),
-        stroke: (ranges.position.1 - ranges.position.0).max(1e-9),
-        period: logs[0].period,
-        rotary,
-    };
-    Ok((scope, ranges))
 }
 
 /// Traces the training logs, then opens the validation logs.
@@ -139,17 +76,16 @@ pub fn run(
     declared.build(period as f32).map_err(refused)?;
     let data = Data {
         logs: &logs,
-        settings: settings(machine, period),
+        settings: Settings::new(period as f32, machine.resolution.unwrap_or(0.0) as f32),
     };
     check_logs(&train[0].path, &data, &declared, LEAST_TRAIN_WINDOWS)?;
-    let (scope, ranges) = scope(&declared, &logs, rotary).map_err(refused)?;
-    let options = Options {
-        base: &base,
-        scope,
-        ranges,
-        screen_window: samples(SCREEN_WINDOW_S, period, 4),
-        block: samples(BLOCK_S, period, 1),
+    let left_range = || {
+        Failure::other(
+            "the fit left the range in which the machine can be simulated; \
+             name fewer `parameters` in [fit], end stops last",
+        )
     };
+    let options = Options::new(&data, &declared, &base, rotary).ok_or_else(left_range)?;
     let schedule = AllCores;
     let mut candidates: Vec<Candidate> = Vec::new();
     let trace = select::trace(&data, &schedule, &declared, &options, |look| {
@@ -169,12 +105,7 @@ pub fn run(
         }
         candidates.push(entry);
     })
-    .ok_or_else(|| {
-        Failure::other(
-            "the fit left the range in which the machine can be simulated; \
-             name fewer `parameters` in [fit], end stops last",
-        )
-    })?;
+    .ok_or_else(left_range)?;
     let seconds = started.elapsed().as_secs_f64();
 
     let judged = Data {
@@ -247,21 +178,6 @@ pub fn run(
     })
 }
 
-fn samples(seconds: f64, period: f64, least: usize) -> usize {
-    ((seconds / period).round() as usize).max(least)
-}
-
-fn settings(machine: &Machine, period: f64) -> Settings {
-    Settings {
-        window: samples(WINDOW_S, period, 5),
-        half_width: HALF_WIDTH,
-        measured_velocity: false,
-        resolution: machine.resolution.unwrap_or(0.0) as f32,
-        position_weight: 1.0,
-        current_weight: 0.0,
-    }
-}
-
 /// The sampling period that all logs share.
 fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
     let period = expected.unwrap_or(logs[0].period_s);
@@ -295,7 +211,7 @@ fn check_logs(path: &Path, data: &Data, model: &Model, windows: usize) -> Result
             samples as f64 * decimal(data.logs[0].period)
         ));
     }
-    let still = |log: &CoreLog| log.position.iter().all(|p| *p == log.position[0]);
+    let still = |log: &CoreLog| log.position.iter().all(|p| p == log.position.at(0));
     if data.logs.iter().all(still) {
         return fail("`position` never changes; expected a log of the machine in motion".into());
     }

@@ -15,7 +15,7 @@ fn windowed(data: &Data, log: usize, model: &Model) -> Result<(Vec<f32>, Vec<usi
     let simulator = model
         .build(series.period)
         .map_err(|error| Failure::other(error.to_string()))?;
-    let mut positions = series.position.to_vec();
+    let mut positions: Vec<f32> = series.position.iter().collect();
     let mut starts = Vec::new();
     for number in 0..data.windows() {
         let Some(window) = data.window(number).filter(|window| window.log == log) else {

@@ -2,7 +2,7 @@
 
 use super::outcome::ErrorSet;
 use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
-use model_core::gap::log::Log;
+use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Lateness, Model, Simulator};
 use model_core::gap::replay::{self, Data, MARGIN, Runner, Schedule};
 use model_core::plant::parameters::{Drive, ParameterError};
@@ -75,12 +75,12 @@ pub fn torque_balance(
     let period = f64::from(log.period);
     let samples = log.samples();
     let plant = model.bound_plant();
-    let measured: Vec<f64> = log.position[..samples].iter().map(|&p| p.into()).collect();
+    let measured: Vec<f64> = log.position.iter().take(samples).map(f64::from).collect();
     let position = filter(&BUTTERWORTH, &measured);
     let velocity = differentiate(&position, period);
     let acceleration = differentiate(&velocity, period);
-    let back = |series: &[f32], index: usize, late: Lateness| {
-        let at = |index: usize| f64::from(series[index.saturating_sub(late.whole)]);
+    let back = |series: Channel, index: usize, late: Lateness| {
+        let at = |index: usize| f64::from(series.at(index.saturating_sub(late.whole)));
         let (now, before) = (at(index), at(index.saturating_sub(1)));
         now + f64::from(late.share) * (before - now)
     };
@@ -197,7 +197,7 @@ pub fn errors(
         let (sum, count) = free_run_error(data, log, &simulator);
         free += sum;
         counted += count;
-        for &p in &log.position[..log.samples()] {
+        for p in log.position.iter().take(log.samples()) {
             mean += f64::from(p);
             square += f64::from(p) * f64::from(p);
         }

@@ -1,6 +1,6 @@
 //! A log of the user's in the core's numbers.
 
-use model_core::gap::log::Log as CoreLog;
+use model_core::gap::log::{Channel, Log as CoreLog};
 
 use crate::log::Log;
 
@@ -31,10 +31,10 @@ impl Series {
     pub fn log(&self) -> CoreLog<'_> {
         CoreLog {
             period: self.period,
-            input: &self.input,
-            position: &self.position,
-            current: self.current.as_deref(),
-            velocity: self.velocity.as_deref(),
+            input: Channel::Values(&self.input),
+            position: Channel::Values(&self.position),
+            current: self.current.as_deref().map(Channel::Values),
+            velocity: self.velocity.as_deref().map(Channel::Values),
         }
     }
 }

@@ -34,7 +34,7 @@ pub(super) fn whiteness(data: &Data, model: &Model) -> Result<Whiteness, Failure
             .map_err(|error| Failure::other(error.to_string()))?;
         residual.extend(balance.residual);
         velocity.extend(balance.velocity);
-        input.extend(balance.sample.iter().map(|&at| f64::from(log.input[at])));
+        input.extend(balance.sample.iter().map(|&at| f64::from(log.input.at(at))));
     }
     let along = |series: &[f64], of: fn(f64) -> f64| {
         let series: Vec<f64> = series.iter().map(|&value| of(value)).collect();

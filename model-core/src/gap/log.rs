@@ -2,19 +2,79 @@
 
 use crate::plant::State;
 
+/// One channel of a log.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Channel<'a> {
+    /// Values in SI units.
+    Values(&'a [f32]),
+    /// Counts in the two parts of a ring buffer; a value is its count, as an `f32`, times the unit.
+    Counts {
+        /// The part with the older samples.
+        older: &'a [i16],
+        /// The part with the newer samples.
+        newer: &'a [i16],
+        /// SI value of one count.
+        unit: f32,
+    },
+}
+
+impl<'a> Channel<'a> {
+    /// Samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Values(values) => values.len(),
+            Self::Counts { older, newer, .. } => older.len() + newer.len(),
+        }
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The value at a sample, SI.
+    ///
+    /// ```
+    /// use model_core::gap::log::Channel;
+    /// let channel = Channel::Counts { older: &[1, 2], newer: &[3], unit: 0.5 };
+    /// assert_eq!((channel.len(), channel.at(0), channel.at(2)), (3, 0.5, 1.5));
+    /// ```
+    ///
+    /// # Panics
+    /// Behind the last sample.
+    #[inline]
+    pub fn at(&self, index: usize) -> f32 {
+        match self {
+            Self::Values(values) => values[index],
+            Self::Counts { older, newer, unit } => {
+                let count = match older.get(index) {
+                    Some(count) => *count,
+                    None => newer[index - older.len()],
+                };
+                f32::from(count) * unit
+            }
+        }
+    }
+
+    /// All values, SI.
+    pub fn iter(self) -> impl Iterator<Item = f32> + 'a {
+        (0..self.len()).map(move |index| self.at(index))
+    }
+}
+
 /// A uniformly sampled log in SI units.
 #[derive(Debug, Clone, Copy)]
 pub struct Log<'a> {
     /// Sampling period, s.
     pub period: f32,
     /// What the drive was told, held from its sample to the next.
-    pub input: &'a [f32],
+    pub input: Channel<'a>,
     /// Measured position, rad or m; as long as `input`.
-    pub position: &'a [f32],
+    pub position: Channel<'a>,
     /// Measured motor current, A; as long as `input`.
-    pub current: Option<&'a [f32]>,
+    pub current: Option<Channel<'a>>,
     /// Measured velocity, rad/s or m/s; as long as `input`.
-    pub velocity: Option<&'a [f32]>,
+    pub velocity: Option<Channel<'a>>,
 }
 
 impl Log<'_> {
@@ -29,10 +89,10 @@ impl Log<'_> {
     ///
     /// `index` must be at least `half_width` from both ends of the log.
     pub fn smoothed_state(&self, index: usize, half_width: usize, resolution: f32) -> State {
-        let origin = self.position[index];
-        let neighbours = &self.position[index - half_width..=index + half_width];
+        let origin = self.position.at(index);
+        let neighbours = (index - half_width..=index + half_width).map(|at| self.position.at(at));
         let (mut lowest, mut highest) = (origin, origin);
-        for &position in neighbours {
+        for position in neighbours.clone() {
             lowest = lowest.min(position);
             highest = highest.max(position);
         }
@@ -43,7 +103,7 @@ impl Log<'_> {
         let unit = 1.0 / half_width as f32;
         let (mut s2, mut s4, mut s6) = (0.0f32, 0.0f32, 0.0f32);
         let (mut y0, mut y1, mut y2, mut y3) = (0.0f32, 0.0f32, 0.0f32, 0.0f32);
-        for (offset, &position) in neighbours.iter().enumerate() {
+        for (offset, position) in neighbours.enumerate() {
             let x = (offset as f32 - half_width as f32) * unit;
             let square = x * x;
             let y = position - origin;
@@ -55,7 +115,7 @@ impl Log<'_> {
             y2 += square * y;
             y3 += square * x * y;
         }
-        let s0 = neighbours.len() as f32;
+        let s0 = (2 * half_width + 1) as f32;
         let value = (s4 * y0 - s2 * y2) / (s0 * s4 - s2 * s2);
         let slope = if half_width > 1 {
             (s6 * y1 - s4 * y3) / (s2 * s6 - s4 * s4)

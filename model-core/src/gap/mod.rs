@@ -4,6 +4,7 @@
 //!
 //! * [`log`]: the measured log, and the smoothed state that a replay restarts from;
 //! * [`model`]: the declared actuator with its effects, bound into a simulator;
+//! * [`scope`]: the sizes and ranges that a log says are sensible;
 //! * [`ensemble`]: the model with its perturbed copies, which share what they have in common;
 //! * [`replay`]: windows of the log simulated with the measured input, in lockstep with copies whose
 //!   parameters are perturbed, into the sums of a least-squares problem;
@@ -31,6 +32,7 @@ pub mod held_out;
 pub mod log;
 pub mod model;
 pub mod replay;
+pub mod scope;
 pub mod screen;
 pub mod select;
 pub mod unknown;

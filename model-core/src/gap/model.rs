@@ -1,5 +1,6 @@
 //! The declared actuator with its effects.
 
+use super::log::Channel;
 use crate::effect::gravity::Gravity;
 use crate::effect::learned_map::LearnedMap;
 use crate::effect::{Active, Delays, Effect, Id, Law, Middle};
@@ -374,7 +375,7 @@ impl<M: Borrow<Modes>> Simulator<M> {
     pub fn step(
         &self,
         state: &mut State,
-        input: &[f32],
+        input: &Channel,
         index: usize,
     ) -> Result<f32, InputRefused> {
         let before = state.current;
@@ -382,13 +383,13 @@ impl<M: Borrow<Modes>> Simulator<M> {
         let time = index as f32 * self.period;
         match &self.stepping {
             Stepping::Whole(actuator) => {
-                self.advance(actuator, state, input[late], time)?;
+                self.advance(actuator, state, input.at(late), time)?;
                 Ok(before + self.current.share * (state.current - before))
             }
             Stepping::Split { earlier, later } => {
-                self.advance(earlier, state, input[late.saturating_sub(1)], time)?;
+                self.advance(earlier, state, input.at(late.saturating_sub(1)), time)?;
                 let between = state.current;
-                self.advance(later, state, input[late], time)?;
+                self.advance(later, state, input.at(late), time)?;
                 // With a late sensor alone the measurement belongs to the moment of the change.
                 let (split, moment) = (self.input.share, self.current.share);
                 Ok(if moment <= split {

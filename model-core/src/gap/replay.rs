@@ -36,6 +36,32 @@ pub struct Settings {
     pub current_weight: f32,
 }
 
+/// Length of a replay window by which models are judged, s.
+const WINDOW: f32 = 0.2;
+
+/// Samples on either side of a restart that its state is smoothed over, until the tracing has
+/// chosen.
+const HALF_WIDTH: usize = 8;
+
+/// Samples nearest to a time, at least `least`.
+pub fn samples(seconds: f32, period: f32, least: usize) -> usize {
+    ((seconds / period + 0.5) as usize).max(least)
+}
+
+impl Settings {
+    /// What the tracing starts from. `resolution`: that of the sensor, rad or m; 0 if unknown.
+    pub fn new(period: f32, resolution: f32) -> Self {
+        Self {
+            window: samples(WINDOW, period, 5),
+            half_width: HALF_WIDTH,
+            measured_velocity: false,
+            resolution,
+            position_weight: 1.0,
+            current_weight: 0.0,
+        }
+    }
+}
+
 /// The logs of one machine and how they are replayed.
 #[derive(Debug, Clone, Copy)]
 pub struct Data<'a> {
@@ -118,9 +144,11 @@ impl<'a, M: Borrow<Modes>> Runner<'a, M> {
         mut state: State,
     ) -> Self {
         let late = start.saturating_sub(simulator.sensor_lateness().whole);
-        let input = log.input[start.saturating_sub(simulator.input_lateness().whole)];
+        let input = log
+            .input
+            .at(start.saturating_sub(simulator.input_lateness().whole));
         state.current = match log.current {
-            Some(current) => current[late],
+            Some(current) => current.at(late),
             None => simulator.steady_current(state.velocity.value(), input),
         };
         Self {
@@ -137,12 +165,13 @@ impl<'a, M: Borrow<Modes>> Runner<'a, M> {
         // A refused input leaves the state: logs are checked on reading, so none is.
         let predicted = self
             .simulator
-            .step(&mut self.state, self.log.input, index)
+            .step(&mut self.state, &self.log.input, index)
             .unwrap_or(self.state.current);
-        let position = self.state.position.from(self.log.position[index + 1]);
+        let position = self.state.position.from(self.log.position.at(index + 1));
         let current = match self.log.current {
             Some(measured) => {
-                predicted - measured[index.saturating_sub(self.simulator.sensor_lateness().whole)]
+                predicted
+                    - measured.at(index.saturating_sub(self.simulator.sensor_lateness().whole))
             }
             None => 0.0,
         };
@@ -160,7 +189,7 @@ fn restart(log: &Log, start: usize, settings: &Settings) -> State {
     let state = log.smoothed_state(start, settings.half_width, settings.resolution);
     match log.velocity {
         Some(velocity) if settings.measured_velocity => {
-            State::new(state.position.value(), velocity[start])
+            State::new(state.position.value(), velocity.at(start))
         }
         _ => state,
     }

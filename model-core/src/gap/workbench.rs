@@ -4,7 +4,8 @@
 use super::fit::{self, Covariance, Effort, Fit, Variables};
 use super::held_out::{HeldOut, MOST_BLOCKS, windows_per_block};
 use super::model::{Base, Model};
-use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError};
+use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
+use super::scope::scope;
 use super::screen::{self, Screening};
 use crate::effect::learned_map::Ranges;
 use crate::effect::{MOST_PARAMETERS, Scope};
@@ -25,6 +26,12 @@ const FLOOR_COUNTS: f32 = 2.0;
 const FLOOR_STROKE: f32 = 1e-5;
 const FLOOR_CURRENT: f32 = 1e-3;
 
+/// Length of a replay window for screening, s.
+const SCREEN_WINDOW: f32 = 0.04;
+
+/// Length of a held-out block, s.
+const BLOCK: f32 = 0.5;
+
 /// Half widths of the restarts' smoothing that are tried.
 const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 12, MARGIN];
 
@@ -41,6 +48,23 @@ pub struct Options<'a> {
     pub screen_window: usize,
     /// Samples that a block of held-out windows should have.
     pub block: usize,
+}
+
+impl<'a> Options<'a> {
+    /// The lengths that the tracing was developed with, and the sizes that the logs say are
+    /// sensible. `base`: what may be re-estimated; `rotary`: the coordinate is an angle.
+    ///
+    /// `None` if there is no log or the model cannot be built.
+    pub fn new(data: &Data, model: &Model, base: &'a [Base], rotary: bool) -> Option<Self> {
+        let (scope, ranges) = scope(data, model, rotary)?;
+        Some(Self {
+            base,
+            scope,
+            ranges,
+            screen_window: samples(SCREEN_WINDOW, scope.period, 4),
+            block: samples(BLOCK, scope.period, 1),
+        })
+    }
 }
 
 /// The data as it is cut and weighed now, and all that does not change on the way.

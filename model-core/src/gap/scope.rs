@@ -1,0 +1,133 @@
+//! What a log and the declared model say about sensible sizes.
+
+use super::log::Log;
+use super::model::{Model, Simulator};
+use super::replay::{Data, MARGIN};
+use crate::effect::Scope;
+use crate::effect::learned_map::Ranges;
+use crate::plant::State;
+
+/// Samples from one look at the log to the next; the motor torque is averaged over as many.
+const STRIDE: usize = 10;
+
+/// Samples on either side that the state is smoothed over: with seventeen positions a cubic passes
+/// what is slower than about a tenth of the sampling rate.
+const HALF_WIDTH: usize = 8;
+
+/// Share of the largest speed below which the machine counts as at rest, which says nothing about
+/// how fast it moves.
+const REST: f32 = 0.02;
+
+/// Share of the motor torque's rms that stands for the friction of a machine that declares none.
+const FRICTION: f32 = 0.1;
+
+/// Smallest size, so that nothing is divided by zero.
+const LEAST: f32 = 1e-9;
+
+/// Smoothed states of a log, each with the motor torque around it.
+fn looks<'a>(
+    log: &'a Log,
+    simulator: &'a Simulator,
+    torque_per_current: f32,
+    resolution: f32,
+) -> impl Iterator<Item = (State, f32)> + 'a {
+    let last = log.samples().saturating_sub(MARGIN);
+    (MARGIN..last).step_by(STRIDE).map(move |index| {
+        let state = log.smoothed_state(index, HALF_WIDTH, resolution);
+        let around = index - STRIDE / 2..index - STRIDE / 2 + STRIDE;
+        let mean = match log.current {
+            Some(current) => {
+                let late = simulator.sensor_lateness().whole;
+                let sum: f32 = around.map(|at| current.at(at.saturating_sub(late))).sum();
+                sum / STRIDE as f32
+            }
+            None => {
+                let late = simulator.input_lateness().whole;
+                let sum: f32 = around.map(|at| log.input.at(at.saturating_sub(late))).sum();
+                simulator.steady_current(state.velocity.value(), sum / STRIDE as f32)
+            }
+        };
+        (state, torque_per_current * mean)
+    })
+}
+
+/// Smallest and largest value so far.
+fn widen((lowest, highest): &mut (f32, f32), value: f32) {
+    *lowest = lowest.min(value);
+    *highest = highest.max(value);
+}
+
+/// Typical sizes and ranges over the logs, for the declared model. `rotary`: the coordinate is an
+/// angle.
+///
+/// Motor torque is that of the measured current, or of the winding's steady state where none was
+/// measured.
+///
+/// `None` if there is no log or the model cannot be built.
+pub fn scope(data: &Data, model: &Model, rotary: bool) -> Option<(Scope, Ranges)> {
+    let period = data.logs.first()?.period;
+    let simulator = model.build(period).ok()?;
+    let per_current = model.plant.torque_per_current();
+    let resolution = data.settings.resolution;
+    let all = || {
+        data.logs
+            .iter()
+            .flat_map(|log| looks(log, &simulator, per_current, resolution))
+    };
+    let nothing = (f32::MAX, f32::MIN);
+    let (mut position, mut velocity, mut motor_torque) = (nothing, nothing, nothing);
+    let mut torque = MeanSquare::default();
+    for (state, motor) in all() {
+        widen(&mut position, state.position.value());
+        widen(&mut velocity, state.velocity.value());
+        widen(&mut motor_torque, motor);
+        torque.add(motor);
+    }
+    let slowest = REST * velocity.1.max(-velocity.0);
+    let mut speed = MeanSquare::default();
+    for (state, _) in all() {
+        let velocity = state.velocity.value();
+        if velocity.abs() > slowest {
+            speed.add(velocity);
+        }
+    }
+    let longest = data.logs.iter().map(Log::samples).max()?;
+    let ranges = Ranges {
+        position,
+        velocity,
+        motor_torque,
+        time: (0.0, longest as f32 * period),
+    };
+    let coulomb = model.plant.coulomb.forward;
+    let scope = Scope {
+        friction: if coulomb > 0.0 {
+            coulomb
+        } else {
+            FRICTION * torque.root()
+        },
+        torque: torque.root(),
+        speed: speed.root(),
+        stroke: (position.1 - position.0).max(LEAST),
+        period,
+        rotary,
+    };
+    Some((scope, ranges))
+}
+
+/// A mean of squares.
+#[derive(Default)]
+struct MeanSquare {
+    sum: f64,
+    count: u32,
+}
+
+impl MeanSquare {
+    fn add(&mut self, value: f32) {
+        self.sum += f64::from(value) * f64::from(value);
+        self.count += 1;
+    }
+
+    fn root(&self) -> f32 {
+        (libm::sqrt(self.sum / f64::from(self.count.max(1))) as f32).max(LEAST)
+    }
+}
