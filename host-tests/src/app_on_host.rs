@@ -1,14 +1,14 @@
 //! The firmware's application on this host: the same code, called in the order in which the board's
-//! interrupts call it.
+//! interrupts and tasks call it.
 
-use firmware::app::control::Control;
-use firmware::app::emulate::Emulation;
-use firmware::app::machine::{ACTUATOR, POSITION_LOOP};
-use firmware::app::record::{Progress, Recorder, Sample};
-use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD, QUEUED_SAMPLES};
+use firmware::app::control::{self, Control};
+use firmware::app::emulate::{self, Emulation};
+use firmware::app::experiment::Experiment;
+use firmware::app::memory::Memory;
+use firmware::app::record::{Outcome, Progress, Recorder, Recording, Sample};
+use firmware::app::timing::QUEUED_SAMPLES;
 use firmware::app::wiring::Wiring;
-use heapless::spsc::{Consumer, Queue};
-use model_core::plant::actuator::Actuator;
+use heapless::spsc::{Producer, Queue};
 
 /// The interrupts' work, and the ends that the tasks hold.
 pub struct AppOnHost {
@@ -18,32 +18,52 @@ pub struct AppOnHost {
     pub control: Control,
     /// The wires between them.
     pub wiring: &'static Wiring,
-    /// What the recording task knows.
+    /// What the ends of the sample queue know.
     pub progress: &'static Progress,
-    /// What the recording task takes samples from.
-    pub samples: Consumer<'static, Sample>,
+    /// Work of the recording task.
+    pub recording: Recording,
+    /// What the recording keeps.
+    pub memory: Box<Memory>,
+    plants: Producer<'static, emulate::Setup>,
+    controllers: Producer<'static, control::Setup>,
+}
+
+/// What the board keeps in statics is leaked: a few kilobytes.
+fn leak<T: Default>() -> &'static mut T {
+    Box::leak(Box::default())
 }
 
 impl AppOnHost {
-    /// The application before its first tick. What a board keeps in statics is leaked: a few
-    /// kilobytes.
-    ///
-    /// # Panics
-    /// If the firmware's own constants are out of range.
+    /// The application before its first experiment.
     pub fn new() -> Self {
-        let wiring: &'static Wiring = Box::leak(Box::default());
-        let progress: &'static Progress = Box::leak(Box::default());
-        let queue: &'static mut Queue<Sample, QUEUED_SAMPLES> = Box::leak(Box::default());
-        let (producer, samples) = queue.split();
-        let actuator = Actuator::build(&ACTUATOR, PLANT_PERIOD).expect("a valid actuator");
-        let pid = POSITION_LOOP.build(CONTROL_PERIOD).expect("a valid PID");
+        let wiring: &'static Wiring = leak();
+        let progress: &'static Progress = leak();
+        let (producer, consumer) = leak::<Queue<Sample, QUEUED_SAMPLES>>().split();
+        let (plants, next_plant) = leak::<Queue<emulate::Setup, 2>>().split();
+        let (controllers, next_controller) = leak::<Queue<control::Setup, 2>>().split();
+        let recorder = Recorder::new(producer, progress);
         Self {
-            emulation: Emulation::new(actuator, wiring),
-            control: Control::new(pid, wiring, Recorder::new(producer, progress)),
+            emulation: Emulation::new(next_plant, wiring),
+            control: Control::new(next_controller, wiring, recorder),
             wiring,
             progress,
-            samples,
+            recording: Recording::new(consumer, progress, wiring),
+            memory: Box::default(),
+            plants,
+            controllers,
         }
+    }
+
+    /// Hands an experiment to the interrupts. Its plant begins anew with the next tick.
+    ///
+    /// # Panics
+    /// If a constant of the experiment is out of its range, or the one before has not begun.
+    pub fn load(&mut self, experiment: &Experiment) {
+        let (plant, control) = experiment.build().expect("an experiment within its ranges");
+        self.memory.clear();
+        self.progress.ask();
+        let taken = self.controllers.enqueue(control).is_ok() && self.plants.enqueue(plant).is_ok();
+        assert!(taken, "the experiment before has not begun");
     }
 
     /// One plant tick, with the control step that it asks for.
@@ -53,16 +73,18 @@ impl AppOnHost {
         }
     }
 
-    /// Runs the profile to its end, or to a fault, and returns its samples.
-    pub fn run(mut self) -> Vec<Sample> {
+    /// Runs an experiment to its end, or to a fault: its samples, and how it ended. The memory keeps
+    /// the last of them.
+    pub fn run(&mut self, experiment: &Experiment) -> (Vec<Sample>, Outcome) {
+        self.load(experiment);
         let mut recorded = Vec::new();
-        while !self.progress.finished() && self.wiring.fault().is_none() {
+        loop {
             self.tick();
-            while let Some(sample) = self.samples.dequeue() {
-                recorded.push(sample);
+            let log = |sample: &Sample| recorded.push(*sample);
+            if let Some(outcome) = self.recording.drain(&mut self.memory, log) {
+                return (recorded, outcome);
             }
         }
-        recorded
     }
 }
 

@@ -1,8 +1,8 @@
 //! A board's defmt log: raw bytes in, lines and samples out.
 //!
-//! defmt sends numbers only; the words are in the image that sent them. A frame that carries a
-//! [`Sample`] reads `sample` and then one `name=value` for each of its fields. Everything else is a
-//! line for people.
+//! defmt sends numbers only; the words are in the image that sent them. A frame reads as a word for
+//! what it is and then, mostly, as `name=value` for each of its fields: [`Line::value`]. A *recording*
+//! is what follows an `experiment` line; its `sample` lines are read into [`Sample`]s.
 
 use std::cell::Cell;
 use std::fmt;
@@ -13,7 +13,10 @@ use std::path::Path;
 use std::sync::Once;
 
 use defmt_decoder::{DecodeError, Encoding, Table};
-use firmware::app::record::Sample;
+use firmware::app::conversion::Converters;
+use firmware::app::record;
+use firmware::app::timing::CONTROL_PERIOD_US;
+use firmware::app::wiring::Truth;
 
 use crate::error::InputError;
 use crate::whole_file;
@@ -21,6 +24,55 @@ use crate::whole_file;
 /// The words of an image's log.
 pub struct Dictionary {
     table: Table,
+}
+
+/// What a board logs of one control step, SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Number of the control step in its recording, from 0.
+    pub sequence: u32,
+    /// Time of the measurement, µs from the first one.
+    pub time_us: u32,
+    /// Bridge voltage from this sample to the next, V.
+    pub input: f32,
+    /// Measured position, rad.
+    pub position: f32,
+    /// Position asked for, rad.
+    pub command: f32,
+    /// Measured motor current, A.
+    pub current: f32,
+    /// The emulated actuator's state behind the measurement.
+    pub truth: Truth,
+}
+
+impl Sample {
+    /// As the board logs it.
+    pub fn new(sample: &record::Sample, converters: &Converters) -> Self {
+        Self {
+            sequence: sample.sequence,
+            time_us: sample.sequence * CONTROL_PERIOD_US,
+            input: converters.bridge.value(sample.duty),
+            position: converters.position.value(sample.position),
+            command: sample.command,
+            current: converters.current.value(sample.current),
+            truth: sample.truth,
+        }
+    }
+
+    /// Every bit of it.
+    pub fn bits(&self) -> [u32; 9] {
+        [
+            self.sequence,
+            self.time_us,
+            self.input.to_bits(),
+            self.position.to_bits(),
+            self.command.to_bits(),
+            self.current.to_bits(),
+            self.truth.position.to_bits(),
+            self.truth.velocity.to_bits(),
+            self.truth.current.to_bits(),
+        ]
+    }
 }
 
 /// One frame of the log.
@@ -36,6 +88,17 @@ pub struct Line {
     pub sample: Option<Sample>,
 }
 
+impl Line {
+    /// What follows `name=` in a line that begins with the word `kind`.
+    pub fn value(&self, kind: &str, name: &str) -> Option<&str> {
+        let mut words = self.message.split(' ');
+        if words.next() != Some(kind) {
+            return None;
+        }
+        words.find_map(|word| word.strip_prefix(name)?.strip_prefix('='))
+    }
+}
+
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for part in [&self.time, &self.level] {
@@ -45,6 +108,15 @@ impl fmt::Display for Line {
         }
         f.write_str(&self.message)
     }
+}
+
+/// The part of a log that belongs to one experiment.
+#[derive(Debug, Clone, Copy)]
+pub struct Recording<'a> {
+    /// The experiment's name; empty for what precedes the first one.
+    pub name: &'a str,
+    /// Its lines.
+    pub lines: &'a [Line],
 }
 
 /// A decoded log.
@@ -124,14 +196,32 @@ impl Dictionary {
 }
 
 impl BoardLog {
+    /// The lines that are no samples, in order.
+    pub fn messages(&self) -> impl Iterator<Item = &Line> {
+        self.lines.iter().filter(|line| line.sample.is_none())
+    }
+
+    /// The recordings, in order; those without a sample too.
+    pub fn recordings(&self) -> Vec<Recording<'_>> {
+        self.lines
+            .chunk_by(|_, next| next.value("experiment", "name").is_none())
+            .map(|lines| Recording {
+                name: lines[0].value("experiment", "name").unwrap_or_default(),
+                lines,
+            })
+            .collect()
+    }
+}
+
+impl Recording<'_> {
     /// The samples, in order.
     pub fn samples(&self) -> impl Iterator<Item = &Sample> {
         self.lines.iter().filter_map(|line| line.sample.as_ref())
     }
 
-    /// The lines that are no samples, in order.
-    pub fn messages(&self) -> impl Iterator<Item = &Line> {
-        self.lines.iter().filter(|line| line.sample.is_none())
+    /// What follows `name=` in the first line that begins with the word `kind`.
+    pub fn value(&self, kind: &str, name: &str) -> Option<&str> {
+        self.lines.iter().find_map(|line| line.value(kind, name))
     }
 
     /// The first place where a sample is missing: the numbers before and after.
@@ -158,18 +248,17 @@ impl BoardLog {
 
     fn write_rows(&self, path: &Path) -> io::Result<()> {
         let mut out = BufWriter::new(fs::File::create(path)?);
-        writeln!(out, "time_s,input,position,command,current_a,velocity")?;
+        writeln!(out, "time_s,input,position,command,current_a")?;
         for sample in self.samples() {
             writeln!(
                 out,
-                "{}.{:06},{:?},{:?},{:?},{:?},{:?}",
+                "{}.{:06},{:?},{:?},{:?},{:?}",
                 sample.time_us / 1_000_000,
                 sample.time_us % 1_000_000,
                 sample.input,
                 sample.position,
                 sample.command,
-                sample.current,
-                sample.velocity
+                sample.current
             )?;
         }
         out.flush()
@@ -201,7 +290,11 @@ fn parse_sample(message: &str) -> Option<Sample> {
         position: value("position")?.parse().ok()?,
         command: value("command")?.parse().ok()?,
         current: value("current_a")?.parse().ok()?,
-        velocity: value("velocity")?.parse().ok()?,
+        truth: Truth {
+            position: value("true_position")?.parse().ok()?,
+            velocity: value("true_velocity")?.parse().ok()?,
+            current: value("true_current_a")?.parse().ok()?,
+        },
     };
     words.next().is_none().then_some(sample)
 }
@@ -233,23 +326,32 @@ mod tests {
     use super::*;
 
     const TEXT: &str = "sample sequence=7 time_us=7000 input=-1.5 position=0.1 command=0.3 \
-                        current_a=1e-7 velocity=NaN";
+                        current_a=1e-7 true_position=0.11 true_velocity=NaN true_current_a=2e-7";
 
-    fn sample(sequence: u32) -> Line {
+    fn line(message: &str, sample: Option<Sample>) -> Line {
         Line {
             time: String::new(),
             level: String::new(),
-            message: String::new(),
-            sample: Some(Sample {
-                sequence,
-                time_us: u64::from(sequence) * 1000,
-                input: -1.5,
-                position: 0.1,
-                command: 0.3,
-                current: 1e-7,
-                velocity: 3.0,
-            }),
+            message: message.to_owned(),
+            sample,
         }
+    }
+
+    fn sample(sequence: u32) -> Line {
+        let sample = Sample {
+            sequence,
+            time_us: sequence * 1000,
+            input: -1.5,
+            position: 0.1,
+            command: 0.3,
+            current: 1e-7,
+            truth: Truth::default(),
+        };
+        line("", Some(sample))
+    }
+
+    fn log(lines: Vec<Line>) -> BoardLog {
+        BoardLog { lines, damaged: 0 }
     }
 
     #[test]
@@ -258,7 +360,8 @@ mod tests {
         assert_eq!((read.sequence, read.time_us), (7, 7000));
         assert_eq!((read.input, read.position, read.command), (-1.5, 0.1, 0.3));
         assert_eq!(read.current, 1e-7);
-        assert!(read.velocity.is_nan());
+        assert_eq!((read.truth.position, read.truth.current), (0.11, 2e-7));
+        assert!(read.truth.velocity.is_nan());
     }
 
     #[test]
@@ -271,31 +374,56 @@ mod tests {
     }
 
     #[test]
+    fn a_value_is_found_in_lines_of_its_kind_alone() {
+        let line = line("refit estimate=0.15 estimate_2=7", None);
+        assert_eq!(line.value("refit", "estimate"), Some("0.15"));
+        assert_eq!(line.value("refit", "estimate_2"), Some("7"));
+        assert_eq!(line.value("refit", "true"), None);
+        assert_eq!(line.value("check", "estimate"), None);
+    }
+
+    #[test]
+    fn a_log_falls_into_recordings_at_its_experiments() {
+        let log = log(vec![
+            line("hello", None),
+            line("experiment name=a", None),
+            sample(0),
+            sample(1),
+            line("experiment name=b", None),
+            line("refused", None),
+        ]);
+        let found: Vec<_> = log
+            .recordings()
+            .iter()
+            .map(|recording| (recording.name, recording.samples().count()))
+            .collect();
+        assert_eq!(found, [("", 0), ("a", 2), ("b", 0)]);
+    }
+
+    #[test]
     fn a_gap_is_found_and_a_whole_log_has_none() {
-        let log = |numbers: &[u32]| BoardLog {
-            lines: numbers.iter().map(|&number| sample(number)).collect(),
-            damaged: 0,
+        let gap = |numbers: &[u32]| {
+            let lines = numbers.iter().map(|&number| sample(number)).collect();
+            let log: BoardLog = log(lines);
+            log.recordings().first().and_then(Recording::first_gap)
         };
-        assert_eq!(log(&[]).first_gap(), None);
-        assert_eq!(log(&[5, 6, 7]).first_gap(), None);
-        assert_eq!(log(&[5, 6, 9, 12]).first_gap(), Some((6, 9)));
-        assert_eq!(log(&[5, 5]).first_gap(), Some((5, 5)));
+        assert_eq!(gap(&[]), None);
+        assert_eq!(gap(&[5, 6, 7]), None);
+        assert_eq!(gap(&[5, 6, 9, 12]), Some((6, 9)));
+        assert_eq!(gap(&[5, 5]), Some((5, 5)));
     }
 
     #[test]
     fn csv_holds_the_samples_and_leaves_no_other_file() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("log.csv");
-        let log = BoardLog {
-            lines: vec![sample(0), sample(1)],
-            damaged: 0,
-        };
-        log.write_csv(&path).unwrap();
+        let log = log(vec![sample(0), sample(1)]);
+        log.recordings()[0].write_csv(&path).unwrap();
         assert_eq!(
             fs::read_to_string(&path).unwrap(),
-            "time_s,input,position,command,current_a,velocity\n\
-             0.000000,-1.5,0.1,0.3,1e-7,3.0\n\
-             0.001000,-1.5,0.1,0.3,1e-7,3.0\n"
+            "time_s,input,position,command,current_a\n\
+             0.000000,-1.5,0.1,0.3,1e-7\n\
+             0.001000,-1.5,0.1,0.3,1e-7\n"
         );
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
     }

@@ -59,9 +59,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         say("this compiler has no clippy: the firmware's build was looked at for warnings instead");
     }
     check_messages(&board.log, args.bless)?;
+    board.require_parity()?;
     say(&format!(
         "{} samples, none dropped, bit for bit as on this host; messages as expected",
-        board.log.samples().count()
+        board.samples()
     ));
     announce("host tests");
     let tests = host_tests()?;

@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use crate::board_log::{self, BoardLog, Dictionary};
+use crate::board_log::{self, BoardLog, Dictionary, Recording};
 use crate::error::InputError;
 use crate::failure::Failure;
 
@@ -16,9 +16,12 @@ pub struct Args {
     /// What it sent, byte for byte
     #[arg(value_name = "LOG")]
     log: PathBuf,
-    /// Write the samples to this file instead of to the terminal
+    /// Write the samples of one experiment to this file instead of to the terminal
     #[arg(long, value_name = "F")]
     csv: Option<PathBuf>,
+    /// Which experiment: the first one unless it is named
+    #[arg(long, value_name = "NAME", requires = "csv")]
+    experiment: Option<String>,
 }
 
 /// Prints the log's lines; with `--csv`, writes its samples.
@@ -36,23 +39,59 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             args.elf.display()
         )));
     }
+    let recordings = log.recordings();
     if let Some(csv) = &args.csv {
-        if log.samples().next().is_none() {
-            return Err(fault(
-                "holds no sample, so there is no CSV to write".to_owned(),
-            ));
-        }
-        log.write_csv(csv)
+        let recorded: Vec<&Recording> = recordings
+            .iter()
+            .filter(|recording| recording.samples().next().is_some())
+            .collect();
+        let chosen = match &args.experiment {
+            Some(name) => recorded.iter().find(|recording| recording.name == name),
+            None => recorded.first(),
+        };
+        let Some(chosen) = chosen else {
+            return Err(fault(match &args.experiment {
+                Some(name) => format!(
+                    "holds no sample of an experiment {name:?}; expected one of {}",
+                    names(&recorded)
+                ),
+                None => "holds no sample, so there is no CSV to write".to_owned(),
+            }));
+        };
+        chosen
+            .write_csv(csv)
             .map_err(|error| Failure::system(csv.display(), &error))?;
+        if recorded.len() > 1 && args.experiment.is_none() {
+            eprintln!(
+                "note: {} holds the experiment {:?}; the log has {}, see --experiment",
+                csv.display(),
+                chosen.name,
+                names(&recorded)
+            );
+        }
     }
     print(&log, args.csv.is_some()).map_err(|error| Failure::system("standard output", &error))?;
     if log.damaged > 0 {
         eprintln!("warning: {} damaged frames left out", log.damaged);
     }
-    if let Some((before, after)) = log.first_gap() {
-        eprintln!("warning: samples are missing, first between number {before} and {after}");
+    for recording in &recordings {
+        if let Some((before, after)) = recording.first_gap() {
+            let of = if recording.name.is_empty() {
+                String::new()
+            } else {
+                format!(" of {:?}", recording.name)
+            };
+            eprintln!(
+                "warning: samples{of} are missing, first between number {before} and {after}"
+            );
+        }
     }
     Ok(())
+}
+
+fn names(recordings: &[&Recording]) -> String {
+    let names: Vec<&str> = recordings.iter().map(|recording| recording.name).collect();
+    names.join(", ")
 }
 
 fn print(log: &BoardLog, without_samples: bool) -> io::Result<()> {

@@ -5,12 +5,13 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
-use host_tests::{bench, check, decode, gap, hil};
+use host_tests::{bench, check, decode, gap, hil, onboard};
 
 /// Firmware and model of an electromechanical actuator, closed on each other
 ///
-/// Without a command: builds the firmware for the emulated STM32F405, runs its position loop there,
-/// traces what its log has and the declared machine lacks, and leaves log and report in target/hil.
+/// Without a command: builds the firmware for the emulated STM32F405 and runs it there, actuators,
+/// position loops, refit of friction and check of its own log; then traces what that log has and the
+/// declared machine lacks, and leaves logs and report in target/hil.
 #[derive(Debug, Parser)]
 #[command(
     name = "cargo hil",
@@ -32,6 +33,9 @@ enum Command {
         after_help = "Example: cargo hil gap --machine ema.toml --train a.csv --validate b.csv"
     )]
     Gap(gap::command::Args),
+    /// Run the emulated board and compare it with this host and with the truth
+    #[command(after_help = "Example: cargo hil onboard --json onboard.json")]
+    Onboard(onboard::Args),
     /// Turn a board's defmt log into lines, and its samples into CSV
     #[command(
         after_help = "Example: cargo hil decode target/firmware/thumbv7em-none-eabihf/release/emulated target/hil/emulated.defmt --csv board.csv"
@@ -61,6 +65,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         None => hil::run(),
         Some(Command::Test(args)) => check::run(&args),
         Some(Command::Gap(args)) => gap::command::run(&args),
+        Some(Command::Onboard(args)) => onboard::run(&args),
         Some(Command::Decode(args)) => decode::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
     }

@@ -1,14 +1,30 @@
 //! The position loop, one step in an interrupt below the plant's and above every task.
 
-use super::profile;
-use super::record::{Recorder, Sample};
-use super::timing::CONTROL_PERIOD_US;
-use super::wiring::{Fault, Wiring};
+use heapless::spsc::Consumer;
 use model_core::control::pid;
+
+use super::conversion::Converters;
+use super::profile::Profile;
+use super::record::{Recorder, Sample};
+use super::wiring::{Fault, Wiring};
+
+/// A loop to run from now on.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// The controller, built for the control period.
+    pub pid: pid::Coefficients,
+    /// The positions that it is asked for.
+    pub profile: Profile,
+    /// Sensors and bridge.
+    pub converters: Converters,
+    /// Steps that are recorded.
+    pub steps: u32,
+}
 
 /// Controller, its command and its end of the log.
 pub struct Control {
-    pid: pid::Coefficients,
+    setup: Option<Setup>,
+    setups: Consumer<'static, Setup>,
     state: pid::State,
     wiring: &'static Wiring,
     recorder: Recorder,
@@ -17,10 +33,15 @@ pub struct Control {
 }
 
 impl Control {
-    /// A controller at rest, before the first step of the profile.
-    pub fn new(pid: pid::Coefficients, wiring: &'static Wiring, recorder: Recorder) -> Self {
+    /// No controller yet: it comes through `setups`, and is taken when the plant begins anew.
+    pub fn new(
+        setups: Consumer<'static, Setup>,
+        wiring: &'static Wiring,
+        recorder: Recorder,
+    ) -> Self {
         Self {
-            pid,
+            setup: None,
+            setups,
             state: pid::State::default(),
             wiring,
             recorder,
@@ -28,27 +49,38 @@ impl Control {
         }
     }
 
-    /// Measurement in, voltage out, sample to the queue. Once the profile has ended, nothing but a
-    /// bridge at zero.
+    /// Measurement in, duty out, sample to the queue while it is recorded. Behind that the loop goes
+    /// on, so that the actuator moves while its log is evaluated.
     pub fn step(&mut self) {
+        if self.wiring.take_restart() {
+            self.setup = self.setups.dequeue();
+            self.state = pid::State::default();
+            self.steps = 0;
+            self.recorder.begin();
+        }
+        let Some(setup) = &mut self.setup else {
+            self.wiring.set_control_due(false);
+            return;
+        };
         let measured = self.wiring.measurement();
-        if let Some(command) = profile::command(self.steps) {
-            match self.pid.step(&mut self.state, command, measured.position) {
-                Ok(voltage) => self.wiring.drive(voltage),
-                Err(_) => self.wiring.trip(Fault::NonFinite),
-            }
+        let position = setup.converters.position.value(measured.position);
+        let command = setup.profile.next();
+        let voltage = setup.pid.step(&mut self.state, command, position);
+        match voltage.map(|voltage| setup.converters.bridge.counts(voltage)) {
+            Ok(Some(duty)) => self.wiring.drive(duty),
+            _ => self.wiring.trip(Fault::NonFinite),
+        }
+        if self.steps < setup.steps {
             self.recorder.push(Sample {
                 sequence: self.steps,
-                time_us: u64::from(self.steps) * u64::from(CONTROL_PERIOD_US),
-                input: self.wiring.bridge_voltage(),
-                position: measured.position,
                 command,
+                duty: self.wiring.duty(),
+                position: measured.position,
                 current: measured.current,
-                velocity: measured.velocity,
+                truth: self.wiring.truth(),
             });
             self.steps += 1;
         } else {
-            self.wiring.drive(0.0);
             self.recorder.finish();
         }
         self.wiring.set_control_due(false);

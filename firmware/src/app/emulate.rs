@@ -5,15 +5,34 @@
 //! voltage acts from its own sampling instant on: the log's `input` holds from its row to the
 //! next, exactly.
 
+use heapless::spsc::Consumer;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
 
+use super::conversion::Converters;
+use super::experiment::Wear;
 use super::timing::TICKS_PER_CONTROL;
-use super::wiring::{Fault, Measurement, Wiring};
+use super::wiring::{Fault, Measurement, Truth, Wiring};
+
+/// A plant to emulate from now on.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// The actuator, built for the plant's period.
+    pub actuator: Actuator,
+    /// Where it starts.
+    pub start: State,
+    /// Its sensors and its bridge.
+    pub converters: Converters,
+    /// A change of its friction.
+    pub wear: Option<Wear>,
+    /// Control step from which on the position sensor reads what is not a number.
+    pub sensor_fails: Option<u32>,
+}
 
 /// The plant at the end of the wires.
 pub struct Emulation {
-    actuator: Actuator,
+    setup: Option<Setup>,
+    setups: Consumer<'static, Setup>,
     state: State,
     wiring: &'static Wiring,
     /// Ticks so far. The first samples the initial state, without a step.
@@ -21,10 +40,11 @@ pub struct Emulation {
 }
 
 impl Emulation {
-    /// A plant at rest at position 0.
-    pub fn new(actuator: Actuator, wiring: &'static Wiring) -> Self {
+    /// No plant yet: it comes through `setups`, and each one replaces the one before.
+    pub fn new(setups: Consumer<'static, Setup>, wiring: &'static Wiring) -> Self {
         Self {
-            actuator,
+            setup: None,
+            setups,
             state: State::default(),
             wiring,
             ticks: 0,
@@ -36,25 +56,52 @@ impl Emulation {
     /// A control step that is still due, and an input that the plant refuses, trip the latch.
     #[must_use]
     pub fn tick(&mut self) -> bool {
+        self.wiring.count_tick();
         if self.wiring.control_due() {
             self.wiring.trip(Fault::MissedDeadline);
         }
+        if let Some(setup) = self.setups.dequeue() {
+            self.state = setup.start;
+            self.setup = Some(setup);
+            self.ticks = 0;
+            self.wiring.rearm();
+        }
+        let Some(setup) = &mut self.setup else {
+            return false;
+        };
+        if let Some(wear) = setup.wear
+            && wear.step * TICKS_PER_CONTROL == self.ticks
+        {
+            setup.actuator.set_friction(wear.coulomb, wear.breakaway);
+        }
         if self.ticks > 0 {
-            let voltage = self.wiring.bridge_voltage();
-            if self.actuator.step(&mut self.state, voltage).is_err() {
+            let voltage = setup.converters.bridge.value(self.wiring.duty());
+            if setup.actuator.step(&mut self.state, voltage).is_err() {
                 self.wiring.trip(Fault::NonFinite);
             }
         }
-        self.wiring.publish(Measurement {
-            position: self.state.position.value(),
-            velocity: self.state.velocity.value(),
-            current: self.state.current,
-        });
         let due = self.ticks.is_multiple_of(TICKS_PER_CONTROL);
+        let truth = Truth::from(&self.state);
+        match measure(setup, self.ticks, truth) {
+            Some(measurement) => self.wiring.publish(measurement, truth),
+            None => self.wiring.trip(Fault::NonFinite),
+        }
         if due {
             self.wiring.set_control_due(true);
         }
         self.ticks = self.ticks.wrapping_add(1);
         due
     }
+}
+
+/// What the sensors make of a state; none where one of them has no reading.
+fn measure(setup: &Setup, tick: u32, truth: Truth) -> Option<Measurement> {
+    let failed = setup
+        .sensor_fails
+        .is_some_and(|step| tick >= step * TICKS_PER_CONTROL);
+    let position = if failed { f32::NAN } else { truth.position };
+    Some(Measurement {
+        position: setup.converters.position.counts(position)?,
+        current: setup.converters.current.counts(truth.current)?,
+    })
 }

@@ -1,56 +1,123 @@
-//! The actuator that is emulated and the gains of its position loop.
+//! The actuators, as their drives believe them to be: numbers, sensors, bridge and position loop.
 
+use model_core::control::pid;
 use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 
-use model_core::control::pid;
+use super::conversion::{Converter, Converters};
 
-/// Supply of the bridge, V.
-const SUPPLY: f32 = 24.0;
+/// An actuator with all that its drive knows of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Machine {
+    /// Motor, mechanics and friction.
+    pub plant: Parameters,
+    /// Sensors and bridge.
+    pub converters: Converters,
+    /// The position loop: rad to V.
+    pub position_loop: pid::Parameters,
+    /// Where it rests before the first command, rad.
+    pub rest: f32,
+}
+
+/// Counts of the timer behind a bridge at full duty: 168 MHz, centre-aligned at 20 kHz.
+const FULL_DUTY: i16 = 4200;
+
+/// Counts of a 12-bit converter on either side of its middle.
+const HALF_SCALE: i16 = 2047;
+
+/// Supply of the actuator's bridge, V.
+const EMA_SUPPLY: f32 = 24.0;
 
 /// A small 24 V brushed-DC actuator, referred to its output shaft: what `ema-24v.toml` among the
-/// host's machine files declares.
-pub const DECLARED: Parameters = Parameters {
-    drive: Drive::Voltage {
-        resistance: 1.0,
-        inductance: 1.0e-3,
-        torque_constant: 0.06,
+/// host's machine files declares. The encoder has 4096 lines, counted at every edge; the shunt's
+/// amplifier spans 25 A either way.
+///
+/// The loop's derivative cancels the mechanical time constant J R / k² = 33 ms, which leaves an
+/// integrator: the crossover K_p / k = 500 1/s lies at half the corner R / L of the winding. The
+/// actuator may rest wherever friction holds it, at most breakaway · R / (k K_p) = 83 mrad off; what
+/// the integral does about that within one hold is left at that. The derivative's filter is four
+/// periods of the loop long: one count of the encoder is then 0.1 V, not 0.4.
+pub const EMA: Machine = Machine {
+    plant: Parameters {
+        drive: Drive::Voltage {
+            resistance: 1.0,
+            inductance: 1.0e-3,
+            torque_constant: 0.06,
+        },
+        gain: 1.0,
+        inertia: 1.2e-4,
+        viscous: Directional::both(2.0e-4),
+        coulomb: Directional::both(0.12),
+        breakaway: Directional::both(0.15),
+        spring: 0.0,
+        spring_rest: 0.0,
+        spring_preload: 0.0,
+        offset: 0.0,
+        lower_stop: -1.0,
+        upper_stop: 1.0,
     },
-    gain: 1.0,
-    inertia: 1.2e-4,
-    viscous: Directional::both(2.0e-4),
-    coulomb: Directional::both(0.12),
-    breakaway: Directional::both(0.15),
-    spring: 0.0,
-    spring_rest: 0.0,
-    spring_preload: 0.0,
-    offset: 0.0,
-    lower_stop: -1.0,
-    upper_stop: 1.0,
+    converters: Converters {
+        position: Converter::new(core::f32::consts::TAU / 16384.0, i16::MAX),
+        current: Converter::new(25.0 / 2048.0, HALF_SCALE),
+        bridge: Converter::new(EMA_SUPPLY / FULL_DUTY as f32, FULL_DUTY),
+    },
+    position_loop: pid::Parameters {
+        proportional: 30.0,
+        integral: 150.0,
+        derivative: 1.0,
+        derivative_filter_time: 4.0e-3,
+        set_point_weight: 1.0,
+        derivative_set_point_weight: 0.0,
+        output_minimum: -EMA_SUPPLY,
+        output_maximum: EMA_SUPPLY,
+        anti_windup: pid::AntiWindup::ConditionalIntegration,
+    },
+    rest: 0.0,
 };
 
-/// The actuator that is emulated. Its viscous friction depends on the direction of motion, which
-/// nobody declares: the host's tracing has to find it in the log.
-pub const ACTUATOR: Parameters = Parameters {
-    viscous: Directional {
-        forward: 1.4e-3,
-        backward: DECLARED.viscous.backward,
-    },
-    ..DECLARED
-};
+/// Supply of the throttle's bridge, V.
+const THROTTLE_SUPPLY: f32 = 12.0;
 
-/// Position loop. The derivative cancels the mechanical time constant J R / k² = 33 ms, which
-/// leaves an integrator: the crossover K_p / k = 500 1/s lies at half the corner R / L of the
-/// winding. The actuator may rest wherever friction holds it, at most breakaway · R / (k K_p) =
-/// 83 mrad off; what the integral does about that within one hold is left at that.
-pub const POSITION_LOOP: pid::Parameters = pid::Parameters {
-    proportional: 30.0,
-    integral: 150.0,
-    derivative: 1.0,
-    derivative_filter_time: 0.2e-3,
-    set_point_weight: 1.0,
-    derivative_set_point_weight: 0.0,
-    output_minimum: -SUPPLY,
-    output_maximum: SUPPLY,
-    anti_windup: pid::AntiWindup::ConditionalIntegration,
+/// A 12 V throttle body, referred to its plate: what `throttle-12v.toml` declares. A return spring
+/// holds the plate at its limp-home position by a preload to either side; a stop at either end. The
+/// position is read from a potentiometer by a 12-bit converter over 1.64 rad.
+///
+/// The loop follows the same rule as the actuator's, with a mechanical time constant
+/// J R / k² = 22 ms and a crossover of 66 1/s.
+pub const THROTTLE: Machine = Machine {
+    plant: Parameters {
+        drive: Drive::Voltage {
+            resistance: 2.0,
+            inductance: 1.2e-3,
+            torque_constant: 0.38,
+        },
+        gain: 1.0,
+        inertia: 1.6e-3,
+        viscous: Directional::both(8.0e-3),
+        coulomb: Directional::both(0.24),
+        breakaway: Directional::both(0.28),
+        spring: 0.25,
+        spring_rest: 0.2,
+        spring_preload: 0.3,
+        offset: 0.0,
+        lower_stop: 0.02,
+        upper_stop: 1.57,
+    },
+    converters: Converters {
+        position: Converter::new(4.0e-4, 4095),
+        current: Converter::new(10.0 / 2048.0, HALF_SCALE),
+        bridge: Converter::new(THROTTLE_SUPPLY / FULL_DUTY as f32, FULL_DUTY),
+    },
+    position_loop: pid::Parameters {
+        proportional: 25.0,
+        integral: 100.0,
+        derivative: 0.5,
+        derivative_filter_time: 4.0e-3,
+        set_point_weight: 1.0,
+        derivative_set_point_weight: 0.0,
+        output_minimum: -THROTTLE_SUPPLY,
+        output_maximum: THROTTLE_SUPPLY,
+        anti_windup: pid::AntiWindup::ConditionalIntegration,
+    },
+    rest: 0.2,
 };

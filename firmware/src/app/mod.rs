@@ -1,17 +1,30 @@
-//! What every board runs. Three levels of urgency share the processor:
+//! What every board runs. Four levels of urgency share the processor:
 //!
 //! 1. [`emulate`]: the plant, 20 kHz, in the most urgent interrupt;
 //! 2. [`control`]: the position loop, 1 kHz, in the next interrupt;
-//! 3. tasks: [`record`] logs what the loop saw.
+//! 3. [`record`]: a task that logs what the loop saw and keeps the last seconds in a [`memory`];
+//! 4. [`session`]: a task that goes from [`experiment`] to experiment and has each log evaluated, by
+//!    [`refit`] or [`check`].
 //!
-//! [`wiring`] joins plant and drive and holds the fault latch. `run` puts them together.
+//! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by
+//! [`conversion`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
+//! What there is to run: the [`demonstration`], and the [`failures`].
 
+pub mod check;
 pub mod control;
+pub mod conversion;
+pub mod demonstration;
 pub mod emulate;
+#[cfg(feature = "tasks")]
+pub mod evaluate;
+pub mod experiment;
+pub mod failures;
 pub mod machine;
+pub mod memory;
 pub mod profile;
 pub mod record;
+pub mod refit;
 #[cfg(feature = "tasks")]
-pub mod run;
+pub mod session;
 pub mod timing;
 pub mod wiring;

@@ -1,18 +1,168 @@
-//! The position that the run asks for: steps of different height, both ways.
+//! What the run asks for: one command signal after the other, and then all of them again.
 
-use super::timing::CONTROL_PERIOD_US;
+use heapless::Vec;
+use model_core::numeric::invalid_parameter::InvalidParameter;
+use model_core::signal::{step, sweep, triangle};
 
-/// Positions, rad, each held for [`HOLD_US`].
-const POSITIONS: [f32; 10] = [0.0, 0.3, 0.8, 0.5, -0.2, -0.7, -0.6, 0.1, 0.6, 0.0];
+use super::timing::{CONTROL_PERIOD, CONTROL_PERIOD_US};
 
-/// How long a position is held, µs: three times what a move over the whole stroke takes.
-const HOLD_US: u32 = 400_000;
+/// Most commands of one experiment.
+pub const MOST_COMMANDS: usize = 12;
 
-/// Control steps in a run.
-pub const STEPS: u32 = POSITIONS.len() as u32 * (HOLD_US / CONTROL_PERIOD_US);
+/// A position over time, rad. Each begins at its own time zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Signal {
+    /// From one position to another at once.
+    Step(step::Parameters),
+    /// A sine whose frequency changes.
+    Sweep(sweep::Parameters),
+    /// Straight lines up and down.
+    Triangle(triangle::Parameters),
+}
 
-/// The position asked for in a control step, rad; none after the last.
-pub fn command(step: u32) -> Option<f32> {
-    let index = step / (HOLD_US / CONTROL_PERIOD_US);
-    POSITIONS.get(index as usize).copied()
+impl Signal {
+    /// What it is called in the log.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Step(_) => "step",
+            Self::Sweep(_) => "sweep",
+            Self::Triangle(_) => "triangle",
+        }
+    }
+}
+
+/// A signal and how long it lasts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Command {
+    /// The position asked for.
+    pub signal: Signal,
+    /// Its length, ms; at least one control period.
+    pub milliseconds: u32,
+}
+
+impl Command {
+    /// From one position to another at once, and there.
+    pub const fn step(initial_value: f32, final_value: f32, milliseconds: u32) -> Self {
+        let step = step::Parameters {
+            initial_value,
+            final_value,
+            time: 0.0,
+        };
+        Self {
+            signal: Signal::Step(step),
+            milliseconds,
+        }
+    }
+
+    /// A sine about `offset` whose frequency, Hz, changes evenly.
+    pub const fn sweep(
+        (offset, amplitude): (f32, f32),
+        (initial_frequency, final_frequency): (f32, f32),
+        seconds: u32,
+    ) -> Self {
+        let sweep = sweep::Parameters {
+            offset,
+            amplitude,
+            initial_frequency,
+            final_frequency,
+            duration: seconds as f32,
+        };
+        Self {
+            signal: Signal::Sweep(sweep),
+            milliseconds: 1000 * seconds,
+        }
+    }
+
+    /// Straight lines about `offset`; the frequency is in Hz.
+    pub const fn triangle((offset, amplitude): (f32, f32), frequency: f32, seconds: u32) -> Self {
+        let triangle = triangle::Parameters {
+            offset,
+            amplitude,
+            frequency,
+            phase: 0.0,
+        };
+        Self {
+            signal: Signal::Triangle(triangle),
+            milliseconds: 1000 * seconds,
+        }
+    }
+}
+
+/// Control steps of a command.
+fn steps(command: &Command) -> u32 {
+    (command.milliseconds * 1000 / CONTROL_PERIOD_US).max(1)
+}
+
+/// A signal bound to the control period.
+#[derive(Debug, Clone, Copy)]
+enum Bound {
+    Step(step::Step),
+    Sweep(sweep::Sweep),
+    Triangle(triangle::Triangle),
+}
+
+impl Bound {
+    fn at(&self, tick: u32) -> f32 {
+        match self {
+            Self::Step(signal) => signal.at(tick),
+            Self::Sweep(signal) => signal.at(tick),
+            Self::Triangle(signal) => signal.at(tick),
+        }
+    }
+}
+
+/// Commands bound to the control period, read in order.
+#[derive(Debug, Clone, Default)]
+pub struct Profile {
+    commands: Vec<(Bound, u32), MOST_COMMANDS>,
+    current: usize,
+    /// Control steps into the current command.
+    step: u32,
+}
+
+impl Profile {
+    /// The commands one after the other.
+    ///
+    /// # Errors
+    /// No command, more than [`MOST_COMMANDS`], or a signal that is out of its range.
+    pub fn new(commands: &[Command]) -> Result<Self, InvalidParameter> {
+        let mut profile = Self::default();
+        let wrong_number = InvalidParameter {
+            name: "commands",
+            requirement: "must be one to twelve",
+        };
+        for command in commands {
+            let bound = match command.signal {
+                Signal::Step(signal) => Bound::Step(signal.build(CONTROL_PERIOD)?),
+                Signal::Sweep(signal) => Bound::Sweep(signal.build(CONTROL_PERIOD)?),
+                Signal::Triangle(signal) => Bound::Triangle(signal.build(CONTROL_PERIOD)?),
+            };
+            profile
+                .commands
+                .push((bound, steps(command)))
+                .map_err(|_| wrong_number)?;
+        }
+        if profile.commands.is_empty() {
+            return Err(wrong_number);
+        }
+        Ok(profile)
+    }
+
+    /// The position asked for in the next control step, rad. Behind the last command the first one
+    /// follows. 0 without commands.
+    pub fn next(&mut self) -> f32 {
+        let Some((signal, steps)) = self.commands.get(self.current) else {
+            return 0.0;
+        };
+        let position = signal.at(self.step);
+        self.step += 1;
+        if self.step == *steps {
+            self.step = 0;
+            self.current += 1;
+            if self.current == self.commands.len() {
+                self.current = 0;
+            }
+        }
+        position
+    }
 }

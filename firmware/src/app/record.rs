@@ -1,47 +1,58 @@
 //! From the control interrupt to the log.
 //!
 //! The interrupt never logs: it puts a numbered sample into a queue and counts those that find it
-//! full. The task takes them out and logs them.
+//! full. A task, above the one that evaluates, takes them out, logs them and keeps the last seconds
+//! of them in the [`Memory`].
 
 use core::sync::atomic::{
-    AtomicBool, AtomicU32,
+    AtomicU8, AtomicU32,
     Ordering::{Acquire, Relaxed, Release},
 };
 
-use heapless::spsc::Producer;
+use heapless::spsc::{Consumer, Producer};
 
-/// What the controller saw and did in one step. SI units.
+use super::memory::Memory;
+use super::wiring::{Fault, Truth, Wiring};
+
+/// What the controller saw and did in one step, in counts of its converters, and the state of the
+/// emulated actuator behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Number of the control step, from 0. A gap is a sample that was dropped.
     pub sequence: u32,
-    /// Time of the measurement, µs from the first one.
-    pub time_us: u64,
-    /// Bridge voltage from this sample to the next, V.
-    pub input: f32,
-    /// Measured position, rad.
-    pub position: f32,
     /// Position asked for, rad.
     pub command: f32,
-    /// Measured motor current, A.
-    pub current: f32,
-    /// Measured velocity, rad/s.
-    pub velocity: f32,
+    /// Duty of the bridge from this sample to the next.
+    pub duty: i16,
+    /// Measured position.
+    pub position: i16,
+    /// Measured motor current.
+    pub current: i16,
+    /// What was measured.
+    pub truth: Truth,
 }
 
-/// What the two ends of the queue tell each other beside the samples.
+/// What the ends of the queue tell each other beside the samples.
+///
+/// A recording is asked for, begins with the first control step of a plant that begins anew, and
+/// ends with the last step that is to be recorded. Asked for again, whatever the loop still does
+/// with the plant before belongs to no recording.
 #[derive(Debug, Default)]
 pub struct Progress {
     dropped: AtomicU32,
-    finished: AtomicBool,
+    stage: AtomicU8,
 }
 
+const ASKED: u8 = 1;
+const RUNNING: u8 = 2;
+const FINISHED: u8 = 3;
+
 impl Progress {
-    /// Nothing dropped, not finished.
+    /// Nothing recorded.
     pub const fn new() -> Self {
         Self {
             dropped: AtomicU32::new(0),
-            finished: AtomicBool::new(false),
+            stage: AtomicU8::new(0),
         }
     }
 
@@ -50,9 +61,19 @@ impl Progress {
         self.dropped.load(Relaxed)
     }
 
+    /// Asks for a recording. The plant and the controller to be recorded must come next.
+    pub fn ask(&self) {
+        self.stage.store(ASKED, Release);
+    }
+
+    /// Whether the first sample of what was asked for has been taken.
+    pub fn begun(&self) -> bool {
+        self.stage.load(Acquire) >= RUNNING
+    }
+
     /// Whether the last sample is in the queue.
     pub fn finished(&self) -> bool {
-        self.finished.load(Acquire)
+        self.stage.load(Acquire) == FINISHED
     }
 }
 
@@ -68,6 +89,12 @@ impl Recorder {
         Self { samples, progress }
     }
 
+    /// Says that the next sample is the first.
+    pub fn begin(&mut self) {
+        self.progress.dropped.store(0, Relaxed);
+        self.progress.stage.store(RUNNING, Release);
+    }
+
     /// Queues a sample, or counts it as dropped.
     pub fn push(&mut self, sample: Sample) {
         if self.samples.enqueue(sample).is_err() {
@@ -80,11 +107,13 @@ impl Recorder {
 
     /// Says that no sample follows.
     pub fn finish(&mut self) {
-        self.progress.finished.store(true, Release);
+        if self.progress.stage.load(Relaxed) == RUNNING {
+            self.progress.stage.store(FINISHED, Release);
+        }
     }
 }
 
-/// How a run ended.
+/// How a recording ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use]
 pub struct Outcome {
@@ -93,7 +122,7 @@ pub struct Outcome {
     /// Samples that found the queue full.
     pub dropped: u32,
     /// The latched fault.
-    pub fault: Option<super::wiring::Fault>,
+    pub fault: Option<Fault>,
 }
 
 impl Outcome {
@@ -103,55 +132,63 @@ impl Outcome {
     }
 }
 
-/// Logs what comes out of the queue until the profile or a fault ends the run.
-#[cfg(feature = "tasks")]
-pub async fn record(
-    mut samples: heapless::spsc::Consumer<'static, Sample>,
+/// The task's end of the queue.
+pub struct Recording {
+    samples: Consumer<'static, Sample>,
     progress: &'static Progress,
-    wiring: &'static super::wiring::Wiring,
-) -> Outcome {
-    use super::timing::{CONTROL_PERIOD_US, PLANT_PERIOD_US, RECORD_PERIOD_MS};
-    use embassy_time::Timer;
+    wiring: &'static Wiring,
+    logged: u32,
+}
+
+impl Recording {
+    /// Takes the consuming end.
+    pub fn new(
+        samples: Consumer<'static, Sample>,
+        progress: &'static Progress,
+        wiring: &'static Wiring,
+    ) -> Self {
+        Self {
+            samples,
+            progress,
+            wiring,
+            logged: 0,
+        }
+    }
+
+    /// Empties the queue into the memory, each sample by way of `log`. Once the profile or a fault
+    /// has ended the recording, says how.
+    pub fn drain(&mut self, memory: &mut Memory, mut log: impl FnMut(&Sample)) -> Option<Outcome> {
+        // Before the queue is emptied: what was queued before the end is then still logged.
+        let fault = self.wiring.fault().filter(|_| self.progress.begun());
+        let ended = self.progress.finished() || fault.is_some();
+        while let Some(sample) = self.samples.dequeue() {
+            log(&sample);
+            memory.push(&sample);
+            self.logged += 1;
+        }
+        ended.then(|| Outcome {
+            samples: core::mem::take(&mut self.logged),
+            dropped: self.progress.dropped(),
+            fault,
+        })
+    }
+}
+
+/// Logs a sample in SI units.
+#[cfg(feature = "tasks")]
+pub fn log_sample(sample: &Sample, converters: &super::conversion::Converters) {
+    use super::timing::CONTROL_PERIOD_US;
 
     defmt::info!(
-        "start plant_period_us={=u32} control_period_us={=u32}",
-        PLANT_PERIOD_US,
-        CONTROL_PERIOD_US
+        "sample sequence={=u32} time_us={=u32} input={=f32} position={=f32} command={=f32} current_a={=f32} true_position={=f32} true_velocity={=f32} true_current_a={=f32}",
+        sample.sequence,
+        sample.sequence * CONTROL_PERIOD_US,
+        converters.bridge.value(sample.duty),
+        converters.position.value(sample.position),
+        sample.command,
+        converters.current.value(sample.current),
+        sample.truth.position,
+        sample.truth.velocity,
+        sample.truth.current
     );
-    let mut logged = 0;
-    loop {
-        // Before the queue is emptied: what was queued before the end is then still logged.
-        let fault = wiring.fault();
-        let ended = progress.finished() || fault.is_some();
-        while let Some(sample) = samples.dequeue() {
-            defmt::info!(
-                "sample sequence={=u32} time_us={=u64} input={=f32} position={=f32} command={=f32} current_a={=f32} velocity={=f32}",
-                sample.sequence,
-                sample.time_us,
-                sample.input,
-                sample.position,
-                sample.command,
-                sample.current,
-                sample.velocity
-            );
-            logged += 1;
-        }
-        if ended {
-            let outcome = Outcome {
-                samples: logged,
-                dropped: progress.dropped(),
-                fault,
-            };
-            if let Some(fault) = fault {
-                defmt::error!("fault: {}", fault);
-            }
-            defmt::info!(
-                "end samples={=u32} dropped={=u32}",
-                outcome.samples,
-                outcome.dropped
-            );
-            return outcome;
-        }
-        Timer::after_millis(RECORD_PERIOD_MS).await;
-    }
 }

@@ -10,6 +10,9 @@ pub const CONTROL_PERIOD_US: u32 = 1000;
 /// Plant ticks in a control period.
 pub const TICKS_PER_CONTROL: u32 = CONTROL_PERIOD_US / PLANT_PERIOD_US;
 
+/// Control steps in a second.
+pub const STEPS_PER_SECOND: u32 = 1_000_000 / CONTROL_PERIOD_US;
+
 /// How often the recording task empties the sample queue, ms.
 pub const RECORD_PERIOD_MS: u64 = 5;
 

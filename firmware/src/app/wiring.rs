@@ -1,11 +1,17 @@
 //! The wires between drive and actuator, and the fault latch that cuts them.
 //!
-//! On the way out a bridge voltage, on the way back what the sensors read. The two ends live in
-//! interrupts of different urgency, so every wire is one atomic word: nothing is locked, and an
-//! interrupt never waits. The values of one measurement belong together because the control step
-//! must end before the next plant tick; one that does not is a [`Fault::MissedDeadline`].
+//! On the way out the duty of the bridge, on the way back what the sensors read, both in counts of
+//! their converters. The two ends live in interrupts of different urgency, so every wire is one
+//! atomic word: nothing is locked, and an interrupt never waits. The values of one measurement
+//! belong together because the control step must end before the next plant tick; one that does not
+//! is a [`Fault::MissedDeadline`].
 
-use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{
+    AtomicBool, AtomicI16, AtomicU8, AtomicU32,
+    Ordering::{Acquire, Relaxed, Release},
+};
+
+use model_core::plant::State;
 
 /// Why the bridge was switched off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,9 +23,18 @@ pub enum Fault {
     MissedDeadline,
 }
 
-/// What the sensors read.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// What the sensors read, in counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Measurement {
+    /// Position.
+    pub position: i16,
+    /// Motor current.
+    pub current: i16,
+}
+
+/// The emulated actuator's own state, to the last bit: for the log alone, the drive has its sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Truth {
     /// Position, rad.
     pub position: f32,
     /// Velocity, rad/s.
@@ -28,9 +43,13 @@ pub struct Measurement {
     pub current: f32,
 }
 
-impl Measurement {
-    fn is_finite(&self) -> bool {
-        self.position.is_finite() && self.velocity.is_finite() && self.current.is_finite()
+impl From<&State> for Truth {
+    fn from(state: &State) -> Self {
+        Self {
+            position: state.position.value(),
+            velocity: state.velocity.value(),
+            current: state.current,
+        }
     }
 }
 
@@ -52,72 +71,88 @@ impl Wire {
     }
 }
 
-/// All wires of one actuator. Relaxed ordering throughout: one core, and interrupts order
+/// All wires of one actuator. Relaxed ordering for values: one core, and interrupts order
 /// themselves.
 #[derive(Debug, Default)]
 pub struct Wiring {
-    voltage: Wire,
-    position: Wire,
-    velocity: Wire,
-    current: Wire,
+    duty: AtomicI16,
+    position: AtomicI16,
+    current: AtomicI16,
+    true_position: Wire,
+    true_velocity: Wire,
+    true_current: Wire,
     control_due: AtomicBool,
+    restarted: AtomicBool,
     fault: AtomicU8,
+    ticks: AtomicU32,
+    missed: AtomicU32,
 }
 
 impl Wiring {
     /// Everything at zero, no fault.
     pub const fn new() -> Self {
         Self {
-            voltage: Wire::new(),
-            position: Wire::new(),
-            velocity: Wire::new(),
-            current: Wire::new(),
+            duty: AtomicI16::new(0),
+            position: AtomicI16::new(0),
+            current: AtomicI16::new(0),
+            true_position: Wire::new(),
+            true_velocity: Wire::new(),
+            true_current: Wire::new(),
             control_due: AtomicBool::new(false),
+            restarted: AtomicBool::new(false),
             fault: AtomicU8::new(0),
+            ticks: AtomicU32::new(0),
+            missed: AtomicU32::new(0),
         }
     }
 
-    /// Sets the bridge voltage, V. A value that is not finite trips the latch.
-    pub fn drive(&self, voltage: f32) {
-        if voltage.is_finite() {
-            self.voltage.set(voltage);
-        } else {
-            self.trip(Fault::NonFinite);
-        }
+    /// Sets the duty of the bridge, in counts.
+    pub fn drive(&self, duty: i16) {
+        self.duty.store(duty, Relaxed);
     }
 
-    /// The voltage at the bridge, V: what was asked for, or zero for good after a fault.
-    pub fn bridge_voltage(&self) -> f32 {
+    /// The duty at the bridge, in counts: what was asked for, or zero while a fault is latched.
+    pub fn duty(&self) -> i16 {
         if self.fault().is_some() {
-            0.0
+            0
         } else {
-            self.voltage.get()
+            self.duty.load(Relaxed)
         }
     }
 
-    /// Puts a measurement on the wires. One that is not finite trips the latch.
-    pub fn publish(&self, measurement: Measurement) {
-        if !measurement.is_finite() {
-            self.trip(Fault::NonFinite);
-        }
-        self.position.set(measurement.position);
-        self.velocity.set(measurement.velocity);
-        self.current.set(measurement.current);
+    /// Puts a measurement on the wires, and the state behind it.
+    pub fn publish(&self, measurement: Measurement, truth: Truth) {
+        self.position.store(measurement.position, Relaxed);
+        self.current.store(measurement.current, Relaxed);
+        self.true_position.set(truth.position);
+        self.true_velocity.set(truth.velocity);
+        self.true_current.set(truth.current);
     }
 
     /// What the sensors read now.
     pub fn measurement(&self) -> Measurement {
         Measurement {
-            position: self.position.get(),
-            velocity: self.velocity.get(),
-            current: self.current.get(),
+            position: self.position.load(Relaxed),
+            current: self.current.load(Relaxed),
+        }
+    }
+
+    /// The state behind the measurement.
+    pub fn truth(&self) -> Truth {
+        Truth {
+            position: self.true_position.get(),
+            velocity: self.true_velocity.get(),
+            current: self.true_current.get(),
         }
     }
 
     /// Latches a fault and with it the safe state. The first one stays.
     pub fn trip(&self, fault: Fault) {
-        // The board's reset is the only way out, so a lost race between two faults costs nothing
-        // but which of them is named.
+        if fault == Fault::MissedDeadline {
+            // One writer at a time: both are plant ticks.
+            self.missed.store(self.missed().saturating_add(1), Relaxed);
+        }
+        // A lost race between two faults costs nothing but which of them is named.
         if self.fault().is_none() {
             self.fault.store(1 + fault as u8, Relaxed);
         }
@@ -132,6 +167,20 @@ impl Wiring {
         }
     }
 
+    /// Plant ticks since the start.
+    pub fn ticks(&self) -> u32 {
+        self.ticks.load(Relaxed)
+    }
+
+    /// Deadlines missed since the start.
+    pub fn missed(&self) -> u32 {
+        self.missed.load(Relaxed)
+    }
+
+    pub(super) fn count_tick(&self) {
+        self.ticks.store(self.ticks().wrapping_add(1), Relaxed);
+    }
+
     /// Whether a control step was asked for and has not ended.
     pub(super) fn control_due(&self) -> bool {
         self.control_due.load(Relaxed)
@@ -140,5 +189,23 @@ impl Wiring {
     /// Asks for a control step, or ends it.
     pub(super) fn set_control_due(&self, due: bool) {
         self.control_due.store(due, Relaxed);
+    }
+
+    /// The plant begins anew: the bridge is at zero, no fault is latched, and the next control step is
+    /// the first.
+    pub(super) fn rearm(&self) {
+        self.duty.store(0, Relaxed);
+        self.fault.store(0, Relaxed);
+        self.restarted.store(true, Release);
+    }
+
+    /// Whether the plant has begun anew since this was last asked.
+    pub(super) fn take_restart(&self) -> bool {
+        // A load and a store do: only the control step takes, and the plant tick that sets is over.
+        let restarted = self.restarted.load(Acquire);
+        if restarted {
+            self.restarted.store(false, Relaxed);
+        }
+        restarted
     }
 }

@@ -1,23 +1,24 @@
 //! An STM32F405 as QEMU's machine `netduinoplus2` emulates it: the processor, its memories and
 //! its core peripherals, but no clock tree. So no HAL: SysTick is clock and plant interrupt in
-//! one, PendSV the control interrupt, semihosting the log and the way out.
+//! one, PendSV the control interrupt, two idle interrupt lines the tasks' executors, semihosting
+//! the log and the way out.
+//!
+//! What it cannot show: converters and timers, as there are none, and cycles, as an instruction takes
+//! 8 ns here whatever it is. Counts of instructions are exact.
 
 use core::cell::Cell;
-use core::sync::atomic::{AtomicBool, Ordering};
 
-use cortex_m::interrupt::Mutex;
+use cortex_m::interrupt::{InterruptNumber, Mutex};
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::{Peripherals, SCB};
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_semihosting as _;
-use embassy_executor::{Spawner, raw};
-use static_cell::StaticCell;
+use embassy_executor::{InterruptExecutor, SendSpawner};
 use systick_timer::SystickDriver;
 
-use super::Board;
+use super::{Board, Work};
 use crate::app::control::Control;
 use crate::app::emulate::Emulation;
-use crate::app::record::Outcome;
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::{Fault, Wiring};
 
@@ -45,6 +46,12 @@ struct Plant {
     last_tick: Option<u32>,
 }
 
+/// Nanoseconds spent in the plant's and the control interrupt.
+static INTERRUPTS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+
+/// Nanoseconds that an instruction takes: `-icount shift=3`.
+const INSTRUCTION: u64 = 8;
+
 /// Work of an interrupt, which takes it out, runs it with nothing masked, and puts it back.
 type Slot<T> = Mutex<Cell<Option<T>>>;
 
@@ -69,13 +76,15 @@ impl Emulated {
         Peripherals::take().map(|core| Self { core })
     }
 
-    /// Ends the emulation with status 0, or 1 if the run was no success.
-    pub fn exit(&mut self, outcome: Outcome) -> ! {
-        semihosting::process::exit(i32::from(!outcome.is_success()))
+    /// Ends the emulation with status 0, or 1 if something was not in order.
+    pub fn exit(sound: bool) -> ! {
+        semihosting::process::exit(i32::from(!sound))
     }
 }
 
 impl Board for Emulated {
+    const WORK: &'static str = "instructions";
+
     fn start(
         &mut self,
         emulation: &'static mut Emulation,
@@ -98,6 +107,15 @@ impl Board for Emulated {
         stopwatch::start();
         CLOCK.start(&mut self.core.SYST);
     }
+
+    fn work() -> Work {
+        let microseconds = embassy_time::Instant::now().as_micros();
+        let interrupts = cortex_m::interrupt::free(|section| INTERRUPTS.borrow(section).get());
+        Work {
+            all: microseconds * 1000 / INSTRUCTION,
+            interrupts: interrupts / INSTRUCTION,
+        }
+    }
 }
 
 #[exception]
@@ -116,11 +134,23 @@ fn SysTick() {
             SCB::set_pendsv();
         }
     });
+    account(u64::from(stopwatch::nanoseconds().wrapping_sub(now)));
 }
 
 #[exception]
 fn PendSV() {
+    let now = stopwatch::nanoseconds();
+    // No plant tick comes in between: a control step that is not done by then is a fault.
     with_work(&CONTROL, |control| control.step());
+    account(u64::from(stopwatch::nanoseconds().wrapping_sub(now)));
+}
+
+/// Adds to what the interrupts took.
+fn account(nanoseconds: u64) {
+    cortex_m::interrupt::free(|section| {
+        let sum = INTERRUPTS.borrow(section);
+        sum.set(sum.get() + nanoseconds);
+    });
 }
 
 /// TIM2, which in the emulated machine counts nanoseconds. Unlike a count of SysTick interrupts it
@@ -143,33 +173,55 @@ mod stopwatch {
     }
 }
 
-/// Runs the tasks that `init` spawns.
-///
-/// Idle, it spins on a flag. embassy's own executor for Cortex-M sleeps by WFE, which makes QEMU
-/// leave translated code each time round and takes it several times as long. WFI would cost
-/// nothing, but QEMU then lets host time pass for the sleep, and no two runs are the same.
-pub fn run(init: impl FnOnce(Spawner)) -> ! {
-    static EXECUTOR: StaticCell<raw::Executor> = StaticCell::new();
-    let executor = EXECUTOR.init(raw::Executor::new(core::ptr::null_mut()));
-    init(executor.spawner());
-    loop {
-        READY.store(false, Ordering::Relaxed);
-        // SAFETY: this is the only place that polls, and `init` has returned.
-        unsafe { executor.poll() };
-        #[expect(
-            clippy::missing_spin_loop,
-            reason = "its YIELD costs QEMU what WFE does"
-        )]
-        while !READY.load(Ordering::Relaxed) {}
+/// An interrupt line that the emulated machine leaves idle, to carry an executor.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Line(u16);
+
+// SAFETY: the two numbers below are constant and lines of the STM32F405.
+unsafe impl InterruptNumber for Line {
+    fn number(self) -> u16 {
+        self.0
     }
 }
 
-/// Whether a task became ready since the executor last slept.
-static READY: AtomicBool = AtomicBool::new(false);
+const RECORD_LINE: Line = Line(80);
+const SESSION_LINE: Line = Line(81);
 
-#[unsafe(export_name = "__pender")]
-fn pend(_executor: *mut ()) {
-    READY.store(true, Ordering::Relaxed);
+static RECORD_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+static SESSION_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+/// Runs the tasks that `init` spawns: through the first spawner above those through the second one,
+/// and both below the control step.
+///
+/// Idle, it spins. embassy's executor for a main thread sleeps by WFE, which makes QEMU leave
+/// translated code each time round and takes it several times as long. WFI would cost nothing, but
+/// QEMU then lets host time pass for the sleep, and no two runs are the same.
+pub fn run(mut board: Emulated, init: impl FnOnce(&mut Emulated, SendSpawner, SendSpawner)) -> ! {
+    // SAFETY: no critical section depends on priorities.
+    unsafe {
+        board.core.NVIC.set_priority(RECORD_LINE, 0x80);
+        board.core.NVIC.set_priority(SESSION_LINE, 0xC0);
+    }
+    let above = RECORD_EXECUTOR.start(RECORD_LINE);
+    let below = SESSION_EXECUTOR.start(SESSION_LINE);
+    init(&mut board, above, below);
+    #[expect(
+        clippy::empty_loop,
+        reason = "a spin loop's YIELD costs QEMU what WFE does"
+    )]
+    loop {}
+}
+
+/// Without a device's vector table every line comes here.
+#[exception]
+unsafe fn DefaultHandler(line: i16) {
+    match u16::try_from(line).map(Line) {
+        // SAFETY: each line polls its own executor, after `run` has started it.
+        Ok(RECORD_LINE) => unsafe { RECORD_EXECUTOR.on_interrupt() },
+        // SAFETY: as above.
+        Ok(SESSION_LINE) => unsafe { SESSION_EXECUTOR.on_interrupt() },
+        _ => defmt::panic!("interrupt {=i16} has no handler", line),
+    }
 }
 
 #[exception]

@@ -9,6 +9,9 @@ pub mod emulated;
 
 /// What the application asks of a board.
 pub trait Board {
+    /// What [`Board::work`] counts, in the plural: "instructions", "cycles".
+    const WORK: &'static str;
+
     /// Gives the interrupts their work and starts the clock. Called once.
     ///
     /// From then on the board calls [`Emulation::tick`] every
@@ -21,4 +24,23 @@ pub trait Board {
         control: &'static mut Control,
         wiring: &'static Wiring,
     );
+
+    /// What the processor has done since the start.
+    fn work() -> Work;
+}
+
+/// What a processor has done, in its board's unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Work {
+    /// All of it, idling included.
+    pub all: u64,
+    /// The share of the plant's and the control interrupt.
+    pub interrupts: u64,
+}
+
+impl Work {
+    /// What was done since an earlier time, interrupts left out.
+    pub fn below_interrupts_since(&self, earlier: &Self) -> u64 {
+        (self.all - earlier.all).saturating_sub(self.interrupts - earlier.interrupts)
+    }
 }

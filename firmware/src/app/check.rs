@@ -1,0 +1,147 @@
+//! The onboard check: what the actuator has and its machine lacks, traced on the chip in its own
+//! log. It is the host's tracing, the same functions on the same numbers.
+
+use heapless::Vec;
+use model_core::effect::{Active, MOST_PARAMETERS};
+use model_core::gap::log::Log;
+use model_core::gap::model::{Base, Model};
+use model_core::gap::replay::{self, Data, InOrder, Settings};
+use model_core::gap::select::{self, ROUNDS};
+use model_core::gap::workbench::Options;
+
+use super::machine::Machine;
+
+/// Parameters that are estimated anew before an effect is looked for: those that `[fit]` names in
+/// the machine's file.
+pub const BASE: [Base; 4] = [Base::Inertia, Base::Viscous, Base::Coulomb, Base::Static];
+
+/// The answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "tasks", derive(defmt::Format))]
+pub enum Verdict {
+    /// The machine has all that the log shows.
+    NoMissingEffect,
+    /// Effects of the catalogue.
+    EffectsFound,
+    /// Something, and it is none of the catalogue.
+    UnknownEffect,
+}
+
+impl Verdict {
+    /// Its name in the host's answer.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NoMissingEffect => "no_missing_effect",
+            Self::EffectsFound => "effects_found",
+            Self::UnknownEffect => "unknown_effect",
+        }
+    }
+}
+
+/// An effect that was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Which, with its fitted values.
+    pub effect: Active,
+    /// The values that are reported of it.
+    pub reported: [f32; MOST_PARAMETERS],
+    /// Share of the residual that it explains, 0 to 1.
+    pub score: f32,
+    /// From the held-out blocks.
+    pub p_value: f64,
+}
+
+/// What a check came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// The answer.
+    pub verdict: Verdict,
+    /// The effects, if it is these.
+    pub effects: Vec<Found, ROUNDS>,
+    /// The variable that carries what is unknown, if it is that.
+    pub unknown: Option<&'static str>,
+    /// The parameters of [`BASE`], fitted together with what was found.
+    pub fitted: [f32; BASE.len()],
+    /// Error of the position, rms in windows, rad: of the machine with its parameters fitted.
+    pub before: f64,
+    /// With what was found.
+    pub after: f64,
+    /// Replays of the log.
+    pub simulations: u64,
+}
+
+/// Why there is no finding: the machine keeps what it has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "tasks", derive(defmt::Format))]
+pub enum Failed {
+    /// Fewer than four windows of 0.2 s between the log's margins.
+    LogTooShort,
+    /// The machine cannot be simulated, or the fit left the range in which it can.
+    Machine,
+}
+
+/// Fewest windows that a model is chosen and fitted on; the host's limit.
+const LEAST_WINDOWS: usize = 4;
+
+/// Looks in a log for what the machine lacks.
+///
+/// # Errors
+/// A log or a machine that gives no answer.
+pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
+    let declared = Model {
+        plant: machine.plant,
+        gravity_torque: 0.0,
+        gravity_rest: 0.0,
+        effects: Vec::new(),
+        map: None,
+    };
+    let logs = [log];
+    let data = Data {
+        logs: &logs,
+        settings: Settings::new(logs[0].period, machine.converters.position.unit()),
+    };
+    if data.windows() < LEAST_WINDOWS {
+        return Err(Failed::LogTooShort);
+    }
+    let options = Options::new(&data, &declared, &BASE, true).ok_or(Failed::Machine)?;
+    let trace =
+        select::trace(&data, &InOrder, &declared, &options, |_| ()).ok_or(Failed::Machine)?;
+
+    let judged = Data {
+        settings: trace.settings,
+        ..data
+    };
+    let error = |model: &Model| {
+        let simulator = model.build(logs[0].period).map_err(|_| Failed::Machine)?;
+        Ok(replay::total_error(&judged, &InOrder, &simulator).position_rms())
+    };
+    let found = &trace.after.model.effects;
+    let effects = trace
+        .accepted
+        .iter()
+        .zip(found)
+        .map(|(accepted, effect)| Found {
+            effect: *effect,
+            reported: effect.report(&trace.after.model.plant),
+            score: accepted.candidate.score,
+            p_value: accepted.p_value,
+        });
+    Ok(Finding {
+        verdict: if !trace.accepted.is_empty() {
+            Verdict::EffectsFound
+        } else if trace.unknown.is_some() {
+            Verdict::UnknownEffect
+        } else {
+            Verdict::NoMissingEffect
+        },
+        effects: effects.collect(),
+        unknown: trace
+            .unknown
+            .as_ref()
+            .map(|unknown| unknown.kind.variable()),
+        fitted: BASE.map(|parameter| trace.after.model.get(parameter)),
+        before: error(&trace.before.model)?,
+        after: error(&trace.after.model)?,
+        simulations: trace.simulated / judged.windows() as u64,
+    })
+}

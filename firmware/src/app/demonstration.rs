@@ -1,0 +1,95 @@
+//! What `cargo hil` runs: an actuator that is not what it is declared to be, one that wears, and a
+//! throttle.
+
+use model_core::plant::Directional;
+use model_core::plant::parameters::Parameters;
+
+use super::experiment::{Evaluation, Experiment, Wear};
+use super::machine::{EMA, THROTTLE};
+use super::profile::Command;
+use super::timing::STEPS_PER_SECOND;
+
+/// Steps of different height both ways, a sweep and a triangle: 5 s.
+const EMA_SHORT: [Command; 7] = [
+    Command::step(0.0, 0.3, 400),
+    Command::step(0.3, 0.8, 400),
+    Command::step(0.8, -0.2, 400),
+    Command::step(-0.2, -0.7, 400),
+    Command::step(-0.7, 0.0, 400),
+    Command::sweep((0.0, 0.5), (0.5, 4.0), 2),
+    Command::triangle((0.0, 0.6), 1.0, 1),
+];
+
+/// The same kinds, longer: 10 s.
+const EMA_LONG: [Command; 8] = [
+    Command::step(0.0, 0.3, 500),
+    Command::step(0.3, 0.8, 500),
+    Command::step(0.8, 0.5, 500),
+    Command::step(0.5, -0.2, 500),
+    Command::step(-0.2, -0.7, 500),
+    Command::step(-0.7, 0.0, 500),
+    Command::sweep((0.0, 0.6), (0.2, 3.0), 4),
+    Command::triangle((0.0, 0.7), 0.5, 3),
+];
+
+/// Over the limp-home position and near both stops: 10 s.
+const THROTTLE_LONG: [Command; 8] = [
+    Command::step(0.2, 0.5, 500),
+    Command::step(0.5, 1.4, 500),
+    Command::step(1.4, 1.3, 500),
+    Command::step(1.3, 0.1, 500),
+    Command::step(0.1, 0.7, 500),
+    Command::step(0.7, 0.3, 500),
+    Command::sweep((0.7, 0.5), (0.2, 3.0), 4),
+    Command::triangle((0.8, 0.7), 0.5, 3),
+];
+
+/// In the order in which they run.
+pub const DEMONSTRATION: [Experiment; 3] = [UNDECLARED, WEAR, EMULATION];
+
+/// Viscous friction that depends on the direction of motion, which nobody declares: the board has to
+/// find it in its own log.
+pub const UNDECLARED: Experiment = Experiment {
+    name: "undeclared",
+    machine: EMA,
+    actuator: Parameters {
+        viscous: Directional {
+            forward: 1.4e-3,
+            backward: EMA.plant.viscous.backward,
+        },
+        ..EMA.plant
+    },
+    wear: None,
+    failure: None,
+    commands: &EMA_SHORT,
+    steps: 5 * STEPS_PER_SECOND,
+    evaluation: Evaluation::Check,
+};
+
+/// Friction that grows by a quarter on the way: the board has to say by how much.
+pub const WEAR: Experiment = Experiment {
+    name: "wear",
+    machine: EMA,
+    actuator: EMA.plant,
+    wear: Some(Wear {
+        step: 5 * STEPS_PER_SECOND,
+        coulomb: 0.15,
+        breakaway: 0.1875,
+    }),
+    failure: None,
+    commands: &EMA_LONG,
+    steps: 15 * STEPS_PER_SECOND,
+    evaluation: Evaluation::Refit,
+};
+
+/// A throttle in its loop.
+pub const EMULATION: Experiment = Experiment {
+    name: "throttle",
+    machine: THROTTLE,
+    actuator: THROTTLE.plant,
+    wear: None,
+    failure: None,
+    commands: &THROTTLE_LONG,
+    steps: 20 * STEPS_PER_SECOND,
+    evaluation: Evaluation::None,
+};

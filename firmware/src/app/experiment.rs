@@ -1,0 +1,113 @@
+//! What a run consists of: an actuator, what is different about it, what it is asked to do, and what
+//! is made of its log.
+
+use model_core::numeric::invalid_parameter::InvalidParameter;
+use model_core::plant::State;
+use model_core::plant::actuator::Actuator;
+use model_core::plant::parameters::{ParameterError, Parameters};
+
+use super::control;
+use super::emulate;
+use super::machine::Machine;
+use super::profile::{Command, Profile};
+use super::timing::{CONTROL_PERIOD, PLANT_PERIOD};
+
+/// One experiment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Experiment {
+    /// What it is called in the log.
+    pub name: &'static str,
+    /// The actuator as its drive believes it to be.
+    pub machine: Machine,
+    /// The actuator that is emulated. What differs from the machine's, nobody declares.
+    pub actuator: Parameters,
+    /// What becomes of its friction on the way.
+    pub wear: Option<Wear>,
+    /// What fails on the way.
+    pub failure: Option<Failure>,
+    /// The positions asked for, again and again.
+    pub commands: &'static [Command],
+    /// Control steps that are recorded.
+    pub steps: u32,
+    /// What is made of the log.
+    pub evaluation: Evaluation,
+}
+
+/// A change of friction that the drive is not told about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wear {
+    /// The first control step with the new friction.
+    pub step: u32,
+    /// Friction while sliding, N·m.
+    pub coulomb: f32,
+    /// Friction that holds at rest, N·m.
+    pub breakaway: f32,
+}
+
+/// What fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Failure {
+    /// From this control step on the position sensor reads what is not a number.
+    PositionSensor(u32),
+    /// For so many milliseconds from the first sample on nothing is taken out of the queue.
+    Recording(u32),
+}
+
+/// What is made of a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Evaluation {
+    /// Nothing.
+    None,
+    /// The friction is estimated anew.
+    Refit,
+    /// What the actuator has and the machine lacks is looked for.
+    Check,
+}
+
+/// Why an experiment cannot begin: a parameter, and what it has to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "tasks", derive(defmt::Format))]
+pub enum Refused {
+    /// The plant's.
+    Plant(ParameterError),
+    /// The controller's, or a command's.
+    Control(InvalidParameter),
+}
+
+impl From<ParameterError> for Refused {
+    fn from(error: ParameterError) -> Self {
+        Self::Plant(error)
+    }
+}
+
+impl From<InvalidParameter> for Refused {
+    fn from(error: InvalidParameter) -> Self {
+        Self::Control(error)
+    }
+}
+
+impl Experiment {
+    /// Works out what the two interrupts need.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn build(&self) -> Result<(emulate::Setup, control::Setup), Refused> {
+        let plant = emulate::Setup {
+            actuator: Actuator::build(&self.actuator, PLANT_PERIOD)?,
+            start: State::new(self.machine.rest, 0.0),
+            converters: self.machine.converters,
+            wear: self.wear,
+            sensor_fails: match self.failure {
+                Some(Failure::PositionSensor(step)) => Some(step),
+                _ => None,
+            },
+        };
+        let control = control::Setup {
+            pid: self.machine.position_loop.build(CONTROL_PERIOD)?,
+            profile: Profile::new(self.commands)?,
+            converters: self.machine.converters,
+            steps: self.steps,
+        };
+        Ok((plant, control))
+    }
+}

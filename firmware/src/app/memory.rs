@@ -1,0 +1,85 @@
+//! The onboard log: the last seconds before now, in counts, as long as the RAM allows.
+
+use model_core::gap::log::{Channel, Log};
+
+use super::conversion::Converters;
+use super::record::Sample;
+use super::timing::{CONTROL_PERIOD, STEPS_PER_SECOND};
+
+/// Samples that are kept: 10 s. At three counts of two bytes each that is 60,000 of the chip's
+/// 131,072 bytes of RAM; what is left is the stack's, most of it for the check.
+pub const MEMORY_SAMPLES: usize = 10 * STEPS_PER_SECOND as usize;
+
+/// A ring of samples without a gap: the newest overwrites the oldest, and a sample that does not
+/// follow the one before begins a new log.
+#[derive(Debug)]
+pub struct Memory {
+    duty: [i16; MEMORY_SAMPLES],
+    position: [i16; MEMORY_SAMPLES],
+    current: [i16; MEMORY_SAMPLES],
+    /// Where the next sample goes.
+    next: usize,
+    samples: usize,
+    /// The sequence number that the next sample has if none is missing.
+    expected: u32,
+}
+
+impl Memory {
+    /// Empty.
+    pub const fn new() -> Self {
+        Self {
+            duty: [0; MEMORY_SAMPLES],
+            position: [0; MEMORY_SAMPLES],
+            current: [0; MEMORY_SAMPLES],
+            next: 0,
+            samples: 0,
+            expected: 0,
+        }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.next = 0;
+        self.samples = 0;
+    }
+
+    /// Keeps a sample.
+    pub fn push(&mut self, sample: &Sample) {
+        if sample.sequence != self.expected {
+            self.clear();
+        }
+        self.expected = sample.sequence.wrapping_add(1);
+        self.duty[self.next] = sample.duty;
+        self.position[self.next] = sample.position;
+        self.current[self.next] = sample.current;
+        self.next = (self.next + 1) % MEMORY_SAMPLES;
+        self.samples = (self.samples + 1).min(MEMORY_SAMPLES);
+    }
+
+    /// Samples kept.
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// The log, oldest sample first.
+    pub fn log(&self, converters: &Converters) -> Log<'_> {
+        Log {
+            period: CONTROL_PERIOD,
+            input: self.channel(&self.duty, converters.bridge.unit()),
+            position: self.channel(&self.position, converters.position.unit()),
+            current: Some(self.channel(&self.current, converters.current.unit())),
+            velocity: None,
+        }
+    }
+
+    fn channel<'a>(&self, counts: &'a [i16; MEMORY_SAMPLES], unit: f32) -> Channel<'a> {
+        let (newer, older) = counts[..self.samples].split_at(self.next);
+        Channel::Counts { older, newer, unit }
+    }
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
