@@ -2,12 +2,10 @@
 //! its core peripherals, but no clock tree. So no HAL: SysTick is clock and plant interrupt in
 //! one, PendSV the control interrupt, semihosting the log and the way out.
 
-use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use cortex_m::interrupt::Mutex;
+use cortex_m::peripheral::Peripherals;
 use cortex_m::peripheral::scb::SystemHandler;
-use cortex_m::peripheral::{Peripherals, SCB};
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_semihosting as _;
 use embassy_executor::{Spawner, raw};
@@ -15,11 +13,12 @@ use static_cell::StaticCell;
 use systick_timer::SystickDriver;
 
 use super::Board;
+use super::interrupts::{self, Plant, Slot};
 use crate::app::control::Control;
 use crate::app::emulate::Emulation;
 use crate::app::record::Outcome;
 use crate::app::timing::PLANT_PERIOD_US;
-use crate::app::wiring::{Fault, Wiring};
+use crate::app::wiring::Wiring;
 
 /// Core clock of the emulated machine, Hz.
 const CORE_CLOCK: u32 = 168_000_000;
@@ -34,29 +33,7 @@ embassy_time_driver::time_driver_impl!(
 
 defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
 
-/// Longest time between two ticks, ns. A tick that lies half a period late has been held up by more
-/// than any critical section may take, and the next one is in danger.
-const LONGEST_TICK: u32 = PLANT_PERIOD_US * 1500;
-
-/// Work of the plant interrupt.
-struct Plant {
-    emulation: &'static mut Emulation,
-    wiring: &'static Wiring,
-    last_tick: Option<u32>,
-}
-
-/// Work of an interrupt, which takes it out, runs it with nothing masked, and puts it back.
-type Slot<T> = Mutex<Cell<Option<T>>>;
-
-static PLANT: Slot<Plant> = Mutex::new(Cell::new(None));
-static CONTROL: Slot<&'static mut Control> = Mutex::new(Cell::new(None));
-
-fn with_work<T>(slot: &'static Slot<T>, work: impl FnOnce(&mut T)) {
-    if let Some(mut item) = cortex_m::interrupt::free(|section| slot.borrow(section).take()) {
-        work(&mut item);
-        cortex_m::interrupt::free(|section| slot.borrow(section).set(Some(item)));
-    }
-}
+static PLANT: Slot<Plant> = Slot::new();
 
 /// The board.
 pub struct Emulated {
@@ -82,19 +59,10 @@ impl Board for Emulated {
         control: &'static mut Control,
         wiring: &'static Wiring,
     ) {
-        cortex_m::interrupt::free(|section| {
-            PLANT.borrow(section).set(Some(Plant {
-                emulation,
-                wiring,
-                last_tick: None,
-            }));
-            CONTROL.borrow(section).set(Some(control));
-        });
+        PLANT.put(Plant::new(emulation, wiring, PLANT_PERIOD_US * 1000));
+        interrupts::start_control(control, &mut self.core.SCB);
         // SAFETY: no critical section depends on priorities.
-        unsafe {
-            self.core.SCB.set_priority(SystemHandler::SysTick, 0x00);
-            self.core.SCB.set_priority(SystemHandler::PendSV, 0x40);
-        }
+        unsafe { self.core.SCB.set_priority(SystemHandler::SysTick, 0x00) }
         stopwatch::start();
         CLOCK.start(&mut self.core.SYST);
     }
@@ -104,23 +72,7 @@ impl Board for Emulated {
 fn SysTick() {
     let now = stopwatch::nanoseconds();
     CLOCK.systick_interrupt();
-    with_work(&PLANT, |plant| {
-        let late = plant
-            .last_tick
-            .replace(now)
-            .is_some_and(|last| now.wrapping_sub(last) > LONGEST_TICK);
-        if late {
-            plant.wiring.trip(Fault::MissedDeadline);
-        }
-        if plant.emulation.tick() {
-            SCB::set_pendsv();
-        }
-    });
-}
-
-#[exception]
-fn PendSV() {
-    with_work(&CONTROL, |control| control.step());
+    PLANT.with(|plant| plant.tick(now));
 }
 
 /// TIM2, which in the emulated machine counts nanoseconds. Unlike a count of SysTick interrupts it
