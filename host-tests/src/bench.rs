@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use model_core::control::pid;
 use model_core::effect::{Active, Id};
-use model_core::gap::log::Channel;
-use model_core::identify::{annealing, golden_section};
+use model_core::gap::log::{Channel, Log as CoreLog};
+use model_core::identify::friction;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::karnopp::{self, Karnopp};
 use model_core::plant::parameters::{Drive, Parameters};
@@ -71,7 +71,7 @@ pub struct PlantSpeed {
 pub struct Refit {
     /// Wall-clock seconds, one core.
     pub seconds: f64,
-    /// Simulations of the log.
+    /// Replays of the log.
     pub evaluations: u32,
     /// Simulated seconds in all of them.
     pub simulated_seconds: f64,
@@ -112,6 +112,8 @@ pub struct Batch {
 struct Extent {
     /// Simulated time of the sweeps, s.
     sweep_s: f64,
+    /// Length of the log that the friction is found from, s.
+    refit_s: f64,
     /// Length of the log that is traced, s.
     gap_s: f64,
     /// Runs of what takes milliseconds.
@@ -126,6 +128,7 @@ struct Extent {
 
 const FULL: Extent = Extent {
     sweep_s: 10.0,
+    refit_s: 10.0,
     gap_s: 24.0,
     short_runs: 30,
     long_runs: 3,
@@ -135,6 +138,7 @@ const FULL: Extent = Extent {
 
 const QUICK: Extent = Extent {
     sweep_s: 1.0,
+    refit_s: 2.0,
     gap_s: 4.0,
     short_runs: 3,
     long_runs: 1,
@@ -372,72 +376,49 @@ fn reference(inputs: &[f32]) -> f64 {
     state[2]
 }
 
-/// Finds the Coulomb friction of [`EMA`] from a sweep's positions.
+/// Finds the friction of [`EMA`] worn to half as much again, from a sweep's position and current.
 fn refit(extent: Extent) -> Result<Refit, Failure> {
-    let inputs = sweep(extent.sweep_s, SAMPLING_S);
-    let actuator = Actuator::build(&EMA, SAMPLING_S as f32).map_err(fault)?;
+    const TRUTH: f32 = 0.18;
+    let input = sweep(extent.refit_s, SAMPLING_S);
+    let mut actuator = Actuator::build(&EMA, SAMPLING_S as f32).map_err(fault)?;
+    actuator.set_friction(TRUTH, TRUTH);
     let mut state = State::default();
-    let mut positions = Vec::with_capacity(inputs.len());
-    for &input in &inputs {
-        positions.push(state.position.value());
+    let (mut position, mut current) = (Vec::new(), Vec::new());
+    for &input in &input {
+        position.push(state.position.value());
+        current.push(state.current);
         actuator.step(&mut state, input).map_err(fault)?;
     }
-    let (seconds, (coulomb, evaluations)) = best(extent.long_runs, || {
-        friction(&actuator, black_box(&inputs), black_box(&positions))
+    let task = friction::Task {
+        declared: EMA,
+        log: CoreLog {
+            period: SAMPLING_S as f32,
+            input: Channel::Values(&input),
+            position: Channel::Values(&position),
+            current: Some(Channel::Values(&current)),
+            velocity: None,
+        },
+        resolution: 0.0,
+        present: EMA.coulomb.forward,
+        seed: 1,
+    };
+    let (seconds, estimate) = best(extent.long_runs, || {
+        let mut refit = friction::Refit::new(black_box(&task)).map_err(fault)?;
+        loop {
+            if let Some(outcome) = refit.advance() {
+                return outcome.map_err(fault);
+            }
+        }
     })?;
+    let evaluations = estimate.annealing_evaluations + estimate.golden_section_evaluations;
+    let replayed = decimal(friction::WINDOW) * estimate.windows as f64;
     Ok(Refit {
         seconds,
         evaluations,
-        simulated_seconds: f64::from(evaluations) * extent.sweep_s,
-        coulomb: decimal(coulomb),
-        truth: decimal(EMA.coulomb.forward),
+        simulated_seconds: f64::from(evaluations) * replayed,
+        coulomb: decimal(estimate.coulomb),
+        truth: decimal(TRUTH),
     })
-}
-
-/// The Coulomb friction between 0 and 0.5 N·m whose positions are nearest, and the simulations
-/// that it took.
-fn friction(actuator: &Actuator, inputs: &[f32], positions: &[f32]) -> Result<(f32, u32), Failure> {
-    const LOWER: f32 = 0.0;
-    const UPPER: f32 = 0.5;
-    /// Annealing comes to 2 % of the bounds in so many.
-    const ANNEALED: u32 = 82;
-    const REACH: f32 = 0.02 * (UPPER - LOWER);
-    let mut actuator = *actuator;
-    let energy: f32 = positions.iter().map(|position| position * position).sum();
-    let mut cost = |coulomb: f32| -> Result<f32, Failure> {
-        actuator.set_friction(coulomb, coulomb);
-        let mut state = State::default();
-        let mut squares = 0.0;
-        for (&input, position) in inputs.iter().zip(positions) {
-            let error = state.position.value() - position;
-            squares += error * error;
-            actuator.step(&mut state, input).map_err(fault)?;
-        }
-        Ok(squares / energy)
-    };
-    let mut annealing = annealing::Parameters {
-        evaluations: ANNEALED,
-        ..annealing::Parameters::new([LOWER], [UPPER], [0.5 * (LOWER + UPPER)])
-    }
-    .build(1)
-    .map_err(fault)?;
-    while let Some([candidate]) = annealing.propose() {
-        annealing.report(cost(candidate)?);
-    }
-    let coarse = annealing.best().map_or(LOWER, |([coulomb], _)| coulomb);
-    let mut search = golden_section::Parameters {
-        lower: f32::max(coarse - REACH, LOWER),
-        upper: f32::min(coarse + REACH, UPPER),
-        tolerance: 1e-5,
-        evaluations: 30,
-    }
-    .build()
-    .map_err(fault)?;
-    while let Some(candidate) = search.propose() {
-        search.report(cost(candidate)?);
-    }
-    let found = search.best().map_or(coarse, |(coulomb, _)| coulomb);
-    Ok((found, annealing.evaluations() + search.evaluations()))
 }
 
 /// Traces an effect that the log has and the machine lacks.

@@ -11,6 +11,7 @@ pub mod decode;
 pub mod emulator;
 pub mod error;
 pub mod failure;
+pub mod figures;
 pub mod gap;
 pub mod hil;
 pub mod image;

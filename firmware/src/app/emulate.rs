@@ -12,6 +12,7 @@ use model_core::plant::actuator::Actuator;
 use super::conversion::Converters;
 use super::experiment::Wear;
 use super::timing::TICKS_PER_CONTROL;
+use super::tracks::Tracks;
 use super::wiring::{Fault, Measurement, Truth, Wiring};
 
 /// A plant to emulate from now on.
@@ -23,6 +24,8 @@ pub struct Setup {
     pub start: State,
     /// Its sensors and its bridge.
     pub converters: Converters,
+    /// The sensor that it plays for others.
+    pub tracks: Tracks,
     /// A change of its friction.
     pub wear: Option<Wear>,
     /// Control step from which on the position sensor reads what is not a number.
@@ -80,6 +83,8 @@ impl Emulation {
                 self.wiring.trip(Fault::NonFinite);
             }
         }
+        let codes = setup.tracks.codes(self.state.position.value());
+        self.wiring.set_tracks(codes);
         let due = self.ticks.is_multiple_of(TICKS_PER_CONTROL);
         let truth = Truth::from(&self.state);
         match measure(setup, self.ticks, truth) {

@@ -11,6 +11,7 @@ use super::emulate;
 use super::machine::Machine;
 use super::profile::{Command, Profile};
 use super::timing::{CONTROL_PERIOD, PLANT_PERIOD};
+use super::tracks::Tracks;
 
 /// One experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +97,7 @@ impl Experiment {
             actuator: Actuator::build(&self.actuator, PLANT_PERIOD)?,
             start: State::new(self.machine.rest, 0.0),
             converters: self.machine.converters,
+            tracks: Tracks::new(self.actuator.lower_stop, self.actuator.upper_stop),
             wear: self.wear,
             sensor_fails: match self.failure {
                 Some(Failure::PositionSensor(step)) => Some(step),

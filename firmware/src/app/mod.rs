@@ -7,7 +7,7 @@
 //!    [`refit`] or [`check`].
 //!
 //! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by
-//! [`conversion`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
+//! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
 //! What there is to run: the [`demonstration`], and the [`failures`].
 
 pub mod check;
@@ -27,4 +27,5 @@ pub mod refit;
 #[cfg(feature = "tasks")]
 pub mod session;
 pub mod timing;
+pub mod tracks;
 pub mod wiring;

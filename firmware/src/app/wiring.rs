@@ -7,7 +7,7 @@
 //! is a [`Fault::MissedDeadline`].
 
 use core::sync::atomic::{
-    AtomicBool, AtomicI16, AtomicU8, AtomicU32,
+    AtomicBool, AtomicI16, AtomicU8, AtomicU16, AtomicU32,
     Ordering::{Acquire, Relaxed, Release},
 };
 
@@ -78,6 +78,7 @@ pub struct Wiring {
     duty: AtomicI16,
     position: AtomicI16,
     current: AtomicI16,
+    tracks: [AtomicU16; 2],
     true_position: Wire,
     true_velocity: Wire,
     true_current: Wire,
@@ -95,6 +96,7 @@ impl Wiring {
             duty: AtomicI16::new(0),
             position: AtomicI16::new(0),
             current: AtomicI16::new(0),
+            tracks: [AtomicU16::new(0), AtomicU16::new(0)],
             true_position: Wire::new(),
             true_velocity: Wire::new(),
             true_current: Wire::new(),
@@ -135,6 +137,18 @@ impl Wiring {
             position: self.position.load(Relaxed),
             current: self.current.load(Relaxed),
         }
+    }
+
+    /// Puts the position on the two tracks of the emulated sensor, as codes of a 12-bit converter.
+    pub fn set_tracks(&self, codes: [u16; 2]) {
+        for (track, code) in self.tracks.iter().zip(codes) {
+            track.store(code, Relaxed);
+        }
+    }
+
+    /// The codes on the two tracks.
+    pub fn tracks(&self) -> [u16; 2] {
+        [self.tracks[0].load(Relaxed), self.tracks[1].load(Relaxed)]
     }
 
     /// The state behind the measurement.

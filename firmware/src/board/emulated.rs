@@ -6,24 +6,26 @@
 //! What it cannot show: converters and timers, as there are none, and cycles, as an instruction takes
 //! 8 ns here whatever it is. Counts of instructions are exact.
 
-use core::cell::Cell;
-
-use cortex_m::interrupt::{InterruptNumber, Mutex};
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::Peripherals;
 use cortex_m::peripheral::scb::SystemHandler;
-use cortex_m::peripheral::{Peripherals, SCB};
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use systick_timer::SystickDriver;
 
+use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work};
 use crate::app::control::Control;
 use crate::app::emulate::Emulation;
 use crate::app::timing::PLANT_PERIOD_US;
-use crate::app::wiring::{Fault, Wiring};
+use crate::app::wiring::Wiring;
 
 /// Core clock of the emulated machine, Hz.
 const CORE_CLOCK: u32 = 168_000_000;
+
+/// Nanoseconds that an instruction takes: `-icount shift=3`.
+const INSTRUCTION: u64 = 8;
 
 /// SysTick counts in a plant period.
 const TICK_COUNTS: u32 = CORE_CLOCK / 1_000_000 * PLANT_PERIOD_US;
@@ -35,35 +37,7 @@ embassy_time_driver::time_driver_impl!(
 
 defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
 
-/// Longest time between two ticks, ns. A tick that lies half a period late has been held up by more
-/// than any critical section may take, and the next one is in danger.
-const LONGEST_TICK: u32 = PLANT_PERIOD_US * 1500;
-
-/// Work of the plant interrupt.
-struct Plant {
-    emulation: &'static mut Emulation,
-    wiring: &'static Wiring,
-    last_tick: Option<u32>,
-}
-
-/// Nanoseconds spent in the plant's and the control interrupt.
-static INTERRUPTS: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
-
-/// Nanoseconds that an instruction takes: `-icount shift=3`.
-const INSTRUCTION: u64 = 8;
-
-/// Work of an interrupt, which takes it out, runs it with nothing masked, and puts it back.
-type Slot<T> = Mutex<Cell<Option<T>>>;
-
-static PLANT: Slot<Plant> = Mutex::new(Cell::new(None));
-static CONTROL: Slot<&'static mut Control> = Mutex::new(Cell::new(None));
-
-fn with_work<T>(slot: &'static Slot<T>, work: impl FnOnce(&mut T)) {
-    if let Some(mut item) = cortex_m::interrupt::free(|section| slot.borrow(section).take()) {
-        work(&mut item);
-        cortex_m::interrupt::free(|section| slot.borrow(section).set(Some(item)));
-    }
-}
+static PLANT: Slot<Plant> = Slot::new();
 
 /// The board.
 pub struct Emulated {
@@ -91,29 +65,24 @@ impl Board for Emulated {
         control: &'static mut Control,
         wiring: &'static Wiring,
     ) {
-        cortex_m::interrupt::free(|section| {
-            PLANT.borrow(section).set(Some(Plant {
-                emulation,
-                wiring,
-                last_tick: None,
-            }));
-            CONTROL.borrow(section).set(Some(control));
-        });
+        let period = PLANT_PERIOD_US * 1000;
+        PLANT.put(Plant::new(
+            emulation,
+            wiring,
+            (stopwatch::nanoseconds, period),
+        ));
+        interrupts::start_control(control, stopwatch::nanoseconds, &mut self.core.SCB);
         // SAFETY: no critical section depends on priorities.
-        unsafe {
-            self.core.SCB.set_priority(SystemHandler::SysTick, 0x00);
-            self.core.SCB.set_priority(SystemHandler::PendSV, 0x40);
-        }
+        unsafe { self.core.SCB.set_priority(SystemHandler::SysTick, 0x00) }
         stopwatch::start();
         CLOCK.start(&mut self.core.SYST);
     }
 
     fn work() -> Work {
-        let microseconds = embassy_time::Instant::now().as_micros();
-        let interrupts = cortex_m::interrupt::free(|section| INTERRUPTS.borrow(section).get());
+        let loads = interrupts::loads();
         Work {
-            all: microseconds * 1000 / INSTRUCTION,
-            interrupts: interrupts / INSTRUCTION,
+            all: embassy_time::Instant::now().as_micros() * 1000 / INSTRUCTION,
+            interrupts: (loads.plant.sum() + loads.control.sum()) / INSTRUCTION,
         }
     }
 }
@@ -122,35 +91,7 @@ impl Board for Emulated {
 fn SysTick() {
     let now = stopwatch::nanoseconds();
     CLOCK.systick_interrupt();
-    with_work(&PLANT, |plant| {
-        let late = plant
-            .last_tick
-            .replace(now)
-            .is_some_and(|last| now.wrapping_sub(last) > LONGEST_TICK);
-        if late {
-            plant.wiring.trip(Fault::MissedDeadline);
-        }
-        if plant.emulation.tick() {
-            SCB::set_pendsv();
-        }
-    });
-    account(u64::from(stopwatch::nanoseconds().wrapping_sub(now)));
-}
-
-#[exception]
-fn PendSV() {
-    let now = stopwatch::nanoseconds();
-    // No plant tick comes in between: a control step that is not done by then is a fault.
-    with_work(&CONTROL, |control| control.step());
-    account(u64::from(stopwatch::nanoseconds().wrapping_sub(now)));
-}
-
-/// Adds to what the interrupts took.
-fn account(nanoseconds: u64) {
-    cortex_m::interrupt::free(|section| {
-        let sum = INTERRUPTS.borrow(section);
-        sum.set(sum.get() + nanoseconds);
-    });
+    PLANT.with(|plant| plant.tick(now));
 }
 
 /// TIM2, which in the emulated machine counts nanoseconds. Unlike a count of SysTick interrupts it

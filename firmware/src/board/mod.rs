@@ -4,8 +4,17 @@ use crate::app::control::Control;
 use crate::app::emulate::Emulation;
 use crate::app::wiring::Wiring;
 
+pub mod deadline;
 #[cfg(all(feature = "emulated", target_os = "none"))]
 pub mod emulated;
+#[cfg(all(any(feature = "emulated", feature = "stm32f405"), target_os = "none"))]
+pub mod interrupts;
+pub mod load;
+#[cfg(all(feature = "stm32f405", target_os = "none"))]
+pub mod stm32f405;
+
+#[cfg(all(feature = "emulated", feature = "stm32f405"))]
+compile_error!("an image is for one board: choose the feature `emulated` or `stm32f405`");
 
 /// What the application asks of a board.
 pub trait Board {
@@ -16,8 +25,8 @@ pub trait Board {
     ///
     /// From then on the board calls [`Emulation::tick`] every
     /// [`PLANT_PERIOD_US`](crate::app::timing::PLANT_PERIOD_US) in its most urgent interrupt, and
-    /// [`Control::step`] in the next one whenever the tick says so. A tick that comes late by a
-    /// period or more, or not at all, it reports to the fault latch of `wiring`.
+    /// [`Control::step`] in the next one whenever the tick says so. A tick that comes late by half
+    /// a period or more, or not at all, it reports to the fault latch of `wiring`.
     fn start(
         &mut self,
         emulation: &'static mut Emulation,

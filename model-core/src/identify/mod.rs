@@ -4,4 +4,5 @@
 //! embedded task can simulate, sleep or serve others in between.
 
 pub mod annealing;
+pub mod friction;
 pub mod golden_section;

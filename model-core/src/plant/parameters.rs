@@ -149,4 +149,17 @@ impl Parameters {
             Drive::Torque => 1.0,
         }
     }
+
+    /// Current that the winding settles on at this velocity and input; with a torque input, the
+    /// torque.
+    pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
+        match self.drive {
+            Drive::Voltage {
+                resistance,
+                torque_constant,
+                ..
+            } => (self.gain * input - torque_constant * velocity) / resistance,
+            Drive::Torque => self.gain * input,
+        }
+    }
 }

@@ -1,0 +1,62 @@
+//! What the boards compute beside the application: the position sensor that they play, the late
+//! tick, the load.
+
+use firmware::app::tracks::{FULL_SCALE, Tracks};
+use firmware::board::deadline::Deadline;
+use firmware::board::load::Load;
+
+#[test]
+fn the_tracks_spread_the_stroke_over_the_converter_and_add_up_to_full_scale() {
+    let tracks = Tracks::new(-0.5, 1.5);
+    assert_eq!(tracks.codes(-0.5), [0, FULL_SCALE]);
+    assert_eq!(tracks.codes(1.5), [FULL_SCALE, 0]);
+    // A quarter of the stroke: 1023.75, to the nearest.
+    assert_eq!(tracks.codes(0.0), [1024, 3071]);
+    for step in 0..=2000 {
+        let [rising, falling] = tracks.codes(-0.5 + step as f32 * 1e-3);
+        assert_eq!(rising + falling, FULL_SCALE);
+    }
+}
+
+#[test]
+fn the_tracks_stay_at_their_ends_beyond_the_stroke() {
+    let tracks = Tracks::new(-1.0, 1.0);
+    for beyond in [-1.001, -100.0, f32::NEG_INFINITY, f32::NAN] {
+        assert_eq!(tracks.codes(beyond), [0, FULL_SCALE], "{beyond}");
+    }
+    for beyond in [1.001, 100.0, f32::INFINITY] {
+        assert_eq!(tracks.codes(beyond), [FULL_SCALE, 0], "{beyond}");
+    }
+}
+
+#[test]
+fn a_tick_is_late_from_half_a_period_on_and_over_the_counter_s_end_too() {
+    let mut deadline = Deadline::new(8400);
+    let first = u32::MAX - 20_000;
+    assert!(!deadline.missed(first), "nothing to be late against");
+    let in_time = first + 8400 + 4200;
+    assert!(!deadline.missed(in_time));
+    // The counter begins anew in this period.
+    let late = in_time.wrapping_add(8400 + 4201);
+    assert!(deadline.missed(late));
+    assert!(!deadline.missed(late.wrapping_add(8400)));
+}
+
+#[test]
+fn the_load_is_the_worst_and_the_mean() {
+    let mut load = Load::new();
+    assert_eq!((load.worst(), load.mean()), (0, 0));
+    for duration in [300, 900, 301] {
+        load.add(duration);
+    }
+    assert_eq!((load.worst(), load.mean()), (900, 500));
+}
+
+#[test]
+fn the_mean_load_of_a_long_run_is_right() {
+    let mut load = Load::new();
+    for _ in 0..1_000_000 {
+        load.add(8000);
+    }
+    assert_eq!(load.mean(), 8000, "the sum is more than 32 bits hold");
+}
