@@ -62,6 +62,7 @@ impl AppOnHost {
         let (plant, control) = experiment.build().expect("an experiment within its ranges");
         self.memory.clear();
         self.progress.ask();
+        self.recording.discard();
         let taken = self.controllers.enqueue(control).is_ok() && self.plants.enqueue(plant).is_ok();
         assert!(taken, "the experiment before has not begun");
     }

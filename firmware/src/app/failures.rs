@@ -11,7 +11,7 @@ use super::timing::STEPS_PER_SECOND;
 /// Back and forth: 1 s.
 const MOTION: [Command; 2] = [Command::step(-0.5, 0.5, 500), Command::step(0.5, -0.5, 500)];
 
-/// An actuator as it is declared, whose friction is estimated anew.
+/// An actuator whose friction is estimated anew.
 const SOUND: Experiment = Experiment {
     name: "sound",
     machine: EMA,
@@ -79,6 +79,13 @@ pub const FAILURES: [Experiment; 8] = [
         }),
         ..SOUND
     },
-    // And after all of that, as if nothing had been.
-    SOUND,
+    // And after all of that a friction that has grown is found, as if nothing had been.
+    Experiment {
+        wear: Some(Wear {
+            step: 0,
+            coulomb: 0.18,
+            breakaway: 0.225,
+        }),
+        ..SOUND
+    },
 ];

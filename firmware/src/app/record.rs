@@ -95,8 +95,11 @@ impl Recorder {
         self.progress.stage.store(RUNNING, Release);
     }
 
-    /// Queues a sample, or counts it as dropped.
+    /// Queues a sample of a recording that has begun, or counts it as dropped.
     pub fn push(&mut self, sample: Sample) {
+        if self.progress.stage.load(Relaxed) != RUNNING {
+            return;
+        }
         if self.samples.enqueue(sample).is_err() {
             // The only writer: a load and a store do.
             self.progress
@@ -153,6 +156,12 @@ impl Recording {
             wiring,
             logged: 0,
         }
+    }
+
+    /// Forgets what is left of the recording before, which a fault may have ended early. To be called
+    /// once a recording is asked for and before it begins.
+    pub fn discard(&mut self) {
+        while self.samples.dequeue().is_some() {}
     }
 
     /// Empties the queue into the memory, each sample by way of `log`. Once the profile or a fault

@@ -66,6 +66,8 @@ pub async fn record(mut recording: Recording) -> ! {
         let experiment = TO_RECORD.wait().await;
         let mut memory = MEMORY.lock().await;
         memory.clear();
+        // This task runs before the session hands the new plant over, so nothing new is in there.
+        recording.discard();
         if let Some(Failure::Recording(milliseconds)) = experiment.failure {
             Timer::after_millis(milliseconds.into()).await;
         }

@@ -133,7 +133,7 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
 }
 
 /// The base parameters that a machine file lets be fitted; its reader has checked their names.
-pub(super) fn base_parameters(machine: &Machine) -> Vec<Base> {
+pub fn base_parameters(machine: &Machine) -> Vec<Base> {
     Base::ALL
         .into_iter()
         .filter(|base| machine.fit.iter().any(|name| name == base.name()))
