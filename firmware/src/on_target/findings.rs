@@ -64,7 +64,7 @@ mod tests {
     fn one_bit_makes_another_digest_and_so_does_the_order() {
         let digest = |values: [f32; 2]| {
             let mut findings = Findings::new();
-            values.map(|value| findings.single(value));
+            values.iter().for_each(|&value| findings.single(value));
             findings.digest()
         };
         assert_eq!(digest([1.0, 2.0]), digest([1.0, 2.0]));

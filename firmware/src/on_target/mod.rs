@@ -70,3 +70,22 @@ pub const CHECKS: [Check; 18] = [
 const fn check(name: &'static str, run: fn(&mut Findings)) -> Check {
     Check { name, run }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_claim_holds_on_the_host() {
+        for check in CHECKS {
+            assert_eq!(check.run().broken(), None, "{}", check.name);
+        }
+    }
+
+    #[test]
+    fn names_are_told_apart() {
+        for (index, check) in CHECKS.iter().enumerate() {
+            assert!(CHECKS[..index].iter().all(|other| other.name != check.name));
+        }
+    }
+}

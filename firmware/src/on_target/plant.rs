@@ -81,13 +81,13 @@ pub(super) fn sliding(findings: &mut Findings) {
 }
 
 pub(super) fn events(findings: &mut Findings) {
-    for (parameters, amplitude) in [(EMA, 3.5), (THROTTLE, 5.0)] {
+    for (parameters, amplitude, fastest) in [(EMA, 3.5, 20.0), (THROTTLE, 6.0, 4.0)] {
         let sweep = sweep::Parameters {
             offset: 0.0,
             amplitude,
             initial_frequency: 1.0,
-            final_frequency: 20.0,
-            duration: 1.0,
+            final_frequency: fastest,
+            duration: 2.0,
         };
         let (Some(actuator), Some(sweep)) = (
             findings.sound(Actuator::build(&parameters, PERIOD), "a plant is taken"),
@@ -97,18 +97,18 @@ pub(super) fn events(findings: &mut Findings) {
         };
         let mut state = State::new(parameters.spring_rest, 0.0);
         let mut seen = Seen::default();
-        for tick in 0..10_000 {
+        for tick in 0..20_000 {
             let before = state;
             let taken = actuator.step(&mut state, sweep.at(tick)).is_ok();
             findings.claim(taken, "the sweep's voltages are taken");
             take(findings, &state);
             seen.compare(&parameters, &before, &state);
         }
-        findings.claim(seen.breakaways > 10, "breakaways happen");
-        findings.claim(seen.standstills > 10, "standstills happen");
+        findings.claim(seen.breakaways > 5, "breakaways happen");
+        findings.claim(seen.standstills > 5, "standstills happen");
         if parameters == THROTTLE {
             findings.claim(seen.rests > 5, "the spring's rest is passed");
-            findings.claim(seen.stops > 5, "stops are reached");
+            findings.claim(seen.stops > 2, "stops are reached");
         }
     }
 }
