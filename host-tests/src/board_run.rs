@@ -1,6 +1,5 @@
 //! The firmware built and run on the emulated board, and what is expected of such a run.
 
-use std::path::Path;
 use std::time::Duration;
 
 use firmware::app::profile::STEPS;
@@ -10,7 +9,7 @@ use crate::app_on_host::AppOnHost;
 use crate::board_log::BoardLog;
 use crate::emulator;
 use crate::failure::Failure;
-use crate::image::{FLASH, RAM, Size};
+use crate::image::Size;
 use crate::toolchain::{Build, Toolchain};
 
 /// The board: its feature, its program and its image.
@@ -46,7 +45,7 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
         toolchain.route().describe()
     ));
     let build = toolchain.build(BOARD)?;
-    let size = check_size(&build.elf)?;
+    let size = Size::read(&build.elf)?.fitting()?;
     announce("firmware on the emulated board");
     let emulator::Run { sent, log } = emulator::run(&build.elf, TIME_LIMIT)?;
     check(&log, &AppOnHost::new().run()).map_err(Failure::Other)?;
@@ -57,18 +56,6 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
         sent,
         log,
     })
-}
-
-fn check_size(elf: &Path) -> Result<Size, Failure> {
-    let size = Size::read(elf)?;
-    if size.fits() {
-        Ok(size)
-    } else {
-        Err(Failure::Other(format!(
-            "the image takes {} of {FLASH} bytes of flash and {} of {RAM} bytes of RAM",
-            size.flash, size.ram
-        )))
-    }
 }
 
 /// Checks a log: no error line, every sample of the profile once, and each the same as on the host

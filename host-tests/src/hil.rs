@@ -10,7 +10,6 @@ use firmware::app::record::Sample;
 use crate::board_run::{self, BoardRun};
 use crate::failure::Failure;
 use crate::gap::{self, engine, report};
-use crate::image::{FLASH, RAM};
 use crate::log::Log;
 use crate::machine::Machine;
 use crate::workspace;
@@ -57,7 +56,7 @@ pub fn run() -> Result<(), Failure> {
     text.push_str("\nThe emulated board\n");
     text += &table(&[
         ("built with", run.toolchain.route().describe().to_owned()),
-        ("image", image(&run)),
+        ("image", run.size.to_string()),
         ("samples", samples(&run)),
         ("tracking error", tracking(run.log.samples())),
         ("log", shown(&csv)),
@@ -66,16 +65,6 @@ pub fn run() -> Result<(), Failure> {
     io::stdout()
         .write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
-}
-
-fn image(run: &BoardRun) -> String {
-    format!(
-        "{:.1} of {} KB flash, {:.1} of {} KB RAM",
-        run.size.flash as f64 / 1024.0,
-        FLASH / 1024,
-        run.size.ram as f64 / 1024.0,
-        RAM / 1024
-    )
 }
 
 fn samples(run: &BoardRun) -> String {
