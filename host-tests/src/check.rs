@@ -8,12 +8,13 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
 
-use crate::board_log::BoardLog;
+use crate::board_log::Line;
 use crate::board_run;
 use crate::failure::Failure;
-use crate::figures::{self, Comparison};
+use crate::figures::{self, Comparison, Figures};
 use crate::image::Size;
 use crate::measured::SKIPPED;
+use crate::on_target_run;
 use crate::toolchain::{Build, Toolchain};
 use crate::workspace;
 
@@ -23,7 +24,8 @@ const REAL_BOARD: &str = "stm32f405";
 /// What `cargo hil test` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Take the emulated run's messages and the images' sizes as what is expected from now on
+    /// Take the emulated runs' messages, the images' sizes and the instruction counts as what is
+    /// expected from now on
     #[arg(long)]
     bless: bool,
 }
@@ -60,10 +62,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let board = board_run::run(announce)?;
     check_warnings(&board.build)?;
-    check_messages(&board.log, args.bless)?;
+    check_messages(board_run::BOARD, board.log.messages(), args.bless)?;
     say(&format!(
         "{} samples, none dropped, bit for bit as on this host; messages as expected",
         board.log.samples().count()
+    ));
+    announce("the core's tests on the emulated board");
+    let on_target = on_target_run::run(&board.toolchain)?;
+    check_warnings(&on_target.build)?;
+    check_messages(on_target_run::PROGRAM, on_target.messages(), args.bless)?;
+    let counted = compare(
+        &board.toolchain,
+        on_target_run::PROGRAM,
+        &on_target.counts,
+        args.bless,
+    )?;
+    say(&format!(
+        "every test passed, bit for bit as on this host; instructions {counted}"
     ));
     announce("firmware for a real board");
     let real = board.toolchain.build(REAL_BOARD)?;
@@ -132,24 +147,39 @@ fn check_warnings(build: &Build) -> Result<(), Failure> {
 
 /// Compares an image's size with the file next to its program.
 fn check_size(toolchain: &Toolchain, image: &str, size: Size, bless: bool) -> Result<(), Failure> {
-    let compiler = toolchain.compiler();
-    let file = golden_file(image, "toml");
-    let remark = match figures::compare(&file, &compiler, &size.figures(), bless)? {
-        Comparison::Same => "as expected",
-        Comparison::UnknownCompiler => "not compared",
-        Comparison::Blessed => "expected from now on",
-    };
+    let remark = compare(toolchain, image, &size.figures(), bless)?;
     say(&format!(
-        "{image}: {} bytes of flash, {} bytes of RAM, {remark} ({compiler})",
+        "{image}: {} bytes of flash, {} bytes of RAM, {remark}",
         size.flash, size.ram
     ));
     Ok(())
 }
 
+/// Compares figures with the file next to the program that they are of; what came of it.
+fn compare(
+    toolchain: &Toolchain,
+    image: &str,
+    measured: &Figures,
+    bless: bool,
+) -> Result<String, Failure> {
+    let compiler = toolchain.compiler();
+    let file = golden_file(image, "toml");
+    let remark = match figures::compare(&file, &compiler, measured, bless)? {
+        Comparison::Same => "as expected",
+        Comparison::UnknownCompiler => "not compared",
+        Comparison::Blessed => "expected from now on",
+    };
+    Ok(format!("{remark} ({compiler})"))
+}
+
 /// Compares what the board said, but for samples and times, with the file next to its program.
-fn check_messages(log: &BoardLog, bless: bool) -> Result<(), Failure> {
-    let path = golden_file(board_run::BOARD, "log");
-    let said = messages(log);
+fn check_messages<'a>(
+    image: &str,
+    lines: impl Iterator<Item = &'a Line>,
+    bless: bool,
+) -> Result<(), Failure> {
+    let path = golden_file(image, "log");
+    let said = text(lines);
     if bless {
         return fs::write(&path, said).map_err(|error| Failure::system(path.display(), &error));
     }
@@ -170,8 +200,8 @@ fn golden_file(image: &str, extension: &str) -> PathBuf {
     programs.join(image).with_extension(extension)
 }
 
-fn messages(log: &BoardLog) -> String {
-    log.messages().fold(String::new(), |mut text, line| {
+fn text<'a>(lines: impl Iterator<Item = &'a Line>) -> String {
+    lines.fold(String::new(), |mut text, line| {
         // A string takes everything.
         let _ = writeln!(text, "{} {}", line.level, line.message);
         text

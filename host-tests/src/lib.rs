@@ -17,6 +17,7 @@ pub mod image;
 pub mod log;
 pub mod machine;
 pub mod measured;
+pub mod on_target_run;
 pub mod remap;
 pub mod toolchain;
 pub mod whole_file;

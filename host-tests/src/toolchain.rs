@@ -244,8 +244,16 @@ impl Toolchain {
     /// # Errors
     /// What the compiler says.
     pub fn build(&self, board: &str) -> Result<Build, Failure> {
+        self.build_program(board, board)
+    }
+
+    /// Builds a program for a board.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn build_program(&self, board: &str, program: &str) -> Result<Build, Failure> {
         let mut cargo = self.cargo("build", board);
-        cargo.args(["--bin", board, "--message-format=json"]);
+        cargo.args(["--bin", program, "--message-format=json"]);
         let progress = std::io::stderr().is_terminal();
         let output = cargo
             .stdout(Stdio::piped())
@@ -256,7 +264,7 @@ impl Toolchain {
             })
             .output()
             .map_err(|error| Failure::system("cargo cannot be run", &error))?;
-        let report = CargoReport::read(&output.stdout, board);
+        let report = CargoReport::read(&output.stdout, program);
         if !output.status.success() {
             return Err(Failure::Other(format!(
                 "the firmware does not build\n{}{}",
