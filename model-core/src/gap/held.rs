@@ -129,8 +129,13 @@ impl Acting for Varied<'_> {
     #[inline]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let (before, behind) = self.common.laws.split_at(self.place);
-        let behind = &behind[usize::from(self.without)..];
-        for law in before.iter().chain(&self.own).chain(behind) {
+        for law in before {
+            law.hold(middle, load);
+        }
+        if let Some(law) = &self.own {
+            law.hold(middle, load);
+        }
+        for law in &behind[usize::from(self.without)..] {
             law.hold(middle, load);
         }
         match (&self.common.map, self.knot) {

@@ -265,24 +265,23 @@ pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSum
                 (moved.0 - from.0) * settings.position_weight * lane.inverse_step;
             currents[column + 1] = (moved.1 - from.1) * settings.current_weight * lane.inverse_step;
         }
-        add_products(&mut sums, &positions[..columns], ensemble);
-        if settings.current_weight > 0.0 {
-            add_products(&mut sums, &currents[..columns], ensemble);
-        }
-    }
-    sums
-}
-
-#[inline]
-fn add_products(sums: &mut WindowSums, values: &[f32], ensemble: &Ensemble) {
-    for (row, &value) in values.iter().enumerate() {
-        let sums = sums.row_mut(row);
-        for partners in ensemble.partners(row) {
-            for (sum, other) in sums[partners.clone()].iter_mut().zip(&values[partners]) {
-                *sum += value * other;
+        for column in 0..columns {
+            let sums = sums.row_mut(column);
+            for partners in ensemble.partners(column) {
+                let others = positions[partners.clone()].iter();
+                for (sum, other) in sums[partners.clone()].iter_mut().zip(others) {
+                    *sum += positions[column] * other;
+                }
+                if settings.current_weight > 0.0 {
+                    let others = currents[partners.clone()].iter();
+                    for (sum, other) in sums[partners].iter_mut().zip(others) {
+                        *sum += currents[column] * other;
+                    }
+                }
             }
         }
     }
+    sums
 }
 
 /// Errors of one window, in SI units.
