@@ -179,6 +179,23 @@ impl<M: Borrow<Modes>> Actuator<M> {
         })
     }
 
+    /// The same actuator with other modes: those of another period.
+    #[inline]
+    pub fn on<N>(&self, modes: N) -> Actuator<N> {
+        Actuator {
+            modes,
+            load: self.load,
+            torque_per_current: self.torque_per_current,
+            algebraic: self.algebraic,
+            spring: self.spring,
+            spring_rest: self.spring_rest,
+            spring_preload: self.spring_preload,
+            sprung: self.sprung,
+            lower_stop: self.lower_stop,
+            upper_stop: self.upper_stop,
+        }
+    }
+
     /// The load that the parameters declare; effects start from it.
     pub fn load(&self) -> Load {
         self.load
