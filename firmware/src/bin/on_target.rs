@@ -83,7 +83,7 @@ fn plants() {
     sliding("ema_forward", &ema, State::new(0.0, 50.0), 12.0);
     sliding("ema_backward", &ema, State::new(0.0, -50.0), -12.0);
     sliding("ema_rest", &ema, State::new(0.0, 0.0), 1.0);
-    // Slow enough to stay between its stops.
+    // No stop in reach.
     let throttle = build(&Parameters {
         upper_stop: 100.0,
         ..plant::THROTTLE
