@@ -353,7 +353,11 @@ pub fn fit(
         };
         'damping: for _ in 0..MOST_REFUSALS {
             for &held in held {
-                let candidate = damped_step(&model, variables, &sums, damping, held);
+                let (candidate, promised) = damped_step(&model, variables, &sums, damping, held);
+                // A smaller step, or one with a variable held, promises less still.
+                if promised < CONVERGED * cost {
+                    break 'damping;
+                }
                 // A step that leaves the plant's range is refused like one that raises the cost.
                 let lowered = problem.cost(&candidate).filter(|trial| *trial < cost);
                 if let Some(lowered) = lowered {
@@ -383,7 +387,8 @@ pub fn fit(
 /// A matrix over the variables of a fit.
 pub type Matrix = Triangle<f64, { entries(MOST_VARIABLES) }>;
 
-/// The damped Gauss–Newton step, clipped to the variables' bounds.
+/// The damped Gauss–Newton step, clipped to the variables' bounds, and by how much it lowers the
+/// cost as far as the sensitivities tell.
 ///
 /// A variable at a bound that the slope pushes it against stays there, and so does `held`: the
 /// others are stepped without them.
@@ -394,7 +399,7 @@ fn damped_step(
     sums: &Sums,
     damping: f64,
     held: Option<Base>,
-) -> Model {
+) -> (Model, f64) {
     let slope = |index: usize| sums.products.at(index + 1, 0);
     let stays = |index: usize| {
         let variable = &variables[index];
@@ -420,11 +425,18 @@ fn damped_step(
     }
     Cholesky::new(normal, count).solve(&mut step[..count]);
     let mut moved = model.clone();
-    for (variable, step) in variables.iter().zip(step) {
-        let value = variable.get(model) + step as f32 * variable.scale;
+    for (variable, step) in variables.iter().zip(&mut step) {
+        let start = variable.get(model);
+        let value = start + *step as f32 * variable.scale;
         if value.is_finite() {
-            variable.set(&mut moved, value.max(variable.lower).min(variable.upper));
+            let value = value.max(variable.lower).min(variable.upper);
+            variable.set(&mut moved, value);
+            *step = f64::from((value - start) / variable.scale);
         }
     }
-    moved
+    let promised = (0..count).map(|row| {
+        let curve = (0..count).map(|column| sums.products.at(row + 1, column + 1) * step[column]);
+        -step[row] * (2.0 * slope(row) + curve.sum::<f64>())
+    });
+    (moved, promised.sum())
 }

@@ -124,8 +124,8 @@ impl<'a> Data<'a> {
 pub struct Row {
     /// Sample from which the step starts.
     pub index: usize,
-    /// The input before, and the one held over the step.
-    inputs: (f32, f32),
+    /// The input held over it.
+    input: f32,
     /// The position at the end of the step.
     next_position: f32,
     /// The current at its start.
@@ -138,18 +138,11 @@ impl Row {
     pub fn new(log: &Log, index: usize) -> Self {
         Self {
             index,
-            inputs: inputs(log, index),
+            input: log.input.at(index),
             next_position: log.position.at(index + 1),
             current: log.current.map(|current| current.at(index)),
         }
     }
-}
-
-/// The inputs of the sample before and of this one; before the log its first input acts.
-#[inline]
-fn inputs(log: &Log, index: usize) -> (f32, f32) {
-    let before = log.input.at(index.saturating_sub(1));
-    (before, log.input.at(index))
 }
 
 /// One simulation on its way through a window.
@@ -196,16 +189,23 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     /// position at the next sample, of the current at this one.
     #[inline]
     pub fn advance(&mut self, row: &Row) -> (f32, f32) {
-        let late = self.simulator.input_lateness().whole;
-        let inputs = if late == 0 {
-            row.inputs
+        let late = self.simulator.input_lateness();
+        // Before the log its first input acts.
+        let back = |samples: usize| self.log.input.at(row.index.saturating_sub(samples));
+        let input = if late.whole == 0 {
+            row.input
         } else {
-            inputs(self.log, row.index.saturating_sub(late))
+            back(late.whole)
+        };
+        let previous = if late.share == 0.0 {
+            input
+        } else {
+            back(late.whole + 1)
         };
         // A refused input leaves the state: logs are checked on reading, so none is.
         let predicted = self
             .simulator
-            .step(&mut self.state, inputs, row.index)
+            .step(&mut self.state, (previous, input), row.index)
             .unwrap_or(self.state.current);
         let late = self.simulator.sensor_lateness().whole;
         let current = match (row.current, self.log.current) {
@@ -266,22 +266,39 @@ pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSum
             currents[column + 1] = (moved.1 - from.1) * settings.current_weight * lane.inverse_step;
         }
         for column in 0..columns {
-            let sums = sums.row_mut(column);
+            let values = (positions[column], currents[column]);
             for partners in ensemble.partners(column) {
-                let others = positions[partners.clone()].iter();
-                for (sum, other) in sums[partners.clone()].iter_mut().zip(others) {
-                    *sum += positions[column] * other;
-                }
+                let sums = &mut sums.row_mut(column)[partners.clone()];
+                let others = (&positions[partners.clone()], &currents[partners]);
                 if settings.current_weight > 0.0 {
-                    let others = currents[partners.clone()].iter();
-                    for (sum, other) in sums[partners].iter_mut().zip(others) {
-                        *sum += currents[column] * other;
-                    }
+                    add_products(sums, values, others);
+                } else {
+                    add_position_products(sums, values.0, others.0);
                 }
             }
         }
     }
     sums
+}
+
+/// Adds the products of both channels: position first.
+#[inline]
+fn add_products(
+    sums: &mut [f32],
+    (position, current): (f32, f32),
+    (positions, currents): (&[f32], &[f32]),
+) {
+    for (sum, (other, flow)) in sums.iter_mut().zip(positions.iter().zip(currents)) {
+        *sum += position * other;
+        *sum += current * flow;
+    }
+}
+
+#[inline]
+fn add_position_products(sums: &mut [f32], position: f32, positions: &[f32]) {
+    for (sum, other) in sums.iter_mut().zip(positions) {
+        *sum += position * other;
+    }
 }
 
 /// Errors of one window, in SI units.

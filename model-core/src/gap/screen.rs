@@ -19,6 +19,10 @@ pub const MOST_CANDIDATES: usize = Id::ALL.len();
 /// Strength at which candidates are simulated, as a share of their scale.
 const STRENGTH: f32 = 0.05;
 
+/// Windows that shapes are compared on: every second one. What is said of the best shape is measured
+/// on all.
+const SCAN: (Fold, usize) = (Fold::Even, 1);
+
 /// An effect at the shape and the strength that explain the residual best.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
@@ -308,7 +312,7 @@ pub fn screen(
         if columns.is_empty() {
             break;
         }
-        sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
+        sums.replay(data, schedule, SCAN, &ensemble, |_| ());
         simulated += sums.simulated(&ensemble);
         keep_best_shapes(&mut best, &Projection::new(&sums, base), &columns, scope);
     }
