@@ -518,8 +518,10 @@ fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
         current.push(counted(state.current, 0.01));
         let input = controller.step(&mut pid, command as f32, measured as f32);
         inputs.push(input.map_err(fault)?);
-        let inputs = Channel::Values(&inputs);
-        simulator.step(&mut state, &inputs, sample).map_err(fault)?;
+        let now = inputs[sample];
+        simulator
+            .step(&mut state, (now, now), sample)
+            .map_err(fault)?;
     }
     Ok(Log {
         path: PathBuf::from("bench.csv"),

@@ -1,6 +1,5 @@
 //! The firmware built and run on the emulated board, and what is expected of such a run.
 
-use std::path::Path;
 use std::time::Duration;
 
 use firmware::app::demonstration::DEMONSTRATION;
@@ -9,7 +8,7 @@ use crate::board_log::BoardLog;
 use crate::comparison::{self, Comparison};
 use crate::emulator;
 use crate::failure::Failure;
-use crate::image::{FLASH, RAM, Size};
+use crate::image::Size;
 use crate::toolchain::{Build, Toolchain};
 
 /// The board: its feature, its program and its image.
@@ -47,7 +46,7 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
         toolchain.route().describe()
     ));
     let build = toolchain.build(BOARD)?;
-    let size = check_size(&build.elf)?;
+    let size = Size::read(&build.elf)?.fitting()?;
     announce("firmware on the emulated board");
     let emulator::Run { sent, log } = emulator::run(&build.elf, TIME_LIMIT)?;
     announce("the same experiments on this host");
@@ -60,18 +59,6 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
         log,
         comparisons,
     })
-}
-
-fn check_size(elf: &Path) -> Result<Size, Failure> {
-    let size = Size::read(elf)?;
-    if size.fits() {
-        Ok(size)
-    } else {
-        Err(Failure::Other(format!(
-            "the image takes {} of {FLASH} bytes of flash and {} of {RAM} bytes of RAM",
-            size.flash, size.ram
-        )))
-    }
 }
 
 impl BoardRun {

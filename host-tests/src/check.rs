@@ -8,17 +8,24 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
 
-use crate::board_log::BoardLog;
-use crate::board_run::{self, BoardRun};
+use crate::board_log::Line;
+use crate::board_run;
 use crate::failure::Failure;
-use crate::image::{FLASH, RAM};
+use crate::figures::{self, Comparison, Figures};
+use crate::image::Size;
 use crate::measured::SKIPPED;
+use crate::on_target_run;
+use crate::toolchain::{Build, Toolchain};
 use crate::workspace;
+
+/// The image for a real board: its feature and its program. It cannot run here.
+const REAL_BOARD: &str = "stm32f405";
 
 /// What `cargo hil test` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Take the emulated run's messages as what is expected from now on
+    /// Take the emulated runs' messages, the images' sizes and the instruction counts as what is
+    /// expected from now on
     #[arg(long)]
     bless: bool,
 }
@@ -54,20 +61,44 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ])?;
     }
     let board = board_run::run(announce)?;
-    check_warnings(&board)?;
-    if !board.toolchain.lint(board_run::BOARD)? {
-        say("this compiler has no clippy: the firmware's build was looked at for warnings instead");
-    }
-    check_messages(&board.log, args.bless)?;
+    check_warnings(&board.build)?;
+    check_messages(board_run::BOARD, board.log.messages(), args.bless)?;
     board.require_parity()?;
     say(&format!(
         "{} samples, none dropped, bit for bit as on this host; messages as expected",
         board.samples()
     ));
+    announce("the core's tests on the emulated board");
+    let on_target = on_target_run::run(&board.toolchain)?;
+    check_warnings(&on_target.build)?;
+    check_messages(on_target_run::PROGRAM, on_target.messages(), args.bless)?;
+    let counted = compare(
+        &board.toolchain,
+        on_target_run::PROGRAM,
+        &on_target.counts,
+        args.bless,
+    )?;
+    say(&format!(
+        "every test passed, bit for bit as on this host; instructions {counted}"
+    ));
+    announce("firmware for a real board");
+    let real = board.toolchain.build(REAL_BOARD)?;
+    check_warnings(&real)?;
+    let real_size = Size::read(&real.elf)?.fitting()?;
+    announce("sizes and lints of both images");
+    let images = [(board_run::BOARD, board.size), (REAL_BOARD, real_size)];
+    let mut linted = true;
+    for (image, size) in images {
+        check_size(&board.toolchain, image, size, args.bless)?;
+        linted &= board.toolchain.lint(image)?;
+    }
+    if !linted {
+        say("this compiler has no clippy: the images' builds were looked at for warnings instead");
+    }
     announce("host tests");
     let tests = host_tests()?;
     announce("done");
-    say(&summary(&board, &tests));
+    say(&summary(&images, &tests));
     Ok(())
 }
 
@@ -105,20 +136,51 @@ fn failed(arguments: &[&str]) -> Failure {
 }
 
 /// The firmware's own code, hardware and all, builds without a warning.
-fn check_warnings(board: &BoardRun) -> Result<(), Failure> {
-    if board.build.warnings.is_empty() {
+fn check_warnings(build: &Build) -> Result<(), Failure> {
+    if build.warnings.is_empty() {
         return Ok(());
     }
     Err(Failure::Other(format!(
         "the firmware builds with warnings\n{}",
-        board.build.warnings.concat()
+        build.warnings.concat()
     )))
 }
 
+/// Compares an image's size with the file next to its program.
+fn check_size(toolchain: &Toolchain, image: &str, size: Size, bless: bool) -> Result<(), Failure> {
+    let remark = compare(toolchain, image, &size.figures(), bless)?;
+    say(&format!(
+        "{image}: {} bytes of flash, {} bytes of RAM, {remark}",
+        size.flash, size.ram
+    ));
+    Ok(())
+}
+
+/// Compares figures with the file next to the program that they are of; what came of it.
+fn compare(
+    toolchain: &Toolchain,
+    image: &str,
+    measured: &Figures,
+    bless: bool,
+) -> Result<String, Failure> {
+    let compiler = toolchain.compiler();
+    let file = golden_file(image, "toml");
+    let remark = match figures::compare(&file, &compiler, measured, bless)? {
+        Comparison::Same => "as expected",
+        Comparison::UnknownCompiler => "not compared",
+        Comparison::Blessed => "expected from now on",
+    };
+    Ok(format!("{remark} ({compiler})"))
+}
+
 /// Compares what the board said, but for samples and times, with the file next to its program.
-fn check_messages(log: &BoardLog, bless: bool) -> Result<(), Failure> {
-    let path = golden_file();
-    let said = messages(log);
+fn check_messages<'a>(
+    image: &str,
+    lines: impl Iterator<Item = &'a Line>,
+    bless: bool,
+) -> Result<(), Failure> {
+    let path = golden_file(image, "log");
+    let said = text(lines);
     if bless {
         return fs::write(&path, said).map_err(|error| Failure::system(path.display(), &error));
     }
@@ -133,15 +195,14 @@ fn check_messages(log: &BoardLog, bless: bool) -> Result<(), Failure> {
     }
 }
 
-fn golden_file() -> PathBuf {
-    workspace::root()
-        .join("firmware/src/bin")
-        .join(board_run::BOARD)
-        .with_extension("log")
+/// What is expected of an image, next to its program.
+fn golden_file(image: &str, extension: &str) -> PathBuf {
+    let programs = workspace::root().join("firmware/src/bin");
+    programs.join(image).with_extension(extension)
 }
 
-fn messages(log: &BoardLog) -> String {
-    log.messages().fold(String::new(), |mut text, line| {
+fn text<'a>(lines: impl Iterator<Item = &'a Line>) -> String {
+    lines.fold(String::new(), |mut text, line| {
         // A string takes everything.
         let _ = writeln!(text, "{} {}", line.level, line.message);
         text
@@ -255,21 +316,19 @@ impl Tests {
     }
 }
 
-fn summary(board: &BoardRun, tests: &Tests) -> String {
+fn summary(images: &[(&str, Size)], tests: &Tests) -> String {
     let mut text = format!(
-        "{} host tests passed, {} could not run\n",
+        "{} host tests passed, {} could not run",
         tests.passed,
         tests.skipped.len()
     );
+    // A string takes everything.
     for test in &tests.skipped {
-        // A string takes everything.
-        let _ = writeln!(text, "  not run: {test}");
+        let _ = write!(text, "\n  not run: {test}");
     }
-    let _ = write!(
-        text,
-        "image: {} of {FLASH} bytes of flash, {} of {RAM} bytes of RAM",
-        board.size.flash, board.size.ram
-    );
+    for (image, size) in images {
+        let _ = write!(text, "\nimage {image}: {size}");
+    }
     text
 }
 

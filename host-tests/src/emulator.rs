@@ -27,7 +27,7 @@ const ARGUMENTS: [&str; 12] = [
     "-kernel",
 ];
 
-/// Lines of the log that an error quotes.
+/// Last lines of the log that an error quotes, where none of all lines is an error itself.
 const QUOTED_LINES: usize = 5;
 
 /// A run that ended well.
@@ -68,7 +68,7 @@ pub fn run(elf: &Path, limit: Duration) -> Result<Run, Failure> {
     };
     Err(Failure::Other(format!(
         "the emulated board {ended}{}{}",
-        last_lines(&log),
+        telling_lines(&log),
         indented(&String::from_utf8_lossy(&complaints))
     )))
 }
@@ -101,10 +101,14 @@ fn wait(process: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStat
     }
 }
 
-fn last_lines(log: &BoardLog) -> String {
-    let lines: Vec<String> = log.messages().map(ToString::to_string).collect();
-    let start = lines.len().saturating_sub(QUOTED_LINES);
-    indented(&lines[start..].join("\n"))
+fn telling_lines(log: &BoardLog) -> String {
+    let errors = log.messages().filter(|line| line.level == "ERROR");
+    let mut lines: Vec<String> = errors.map(ToString::to_string).collect();
+    if lines.is_empty() {
+        lines = log.messages().map(ToString::to_string).collect();
+        lines.drain(..lines.len().saturating_sub(QUOTED_LINES));
+    }
+    indented(&lines.join("\n"))
 }
 
 fn indented(text: &str) -> String {
@@ -114,6 +118,7 @@ fn indented(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board_log::Line;
 
     fn sleeper(seconds: &str) -> Child {
         Command::new("sleep").arg(seconds).spawn().unwrap()
@@ -124,6 +129,24 @@ mod tests {
         let mut process = sleeper("600");
         assert_eq!(wait(&mut process, Duration::ZERO).unwrap(), None);
         assert!(process.try_wait().unwrap().is_some());
+    }
+
+    #[test]
+    fn errors_are_quoted_wherever_they_are_else_the_last_lines() {
+        let line = |level: &str, number: usize| Line {
+            time: String::new(),
+            level: level.to_owned(),
+            message: number.to_string(),
+            sample: None,
+        };
+        let mut log = BoardLog::default();
+        log.lines.extend((0..9).map(|number| line("INFO", number)));
+        assert_eq!(
+            telling_lines(&log),
+            "\n  INFO 4\n  INFO 5\n  INFO 6\n  INFO 7\n  INFO 8"
+        );
+        log.lines[1] = line("ERROR", 1);
+        assert_eq!(telling_lines(&log), "\n  ERROR 1");
     }
 
     #[test]

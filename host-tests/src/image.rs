@@ -1,5 +1,6 @@
 //! What an image occupies of the microcontroller.
 
+use std::fmt;
 use std::path::Path;
 
 use object::elf::{SHF_ALLOC, SHF_WRITE};
@@ -7,6 +8,8 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
 use crate::board_log;
 use crate::error::InputError;
+use crate::failure::Failure;
+use crate::figures::Figures;
 
 /// Flash of the STM32F405RG, bytes.
 pub const FLASH: u64 = 1024 * 1024;
@@ -56,8 +59,78 @@ impl Size {
         Ok(size)
     }
 
-    /// Whether the chip holds it.
-    pub fn fits(&self) -> bool {
-        self.flash <= FLASH && self.ram <= RAM
+    /// The same, if the chip holds it.
+    ///
+    /// # Errors
+    /// It does not.
+    pub fn fitting(self) -> Result<Self, Failure> {
+        if self.flash <= FLASH && self.ram <= RAM {
+            Ok(self)
+        } else {
+            Err(Failure::Other(format!(
+                "the image takes {} of {FLASH} bytes of flash and {} of {RAM} bytes of RAM",
+                self.flash, self.ram
+            )))
+        }
+    }
+
+    /// For a file of figures.
+    pub fn figures(self) -> Figures {
+        [("flash", self.flash), ("ram", self.ram)]
+            .map(|(name, bytes)| (name.to_owned(), bytes))
+            .into()
+    }
+}
+
+/// What is taken and what is left.
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kilobytes = |bytes: u64| bytes as f64 / 1024.0;
+        write!(
+            f,
+            "{:.1} KB of flash ({:.1} left), {:.1} KB of RAM ({:.1} left for the stack)",
+            kilobytes(self.flash),
+            kilobytes(FLASH.saturating_sub(self.flash)),
+            kilobytes(self.ram),
+            kilobytes(RAM.saturating_sub(self.ram))
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_image_fits_to_the_last_byte() {
+        let full = Size {
+            flash: FLASH,
+            ram: RAM,
+        };
+        assert_eq!(full.fitting().unwrap(), full);
+        for over in [
+            Size {
+                flash: FLASH + 1,
+                ..full
+            },
+            Size {
+                ram: RAM + 1,
+                ..full
+            },
+        ] {
+            assert!(over.fitting().is_err(), "{over:?}");
+        }
+    }
+
+    #[test]
+    fn a_size_says_what_is_left() {
+        let size = Size {
+            flash: 48 * 1024,
+            ram: 3 * 1024 + 512,
+        };
+        assert_eq!(
+            size.to_string(),
+            "48.0 KB of flash (976.0 left), 3.5 KB of RAM (124.5 left for the stack)"
+        );
     }
 }

@@ -1,5 +1,5 @@
 //! Set-up of what the firmware needs on this machine: a compiler with a `core` for the
-//! microcontroller, and the emulator.
+//! microcontroller, its linker, and the emulator.
 //!
 //! There are three ways to a `core` for [`TARGET`], tried in this order:
 //!
@@ -7,16 +7,16 @@
 //! 2. rustup adds it to that toolchain;
 //! 3. Debian's packages [`COMPILER_PACKAGES`] build it from source.
 //!
-//! Set-up may add a target, and it installs missing Debian packages where it runs as root. It never
-//! installs or updates a toolchain.
+//! Set-up may add a target, puts the linker into `target/tools` unless the user has it, and installs
+//! missing Debian packages where it runs as root. It never installs or updates a toolchain.
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::failure::Failure;
-use crate::workspace;
+use crate::{remap, workspace};
 
 /// The microcontroller's target: Cortex-M4F.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -29,6 +29,20 @@ pub const EMULATOR_PACKAGES: [&str; 1] = ["qemu-system-arm"];
 
 /// The emulator's program.
 pub const EMULATOR: &str = "qemu-system-arm";
+
+/// The linker, which `.cargo/config.toml` names: it puts the stack below the variables, so that an
+/// overflow is a fault and no silent damage.
+pub const LINKER: &str = "flip-link";
+
+/// The version of [`LINKER`] that is installed where there is none.
+pub const LINKER_VERSION: &str = "0.1.12";
+
+/// What [`LINKER`] runs. Debian has it under the name [`DEBIAN_LLD`].
+#[cfg(unix)]
+const LLD: &str = "rust-lld";
+
+#[cfg(unix)]
+const DEBIAN_LLD: &str = "/usr/bin/ld.lld";
 
 /// The way that was taken to a `core` for [`TARGET`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +82,8 @@ trait Machine {
     fn is_root(&mut self) -> bool;
     /// Installs Debian packages.
     fn install(&mut self, packages: &[&str]) -> Result<(), String>;
+    /// Installs a program from the registry for this workspace alone.
+    fn install_program(&mut self, program: &str, version: &str) -> Result<(), String>;
 }
 
 /// Finds a way to the target, or says what to run.
@@ -101,6 +117,18 @@ fn ensure_emulator(machine: &mut impl Machine) -> Result<(), String> {
     ensure_packages(machine, &EMULATOR_PACKAGES)
 }
 
+/// Sees to the linker, or says what to run.
+fn ensure_linker(machine: &mut impl Machine) -> Result<(), String> {
+    if machine.has_program(LINKER) {
+        return Ok(());
+    }
+    machine
+        .install_program(LINKER, LINKER_VERSION)
+        .map_err(|reason| {
+            format!("{reason}; try: cargo install {LINKER} --version {LINKER_VERSION} --locked")
+        })
+}
+
 fn ensure_packages(machine: &mut impl Machine, packages: &[&'static str]) -> Result<(), String> {
     let missing: Vec<&str> = packages
         .iter()
@@ -123,9 +151,37 @@ fn ensure_packages(machine: &mut impl Machine, packages: &[&'static str]) -> Res
 }
 
 /// A way to build the firmware on this machine.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Toolchain {
     route: Route,
+    compiler: Compiler,
+    /// Flags by which the image does not tell where its sources lie.
+    remap: Vec<String>,
+}
+
+/// What the compiler says of itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Compiler {
+    /// With the commit, or with whoever else built it.
+    version: String,
+    host: String,
+    commit: String,
+}
+
+impl Compiler {
+    /// From `rustc --version --verbose`.
+    fn read(said: &str) -> Option<Self> {
+        let value = |name: &str| {
+            said.lines()
+                .find_map(|line| line.strip_prefix(name)?.strip_prefix(": "))
+                .map(str::to_owned)
+        };
+        Some(Self {
+            version: said.lines().next()?.to_owned(),
+            host: value("host")?,
+            commit: value("commit-hash")?,
+        })
+    }
 }
 
 /// A built image.
@@ -138,7 +194,7 @@ pub struct Build {
 }
 
 impl Toolchain {
-    /// Sees to the compiler and the emulator.
+    /// Sees to the compiler, the linker and the emulator.
     ///
     /// # Errors
     /// What is missing, with the command that brings it.
@@ -146,7 +202,36 @@ impl Toolchain {
         let mut machine = ThisMachine;
         let route = choose_route(&mut machine).map_err(Failure::Other)?;
         ensure_emulator(&mut machine).map_err(Failure::Other)?;
-        Ok(Self { route })
+        ensure_linker(&mut machine).map_err(Failure::Other)?;
+        if route == Route::Debian {
+            provide_lld().map_err(|error| Failure::system(debian_tools().display(), &error))?;
+        }
+        let said = answer(route.command("rustc").args(["--version", "--verbose"]))?;
+        let compiler = Compiler::read(&said)
+            .ok_or_else(|| Failure::other("rustc does not say its version"))?;
+        let sysroot = answer(route.command("rustc").args(["--print", "sysroot"]))?;
+        let metadata = answer(
+            route
+                .command("cargo")
+                .args(["metadata", "--format-version=1"]),
+        )?;
+        let metadata = serde_json::from_str(&metadata)
+            .map_err(|error| Failure::Other(format!("cargo metadata: {error}")))?;
+        Ok(Self {
+            route,
+            remap: remap::flags(&metadata, Path::new(sysroot.trim_end()), &compiler.commit),
+            compiler,
+        })
+    }
+
+    /// What decides over an image's every byte, beside its sources.
+    pub fn compiler(&self) -> String {
+        let Compiler { version, host, .. } = &self.compiler;
+        let core = match self.route {
+            Route::Present | Route::Added => "",
+            Route::Debian => ", core from source",
+        };
+        format!("{version}, {host}{core}")
     }
 
     /// The way that was taken.
@@ -159,8 +244,16 @@ impl Toolchain {
     /// # Errors
     /// What the compiler says.
     pub fn build(&self, board: &str) -> Result<Build, Failure> {
+        self.build_program(board, board)
+    }
+
+    /// Builds a program for a board.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn build_program(&self, board: &str, program: &str) -> Result<Build, Failure> {
         let mut cargo = self.cargo("build", board);
-        cargo.args(["--bin", board, "--message-format=json"]);
+        cargo.args(["--bin", program, "--message-format=json"]);
         let progress = std::io::stderr().is_terminal();
         let output = cargo
             .stdout(Stdio::piped())
@@ -171,7 +264,7 @@ impl Toolchain {
             })
             .output()
             .map_err(|error| Failure::system("cargo cannot be run", &error))?;
-        let report = CargoReport::read(&output.stdout, board);
+        let report = CargoReport::read(&output.stdout, program);
         if !output.status.success() {
             return Err(Failure::Other(format!(
                 "the firmware does not build\n{}{}",
@@ -213,15 +306,18 @@ impl Toolchain {
 
     /// A cargo command on the firmware with a board's hardware.
     fn cargo(&self, subcommand: &str, board: &str) -> Command {
-        let mut cargo = match self.route {
-            Route::Present | Route::Added => clean_command("cargo"),
-            Route::Debian => debian_cargo(),
-        };
+        let mut cargo = self.route.command("cargo");
         // Not the host's target directory: two compilers, and no waiting for the other's lock.
         cargo
             .args([subcommand, "--release", "--package", "firmware"])
             .args(["--target", TARGET, "--target-dir", "target/firmware"])
-            .args(["--features", board]);
+            .args(["--features", board])
+            // Added to the flags in .cargo/config.toml.
+            .arg("--config")
+            .arg(format!(
+                "target.{TARGET}.rustflags={}",
+                toml::Value::from(self.remap.clone())
+            ));
         if self.route == Route::Debian {
             cargo.arg("-Zbuild-std=core");
         }
@@ -258,14 +354,41 @@ impl CargoReport {
     }
 }
 
+impl Route {
+    /// A program of this way's toolchain, in the workspace's root.
+    fn command(self, program: &str) -> Command {
+        match self {
+            Self::Present | Self::Added => clean_command(program),
+            Self::Debian => debian_command(program),
+        }
+    }
+}
+
+/// Standard output of a command that succeeds.
+fn answer(command: &mut Command) -> Result<String, Failure> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let output = command
+        .output()
+        .map_err(|error| Failure::system(&name, &error))?;
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(Failure::Other(format!(
+            "{name} failed\n{}",
+            String::from_utf8_lossy(&output.stderr)
+        )))
+    }
+}
+
 /// Variables by which the cargo that runs this program would choose its children's toolchain, flags
 /// or log level.
-const INHERITED: [&str; 12] = [
+const INHERITED: [&str; 13] = [
     "CARGO",
     "CARGO_BUILD_RUSTFLAGS",
     "CARGO_BUILD_TARGET",
     "CARGO_ENCODED_RUSTFLAGS",
     "DEFMT_LOG",
+    "DEFMT_RTT_BUFFER_SIZE",
     "RUSTC",
     "RUSTC_WORKSPACE_WRAPPER",
     "RUSTC_WRAPPER",
@@ -275,12 +398,47 @@ const INHERITED: [&str; 12] = [
     "RUSTUP_TOOLCHAIN_SOURCE",
 ];
 
+/// Where this workspace's own programs are.
+fn tools() -> PathBuf {
+    workspace::root().join("target/tools")
+}
+
+/// Where [`LINKER`] finds Debian's linker under the name that it looks for.
+fn debian_tools() -> PathBuf {
+    tools().join("debian")
+}
+
+#[cfg(unix)]
+fn provide_lld() -> std::io::Result<()> {
+    let link = debian_tools().join(LLD);
+    std::fs::create_dir_all(debian_tools())?;
+    if link.is_symlink() {
+        return Ok(());
+    }
+    std::os::unix::fs::symlink(DEBIAN_LLD, link)
+}
+
+#[cfg(not(unix))]
+fn provide_lld() -> std::io::Result<()> {
+    Err(std::io::ErrorKind::Unsupported.into())
+}
+
+/// The directories in which programs are looked for: the user's own, and after them this
+/// workspace's.
+fn search_path() -> Vec<PathBuf> {
+    let inherited = std::env::var_os("PATH").unwrap_or_default();
+    let mut directories: Vec<PathBuf> = std::env::split_paths(&inherited).collect();
+    directories.push(tools().join("bin"));
+    directories
+}
+
 /// A command in the workspace's root that chooses its own toolchain, and installs none.
-fn clean_command(program: &str) -> Command {
+fn clean_command(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(program);
     for variable in INHERITED {
         command.env_remove(variable);
     }
+    set_search_path(&mut command, search_path());
     command
         .env("RUSTUP_AUTO_INSTALL", "0")
         .current_dir(workspace::root())
@@ -288,19 +446,23 @@ fn clean_command(program: &str) -> Command {
     command
 }
 
-fn debian_cargo() -> Command {
-    let mut command = clean_command("/usr/bin/cargo");
-    let mut path = OsString::from("/usr/bin");
-    if let Some(inherited) = std::env::var_os("PATH") {
-        path.push(":");
-        path.push(inherited);
+fn debian_command(program: &str) -> Command {
+    let programs = Path::new("/usr/bin");
+    let mut command = clean_command(programs.join(program));
+    let mut directories = vec![programs.to_owned()];
+    directories.extend(search_path());
+    directories.push(debian_tools());
+    set_search_path(&mut command, directories);
+    // -Zbuild-std is not stable.
+    command.env("RUSTC_BOOTSTRAP", "1");
+    command
+}
+
+fn set_search_path(command: &mut Command, directories: Vec<PathBuf>) {
+    // A directory with a separator in its name cannot be on the path; then it stays as it is.
+    if let Ok(path) = std::env::join_paths(directories) {
+        command.env("PATH", path);
     }
-    command
-        .env("PATH", path)
-        // -Zbuild-std is not stable.
-        .env("RUSTC_BOOTSTRAP", "1")
-        .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "ld.lld");
-    command
 }
 
 /// The machine that this program runs on.
@@ -348,8 +510,10 @@ impl Machine for ThisMachine {
     }
 
     fn has_program(&mut self, program: &str) -> bool {
-        let path = std::env::var_os("PATH").unwrap_or_default();
-        std::env::split_paths(&path).any(|directory| directory.join(program).is_file())
+        let file = format!("{program}{}", std::env::consts::EXE_SUFFIX);
+        search_path()
+            .iter()
+            .any(|directory| directory.join(&file).is_file())
     }
 
     fn is_root(&mut self) -> bool {
@@ -380,6 +544,31 @@ impl Machine for ThisMachine {
             }
         }
         Ok(())
+    }
+
+    fn install_program(&mut self, program: &str, version: &str) -> Result<(), String> {
+        announce(&format!("Installing {program} {version} into target/tools"));
+        let output = clean_command("cargo")
+            .args([
+                "install",
+                program,
+                "--version",
+                version,
+                "--locked",
+                "--root",
+            ])
+            .arg(tools())
+            .output()
+            .map_err(|error| format!("cargo cannot be run ({error})"))?;
+        if output.status.success() {
+            return Ok(());
+        }
+        let said = String::from_utf8_lossy(&output.stderr);
+        let error = said.lines().find(|line| line.starts_with("error"));
+        Err(format!(
+            "{program} cannot be installed ({})",
+            error.unwrap_or("cargo failed")
+        ))
     }
 }
 
@@ -435,6 +624,13 @@ mod tests {
             }
             self.installed
                 .extend(packages.iter().map(|&package| package.to_owned()));
+            Ok(())
+        }
+        fn install_program(&mut self, program: &str, version: &str) -> Result<(), String> {
+            if self.mirror_fails {
+                return Err("no network".to_owned());
+            }
+            self.installed.push(format!("{program} {version}"));
             Ok(())
         }
     }
@@ -546,6 +742,44 @@ mod tests {
             error.contains("qemu-system-arm is not on the path"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn the_linker_is_installed_only_where_the_user_has_none() {
+        let mut there = Faked {
+            programs: vec![LINKER],
+            ..Faked::default()
+        };
+        assert_eq!(ensure_linker(&mut there), Ok(()));
+        assert!(there.installed.is_empty());
+
+        let mut absent = Faked::default();
+        assert_eq!(ensure_linker(&mut absent), Ok(()));
+        assert_eq!(absent.installed, ["flip-link 0.1.12"]);
+
+        let mut offline = Faked {
+            mirror_fails: true,
+            ..Faked::default()
+        };
+        assert_eq!(
+            ensure_linker(&mut offline),
+            Err("no network; try: cargo install flip-link --version 0.1.12 --locked".to_owned())
+        );
+    }
+
+    #[test]
+    fn the_compiler_says_what_it_is() {
+        let said = "rustc 1.95.0 (598076 2026-04-14)\nbinary: rustc\ncommit-hash: 598076\n\
+                    commit-date: 2026-04-14\nhost: x86_64-unknown-linux-gnu\nrelease: 1.95.0\n";
+        assert_eq!(
+            Compiler::read(said),
+            Some(Compiler {
+                version: "rustc 1.95.0 (598076 2026-04-14)".to_owned(),
+                host: "x86_64-unknown-linux-gnu".to_owned(),
+                commit: "598076".to_owned(),
+            })
+        );
+        assert_eq!(Compiler::read("rustc 1.95.0"), None);
     }
 
     #[test]

@@ -2,6 +2,13 @@
 //!
 //! `no_std`, no allocation, no `unsafe`, `f32` in SI units. The crate knows no hardware, no
 //! files and no clock: the firmware and the host call the same functions and get the same bits.
+//!
+//! Bits stay the same because a result depends on `+ − × ÷`, comparisons and square roots alone,
+//! which IEEE 754 rounds in one way, in an order that the source fixes; all else is `libm` or
+//! `micromath` by full name, one code for every machine. Not to be used: `std`'s float methods,
+//! fused operations, the sign of a zero out of `f32::min` and `f32::max`, the payload of a NaN.
+//! `f64`, software on the chip, is for constructors and for sums over windows. `cargo hil test`
+//! compares all of it on the emulated target.
 #![no_std]
 
 pub mod control;

@@ -25,5 +25,5 @@ async fn record(recording: Recording) -> ! {
 #[embassy_executor::task]
 async fn run(mut session: Session) {
     let sound = session.run::<Emulated>(&DEMONSTRATION).await;
-    Emulated::exit(sound)
+    emulated::exit(sound)
 }

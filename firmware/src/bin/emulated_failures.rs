@@ -26,5 +26,5 @@ async fn record(recording: Recording) -> ! {
 async fn run(mut session: Session) {
     // Hardly anything is sound here; what is expected is in the log next to this file.
     let _ = session.run::<Emulated>(&FAILURES).await;
-    Emulated::exit(true)
+    emulated::exit(true)
 }

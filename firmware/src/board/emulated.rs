@@ -49,11 +49,11 @@ impl Emulated {
     pub fn take() -> Option<Self> {
         Peripherals::take().map(|core| Self { core })
     }
+}
 
-    /// Ends the emulation with status 0, or 1 if something was not in order.
-    pub fn exit(sound: bool) -> ! {
-        semihosting::process::exit(i32::from(!sound))
-    }
+/// Ends the emulation with status 0, or 1 if something was not in order.
+pub fn exit(sound: bool) -> ! {
+    semihosting::process::exit(i32::from(!sound))
 }
 
 impl Board for Emulated {
@@ -96,18 +96,24 @@ fn SysTick() {
 
 /// TIM2, which in the emulated machine counts nanoseconds. Unlike a count of SysTick interrupts it
 /// loses nothing while they are masked.
-mod stopwatch {
+pub mod stopwatch {
+    /// Nanoseconds that an instruction takes, whichever it is.
+    pub const INSTRUCTION: u32 = 8;
+
     const TIM2: usize = 0x4000_0000;
     /// Control register 1; bit 0 enables the counter.
     const CR1: *mut u32 = TIM2 as *mut u32;
     /// The counter, 32 bit.
     const CNT: *const u32 = (TIM2 + 0x24) as *const u32;
 
+    /// Starts it.
     pub fn start() {
         // SAFETY: a register of TIM2, which nothing else uses.
         unsafe { CR1.write_volatile(1) }
     }
 
+    /// Its count: wraps every 4.3 s.
+    #[inline(always)]
     pub fn nanoseconds() -> u32 {
         // SAFETY: a register of TIM2 whose reading has no effect.
         unsafe { CNT.read_volatile() }

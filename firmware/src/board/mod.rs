@@ -1,4 +1,4 @@
-//! The boards: the only files that know hardware.
+//! The boards, the only files that know hardware, and what they share.
 
 use crate::app::control::Control;
 use crate::app::emulate::Emulation;

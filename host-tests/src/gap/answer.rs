@@ -4,12 +4,16 @@ use std::f64::consts::TAU;
 
 use model_core::effect::learned_map::Kind;
 use model_core::effect::{Id, MOST_PARAMETERS};
-use model_core::gap::fit::{Covariance, Variables};
+use model_core::gap::covariance::{Covariance, Information};
+use model_core::gap::fit::{Variables, variables};
 use model_core::gap::held_out::Refusal;
 use model_core::gap::model::{Base, Model};
+use model_core::gap::replay::Data;
 use model_core::gap::select::{Consideration, Decision, Subject, Trace};
+use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
 
+use super::engine::AllCores;
 use super::metrics::decimal;
 use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect};
 use super::table::quantity::probability;
@@ -101,12 +105,13 @@ fn map_name(kind: Kind) -> String {
 /// `dimensions`: what the functions measure.
 fn propagate(
     model: &Model,
-    (variables, covariance): (&Variables, &Covariance),
+    spread: &Spread,
     dimensions: &[Dimension],
     quantity: impl Fn(&Model) -> [f32; MOST_PARAMETERS],
 ) -> [f64; MOST_PARAMETERS] {
     let start = quantity(model);
-    let slopes: Vec<[f64; MOST_PARAMETERS]> = variables
+    let slopes: Vec<[f64; MOST_PARAMETERS]> = spread
+        .variables
         .iter()
         .map(|variable| {
             let mut moved = model.clone();
@@ -129,7 +134,7 @@ fn propagate(
             for (column, b) in slopes.iter().enumerate() {
                 let product = a[index] * b[index];
                 if product != 0.0 {
-                    variance += product * covariance.at(row, column);
+                    variance += product * spread.covariance.at(row, column);
                 }
             }
         }
@@ -138,11 +143,32 @@ fn propagate(
 }
 
 /// What the final fit has moved, and how surely.
-fn spread(trace: &Trace) -> (&Variables, &Covariance) {
-    (&trace.variables, &trace.covariance)
+pub(super) struct Spread {
+    variables: Variables,
+    covariance: Covariance,
 }
 
-pub(super) fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundEffect> {
+impl Spread {
+    /// Of the final fit, with the data as the tracing weighed it in the end.
+    pub fn new(trace: &Trace, data: &Data, declared: &Model, options: &Options) -> Option<Self> {
+        let model = &trace.after.model;
+        let variables = variables(declared, model, options.base, &options.scope);
+        let mut information = Information::default();
+        information.gather(data, &AllCores, model, &variables)?;
+        let covariance = information.covariance(&variables);
+        Some(Self {
+            variables,
+            covariance,
+        })
+    }
+}
+
+pub(super) fn found(
+    trace: &Trace,
+    spread: &Spread,
+    declared: &Model,
+    rotary: bool,
+) -> Vec<FoundEffect> {
     trace
         .accepted
         .iter()
@@ -163,7 +189,7 @@ pub(super) fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundE
                 .iter()
                 .map(|(_, dimension)| *dimension)
                 .collect();
-            let stds = propagate(&trace.after.model, spread(trace), &dimensions, report);
+            let stds = propagate(&trace.after.model, spread, &dimensions, report);
             FoundEffect {
                 id: description.id.to_owned(),
                 parameters: description
@@ -193,6 +219,7 @@ pub(super) fn found(trace: &Trace, declared: &Model, rotary: bool) -> Vec<FoundE
 
 pub(super) fn fitted(
     trace: &Trace,
+    spread: &Spread,
     declared: &Model,
     base: &[Base],
     rotary: bool,
@@ -201,7 +228,7 @@ pub(super) fn fitted(
         .map(|&parameter| {
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
             let dimensions = [parameter.dimension()];
-            let std = propagate(&trace.after.model, spread(trace), &dimensions, value)[0];
+            let std = propagate(&trace.after.model, spread, &dimensions, value)[0];
             let fitted = trace.after.model.get(parameter);
             FittedParameter {
                 name: parameter.name().to_owned(),
@@ -221,7 +248,6 @@ mod tests {
     use crate::machine::Machine;
     use crate::workspace;
     use model_core::effect::{Active, Scope};
-    use model_core::gap::fit::variables;
 
     /// A cogging of amplitude A whose two components have independent errors of standard deviation
     /// σ has σ of its amplitude and σ/A of its phase, wherever the phase lies.
@@ -254,8 +280,11 @@ mod tests {
             for (index, variable) in variables.iter().enumerate() {
                 covariance.row_mut(index)[index] = f64::from(variable.scale * variable.scale);
             }
-            let spread = (&variables, &covariance);
-            let [of_amplitude, of_phase, _] = propagate(&model, spread, &dimensions, report);
+            let spread = Spread {
+                variables,
+                covariance,
+            };
+            let [of_amplitude, of_phase, _] = propagate(&model, &spread, &dimensions, report);
             assert!(
                 (of_amplitude / 20.0 - 1.0).abs() < 0.02,
                 "{phase}: {of_amplitude} N"

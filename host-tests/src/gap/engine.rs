@@ -11,7 +11,7 @@ use model_core::gap::workbench::Options;
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
-use super::answer::{candidate, fitted, found};
+use super::answer::{Spread, candidate, fitted, found};
 use super::declared::{base_parameters, model};
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
@@ -112,6 +112,7 @@ pub fn run(
         settings: trace.settings,
         ..data
     };
+    let spread = Spread::new(&trace, &judged, &declared, &options).ok_or_else(left_range)?;
     let models = [&declared, &trace.before.model, &trace.after.model];
     let train_errors = stages(&judged, &schedule, models)?;
     if !train_errors.before.position_rms.is_finite() {
@@ -151,12 +152,12 @@ pub fn run(
         } else {
             Verdict::NoMissingEffect
         },
-        effects: found(&trace, &declared, rotary),
+        effects: found(&trace, &spread, &declared, rotary),
         unknown: trace.unknown.as_ref().map(|unknown| Unknown {
             depends_on: unknown.kind.variable().to_owned(),
             score: decimal(unknown.score),
         }),
-        fit: fitted(&trace, &declared, &base, rotary),
+        fit: fitted(&trace, &spread, &declared, &base, rotary),
         errors: Errors {
             train: train_errors,
             validate: validate_errors,

@@ -1,7 +1,7 @@
 //! Sample by sample, what the report draws.
 
 use model_core::gap::model::Model;
-use model_core::gap::replay::{Data, Runner};
+use model_core::gap::replay::{Data, Row, Runner};
 use model_core::gap::select::Trace;
 
 use super::metrics::{decimal, torque_balance};
@@ -24,7 +24,7 @@ fn windowed(data: &Data, log: usize, model: &Model) -> Result<(Vec<f32>, Vec<usi
         starts.push(window.start);
         let mut runner = Runner::new(&simulator, series, window.start, &data.settings);
         for index in window.start..window.start + data.settings.window {
-            runner.advance(index);
+            runner.advance(&Row::new(series, index));
             positions[index + 1] = runner.state().position.value();
         }
     }

@@ -3,8 +3,9 @@
 use super::outcome::ErrorSet;
 use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
 use model_core::gap::log::{Channel, Log};
-use model_core::gap::model::{Lateness, Model, Simulator};
-use model_core::gap::replay::{self, Data, MARGIN, Runner, Schedule};
+use model_core::gap::model::Model;
+use model_core::gap::replay::{self, Data, MARGIN, Row, Runner, Schedule};
+use model_core::gap::simulator::{Lateness, Simulator};
 use model_core::plant::parameters::{Drive, ParameterError};
 
 /// Samples at the start of a free run that are not counted.
@@ -163,7 +164,7 @@ fn free_run_error(data: &Data, log: &Log, simulator: &Simulator) -> (f64, usize)
     let mut runner = Runner::new(simulator, log, start, &data.settings);
     let (mut sum, mut count) = (0.0, 0);
     for index in start..log.samples() - 1 {
-        let (position, _) = runner.advance(index);
+        let (position, _) = runner.advance(&Row::new(log, index));
         if index + 1 >= FREE_RUN_START {
             sum += f64::from(position) * f64::from(position);
             count += 1;

@@ -9,7 +9,7 @@
 //! rotary actuator in whole cycles a turn too.
 
 use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
-use crate::numeric::sine::sine_cycles;
+use crate::numeric::sine::ripple;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -93,7 +93,7 @@ impl Effect for Cogging {
     #[inline]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let cycles = middle.position * self.wavenumber;
-        load.torque += self.sine * sine_cycles(cycles) + self.cosine * sine_cycles(cycles + 0.25);
+        load.torque += ripple(self.sine, cycles) + ripple(self.cosine, cycles + 0.25);
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {

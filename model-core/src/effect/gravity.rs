@@ -8,7 +8,7 @@
 //! by a stroke of a radian or more.
 
 use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
-use crate::numeric::sine::sine_cycles;
+use crate::numeric::sine::{ripple, sine_cycles};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -65,7 +65,7 @@ impl Effect for Gravity {
     #[inline]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let cycles = middle.position * (0.5 * core::f32::consts::FRAC_1_PI);
-        load.torque -= self.sine * sine_cycles(cycles) + self.cosine * sine_cycles(cycles + 0.25);
+        load.torque -= ripple(self.sine, cycles) + ripple(self.cosine, cycles + 0.25);
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {

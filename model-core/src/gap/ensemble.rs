@@ -3,10 +3,14 @@
 //! Modes are most of a simulator's size and nearly all of the work of building one, and few
 //! perturbations change them: copies share what they have in common.
 
-use super::model::{Model, Simulator};
+use super::held::{Held, Varied};
+use super::model::Model;
+use super::simulator::Simulator;
 use crate::plant::mode_store::ModeStore;
 use crate::plant::modes::Modes;
 use crate::plant::parameters::ParameterError;
+use core::cell::OnceCell;
+use core::ops::Range;
 use heapless::Vec;
 
 /// Columns of the sums: the residual and up to 31 perturbed copies.
@@ -24,8 +28,33 @@ pub const MOST_SIMULATORS: usize = COLUMNS + MOST_OPPOSITES;
 /// with half the step, under held effects. A delay inside a step doubles them.
 const MOST_MODES: usize = 24;
 
-/// Room for the modes of an ensemble.
-pub type Store = ModeStore<MOST_MODES>;
+/// What the simulators of an ensemble share.
+#[derive(Debug)]
+pub struct Store {
+    modes: ModeStore<MOST_MODES>,
+    /// What the model holds over a step.
+    held: OnceCell<Held>,
+}
+
+impl Store {
+    /// An empty store.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self {
+            modes: ModeStore::new(),
+            held: OnceCell::new(),
+        }
+    }
+}
+
+impl Default for Store {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// One simulator among those that share a store.
+pub type Member<'m> = Simulator<&'m Modes, Varied<'m>>;
 
 /// A copy of the model with one parameter moved, or two moved opposite ways.
 #[derive(Debug, Clone)]
@@ -36,14 +65,18 @@ pub struct Lane {
     /// One over the distance of the two copies (or of the copy from the model), in units of the
     /// fit's variable.
     pub inverse_step: f32,
+    /// Its products are wanted with the columns before the first number, and from the second on.
+    partners: (usize, usize),
 }
 
 /// A model and its perturbed copies.
 #[derive(Debug, Clone)]
 pub struct Ensemble<'m> {
     /// The model; then of each lane the copy, and the opposite one where there is one.
-    simulators: Vec<Simulator<&'m Modes>, MOST_SIMULATORS>,
+    simulators: Vec<Member<'m>, MOST_SIMULATORS>,
     lanes: Vec<Lane, { COLUMNS - 1 }>,
+    /// Columns before all groups, and the first of the group that is open.
+    group: Option<(usize, usize)>,
 }
 
 /// What a full ensemble says.
@@ -54,10 +87,12 @@ const FULL: ParameterError = ParameterError {
 
 impl<'m> Ensemble<'m> {
     /// Nobody, yet.
+    #[inline(always)]
     pub const fn new() -> Self {
         Self {
             simulators: Vec::new(),
             lanes: Vec::new(),
+            group: None,
         }
     }
 
@@ -73,6 +108,7 @@ impl<'m> Ensemble<'m> {
     ) -> Result<(), ParameterError> {
         self.simulators.clear();
         self.lanes.clear();
+        self.group = None;
         self.push_simulator(store, model, period)
     }
 
@@ -96,6 +132,7 @@ impl<'m> Ensemble<'m> {
             let lane = Lane {
                 two_sided: opposite.is_some(),
                 inverse_step,
+                partners: self.group.unwrap_or((0, 0)),
             };
             self.lanes.push(lane).map_err(|_| FULL)
         })();
@@ -111,12 +148,36 @@ impl<'m> Ensemble<'m> {
         model: &Model,
         period: f32,
     ) -> Result<(), ParameterError> {
-        let simulator = model.build_with(period, |basis| store.modes(basis))?;
+        // The first to come is the model.
+        let share = |held: Held| match store.held.get() {
+            Some(common) => Varied::new(common, &held),
+            None => Varied::new(store.held.get_or_init(|| held.clone()), &held),
+        };
+        let simulator = Simulator::new(model, period, |basis| store.modes.modes(basis), share)?;
         self.simulators.push(simulator).map_err(|_| FULL)
     }
 
-    /// Keeps the first copies.
+    /// Opens a group. The products of its columns with those of other groups are left out of the
+    /// sums.
+    pub fn separate(&mut self) {
+        let columns = 1 + self.lanes.len();
+        let before = self.group.map_or(columns, |(before, _)| before);
+        self.group = Some((before, columns));
+    }
+
+    /// The columns up to `column` with which its products are wanted.
+    #[inline]
+    pub fn partners(&self, column: usize) -> [Range<usize>; 2] {
+        let (before, first) = match column.checked_sub(1) {
+            Some(lane) => self.lanes[lane].partners,
+            None => (0, 0),
+        };
+        [0..before, first..column + 1]
+    }
+
+    /// Keeps the first copies. No group is open any more.
     pub fn truncate(&mut self, lanes: usize) {
+        self.group = None;
         self.lanes.truncate(lanes);
         let opposites = self.lanes.iter().filter(|lane| lane.two_sided).count();
         self.simulators.truncate(1 + self.lanes.len() + opposites);
@@ -128,7 +189,7 @@ impl<'m> Ensemble<'m> {
     }
 
     /// The model; then of each lane the copy, and the opposite one where there is one.
-    pub fn simulators(&self) -> &[Simulator<&'m Modes>] {
+    pub fn simulators(&self) -> &[Member<'m>] {
         &self.simulators
     }
 }

@@ -2,7 +2,7 @@
 
 use super::ensemble::{Ensemble, Store};
 use super::model::{Base, Model};
-use super::replay::{Data, Fold, Schedule, Sums, WindowSums};
+use super::replay::{self, Data, Fold, Schedule, Sums, WindowSums};
 use crate::effect::learned_map::KNOTS;
 use crate::effect::{Id, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
@@ -23,7 +23,7 @@ const CONVERGED: f64 = 1e-7;
 
 /// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
 /// a log that determines the parameter, and what holds one that it does not.
-const DECLARED_WEIGHT: f64 = 3.0;
+pub(super) const DECLARED_WEIGHT: f64 = 3.0;
 
 /// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
 /// would spoil the few windows that do.
@@ -255,28 +255,34 @@ pub fn perturb<'m>(
 }
 
 /// What is fitted to what.
-struct Problem<'a, S> {
-    data: &'a Data<'a>,
-    schedule: &'a S,
-    fold: (Fold, usize),
-    variables: &'a [Variable],
+pub(super) struct Problem<'a, S> {
+    pub data: &'a Data<'a>,
+    pub schedule: &'a S,
+    pub fold: (Fold, usize),
+    pub variables: &'a [Variable],
     /// Windows simulated, each copy counted.
-    simulated: u64,
+    pub simulated: u64,
 }
 
 impl<S: Schedule> Problem<'_, S> {
-    /// The sums at a model, sensitivities per scale of each variable. `observe` is told the sums of
-    /// each window.
+    /// The sums at a model, sensitivities per scale of each variable, with the weight of the declared
+    /// values. `observe` is told the sums of each window.
     #[inline(never)]
-    fn linearise(
+    pub fn linearise(
         &mut self,
         sums: &mut Sums,
         model: &Model,
         observe: impl FnMut(&WindowSums),
     ) -> Option<()> {
-        let variables = self.variables;
-        self.replay(sums, model, variables, observe)?;
-        for (index, variable) in variables.iter().enumerate() {
+        let period = self.data.logs.first()?.period;
+        let store = Store::new();
+        let mut ensemble = Ensemble::new();
+        ensemble.start(&store, model, period).ok()?;
+        perturb(&mut ensemble, &store, model, self.variables, period)?;
+        sums.replay(self.data, self.schedule, self.fold, &ensemble, observe);
+        self.simulated += sums.simulated(&ensemble);
+        sums.products.row_mut(0)[0] += self.cost_of_departure(model);
+        for (index, variable) in self.variables.iter().enumerate() {
             let weight = variable.weight();
             let row = sums.products.row_mut(index + 1);
             row[0] += weight * variable.departure(model);
@@ -285,34 +291,21 @@ impl<S: Schedule> Problem<'_, S> {
         Some(())
     }
 
-    /// Sum of the squared weighted residuals of a model.
+    /// Sum of the squared weighted residuals of a model: the first of the sums.
     #[inline(never)]
     fn cost(&mut self, model: &Model) -> Option<f64> {
-        let mut sums = Sums::default();
-        self.replay(&mut sums, model, &[], |_| ())?;
-        Some(sums.products.at(0, 0))
+        let simulator = model.build(self.data.logs.first()?.period).ok()?;
+        let (cost, windows) = replay::cost(self.data, self.schedule, self.fold, &simulator);
+        self.simulated += windows as u64;
+        Some(cost + self.cost_of_departure(model))
     }
 
-    /// The sums of the windows, with the weight of the declared values in the cost.
-    fn replay(
-        &mut self,
-        sums: &mut Sums,
-        model: &Model,
-        perturbed: &[Variable],
-        observe: impl FnMut(&WindowSums),
-    ) -> Option<()> {
-        let period = self.data.logs.first()?.period;
-        let store = Store::new();
-        let mut ensemble = Ensemble::new();
-        ensemble.start(&store, model, period).ok()?;
-        perturb(&mut ensemble, &store, model, perturbed, period)?;
-        sums.replay(self.data, self.schedule, self.fold, &ensemble, observe);
-        self.simulated += sums.simulated(&ensemble);
-        for variable in self.variables {
+    fn cost_of_departure(&self, model: &Model) -> f64 {
+        let cost = |variable: &Variable| {
             let departure = variable.departure(model);
-            sums.products.row_mut(0)[0] += variable.weight() * departure * departure;
-        }
-        Some(())
+            variable.weight() * departure * departure
+        };
+        self.variables.iter().map(cost).sum()
     }
 }
 
@@ -360,7 +353,11 @@ pub fn fit(
         };
         'damping: for _ in 0..MOST_REFUSALS {
             for &held in held {
-                let candidate = damped_step(&model, variables, &sums, damping, held);
+                let (candidate, promised) = damped_step(&model, variables, &sums, damping, held);
+                // A smaller step, or one with a variable held, promises less still.
+                if promised < CONVERGED * cost {
+                    break 'damping;
+                }
                 // A step that leaves the plant's range is refused like one that raises the cost.
                 let lowered = problem.cost(&candidate).filter(|trial| *trial < cost);
                 if let Some(lowered) = lowered {
@@ -388,9 +385,10 @@ pub fn fit(
 }
 
 /// A matrix over the variables of a fit.
-type Matrix = Triangle<f64, { entries(MOST_VARIABLES) }>;
+pub type Matrix = Triangle<f64, { entries(MOST_VARIABLES) }>;
 
-/// The damped Gauss–Newton step, clipped to the variables' bounds.
+/// The damped Gauss–Newton step, clipped to the variables' bounds, and by how much it lowers the
+/// cost as far as the sensitivities tell.
 ///
 /// A variable at a bound that the slope pushes it against stays there, and so does `held`: the
 /// others are stepped without them.
@@ -401,7 +399,7 @@ fn damped_step(
     sums: &Sums,
     damping: f64,
     held: Option<Base>,
-) -> Model {
+) -> (Model, f64) {
     let slope = |index: usize| sums.products.at(index + 1, 0);
     let stays = |index: usize| {
         let variable = &variables[index];
@@ -427,84 +425,18 @@ fn damped_step(
     }
     Cholesky::new(normal, count).solve(&mut step[..count]);
     let mut moved = model.clone();
-    for (variable, step) in variables.iter().zip(step) {
-        let value = variable.get(model) + step as f32 * variable.scale;
+    for (variable, step) in variables.iter().zip(&mut step) {
+        let start = variable.get(model);
+        let value = start + *step as f32 * variable.scale;
         if value.is_finite() {
-            variable.set(&mut moved, value.max(variable.lower).min(variable.upper));
+            let value = value.max(variable.lower).min(variable.upper);
+            variable.set(&mut moved, value);
+            *step = f64::from((value - start) / variable.scale);
         }
     }
-    moved
-}
-
-/// Covariance of the variables of a fit in SI units.
-pub type Covariance = Matrix;
-
-/// Covariance of the variables at a fitted model, and the windows simulated for it, each copy
-/// counted. By the sandwich rule over windows: residuals may be correlated within a window. A
-/// variable that the log does not determine has an infinite variance.
-///
-/// `None` if the model cannot be built.
-pub fn covariance(
-    data: &Data,
-    schedule: &impl Schedule,
-    model: &Model,
-    variables: &[Variable],
-) -> Option<(Covariance, u64)> {
-    let count = variables.len();
-    let mut problem = Problem {
-        data,
-        schedule,
-        fold: (Fold::All, 1),
-        variables,
-        simulated: 0,
-    };
-    let mut sums = Sums::default();
-    // Products of each window's gradient with itself.
-    let mut gradients = Matrix::default();
-    problem.linearise(&mut sums, model, |window| {
-        for row in 0..count {
-            let slope = f64::from(window.at(row + 1, 0));
-            for (column, product) in gradients.row_mut(row).iter_mut().enumerate() {
-                *product += slope * f64::from(window.at(column + 1, 0));
-            }
-        }
-    })?;
-    Some((sandwich(&sums, &gradients, variables), problem.simulated))
-}
-
-/// N⁻¹ G N⁻¹ with the normal matrix N of the sums, in SI units.
-#[inline(never)]
-fn sandwich(sums: &Sums, gradients: &Matrix, variables: &[Variable]) -> Covariance {
-    let count = variables.len();
-    let mut normal = Matrix::default();
-    for row in 0..count {
-        let products = &sums.products.row(row + 1)[1..];
-        normal.row_mut(row).copy_from_slice(products);
-    }
-    let factor = Cholesky::new(normal, count);
-    let windows = sums.windows as f64;
-    let small_sample = windows / (windows - count as f64).max(1.0);
-    let mut covariance = Covariance::default();
-    for column in 0..count {
-        let mut inverse = [0.0; MOST_VARIABLES];
-        inverse[column] = 1.0;
-        factor.solve(&mut inverse[..count]);
-        let mut entries = [0.0; MOST_VARIABLES];
-        for (row, entry) in entries.iter_mut().enumerate().take(count) {
-            *entry = (0..count)
-                .map(|inner| gradients.at(row, inner) * inverse[inner])
-                .sum();
-        }
-        factor.solve(&mut entries[..count]);
-        for row in column..count {
-            let scale = f64::from(variables[row].scale) * f64::from(variables[column].scale);
-            covariance.row_mut(row)[column] = entries[row] * scale * small_sample;
-        }
-        let declared_rules = variables[column].declared.is_some()
-            && sums.products.at(column + 1, column + 1) < 10.0 * DECLARED_WEIGHT;
-        if factor.is_dependent(column) || declared_rules {
-            covariance.row_mut(column)[column] = f64::INFINITY;
-        }
-    }
-    covariance
+    let promised = (0..count).map(|row| {
+        let curve = (0..count).map(|column| sums.products.at(row + 1, column + 1) * step[column]);
+        -step[row] * (2.0 * slope(row) + curve.sum::<f64>())
+    });
+    (moved, promised.sum())
 }

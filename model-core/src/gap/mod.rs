@@ -3,12 +3,13 @@
 //! Data flows down this list once:
 //!
 //! * [`log`]: the measured log, and the smoothed state that a replay restarts from;
-//! * [`model`]: the declared actuator with its effects, bound into a simulator;
+//! * [`model`]: the declared actuator with its effects;
+//! * [`simulator`]: a model bound for one step period, with what it holds over a step ([`held`]);
 //! * [`scope`]: the sizes and ranges that a log says are sensible;
 //! * [`ensemble`]: the model with its perturbed copies, which share what they have in common;
 //! * [`replay`]: windows of the log simulated with the measured input, in lockstep with copies whose
 //!   parameters are perturbed, into the sums of a least-squares problem;
-//! * [`fit`]: Levenberg–Marquardt on these sums;
+//! * [`fit`]: Levenberg–Marquardt on these sums, and [`covariance`] of what it finds;
 //! * [`screen`]: score, identifiability and equivalence of the candidates, base projected out;
 //! * [`held_out`]: errors on data that a fit has not seen, and whether a model is better there;
 //! * [`workbench`]: data, schedule and declared model, as the steps below use them;
@@ -26,8 +27,10 @@
 //! * Reported p-values are those of the signed-rank test; the limit that they must pass is shared
 //!   among the candidates of a round and the shapes tried for each, not among rounds.
 
+pub mod covariance;
 pub mod ensemble;
 pub mod fit;
+pub mod held;
 pub mod held_out;
 pub mod log;
 pub mod model;
@@ -35,5 +38,6 @@ pub mod replay;
 pub mod scope;
 pub mod screen;
 pub mod select;
+pub mod simulator;
 pub mod unknown;
 pub mod workbench;

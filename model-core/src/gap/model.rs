@@ -1,23 +1,18 @@
 //! The declared actuator with its effects.
 
-use super::log::Channel;
+use super::held::Held;
+use super::simulator::Simulator;
 use crate::effect::gravity::Gravity;
 use crate::effect::learned_map::LearnedMap;
-use crate::effect::{Active, Delays, Effect, Id, Law, Middle};
-use crate::plant::actuator::{Actuator, Load};
-use crate::plant::modes::{Basis, Modes};
+use crate::effect::{Active, Delays, Effect, Id, Law};
+use crate::plant::Directional;
+use crate::plant::modes::Modes;
 use crate::plant::parameters::{Drive, ParameterError, Parameters};
-use crate::plant::{Directional, InputRefused, State};
 use crate::unit::Dimension;
-use core::borrow::Borrow;
 use heapless::Vec;
 
 /// Most effects that a model holds.
 pub const MOST_EFFECTS: usize = 8;
-
-/// Parts of a step in which a model with held effects is stepped. An effect that varies within a
-/// step, as cogging at speed, is of second order in the part.
-const PARTS_UNDER_HELD_EFFECTS: u32 = 2;
 
 /// A parameter of the declared actuator, by the name that it has in a machine file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -209,7 +204,7 @@ impl Model {
     }
 
     /// The plant with the affine effects in it, and the delays.
-    fn bound(&self) -> (Parameters, Delays) {
+    pub(super) fn bound(&self) -> (Parameters, Delays) {
         let mut plant = self.plant;
         let mut delays = Delays::default();
         for effect in &self.effects {
@@ -223,21 +218,17 @@ impl Model {
         self.bound().0
     }
 
-    /// The laws that are held over a step.
-    fn held(&self) -> Result<Vec<Law, MOST_EFFECTS>, ParameterError> {
+    /// What is held over a step.
+    ///
+    /// # Errors
+    /// More laws than there is room for.
+    pub(super) fn held(&self) -> Result<Held, ParameterError> {
         let gravity = (self.gravity_torque != 0.0).then(|| {
             let values = Gravity::values(self.gravity_torque, self.gravity_rest);
             Law::Gravity(Gravity::new(values))
         });
         let effects = self.effects.iter().map(Active::law).filter(Law::is_held);
-        let mut held = Vec::new();
-        for law in gravity.into_iter().chain(effects) {
-            held.push(law).map_err(|_| ParameterError {
-                parameter: "effects",
-                requirement: "at most 8 in one model",
-            })?;
-        }
-        Ok(held)
+        Held::new(gravity.into_iter().chain(effects), self.map)
     }
 
     /// Binds everything for steps of `period` seconds.
@@ -245,225 +236,6 @@ impl Model {
     /// # Errors
     /// A parameter outside its range.
     pub fn build(&self, period: f32) -> Result<Simulator, ParameterError> {
-        self.build_with(period, Modes::build)
-    }
-
-    /// As [`Model::build`], with modes from elsewhere: `modes` gives those of a basis.
-    ///
-    /// # Errors
-    /// A parameter outside its range; whatever `modes` returns.
-    pub fn build_with<M: Borrow<Modes>>(
-        &self,
-        period: f32,
-        modes: impl Fn(&Basis) -> Result<M, ParameterError>,
-    ) -> Result<Simulator<M>, ParameterError> {
-        let (plant, delays) = self.bound();
-        plant.check()?;
-        let held = self.held()?;
-        let parts = if held.is_empty() && self.map.is_none() {
-            1
-        } else {
-            PARTS_UNDER_HELD_EFFECTS
-        };
-        let built = |share: f32| {
-            let basis = Basis::new(&plant, share * period / parts as f32);
-            Actuator::with_modes(&plant, modes(&basis)?)
-        };
-        let input = Lateness::new(delays.input + delays.sensor, period);
-        let stepping = if input.share == 0.0 {
-            Stepping::Whole(built(1.0)?)
-        } else {
-            Stepping::Split {
-                earlier: built(input.share)?,
-                later: built(1.0 - input.share)?,
-            }
-        };
-        Ok(Simulator {
-            stepping,
-            held,
-            map: self.map,
-            period,
-            parts,
-            torque_per_current: plant.torque_per_current(),
-            drive: plant.drive,
-            gain: plant.gain,
-            input,
-            current: Lateness::new(delays.sensor, period),
-        })
-    }
-}
-
-/// A delay in samples, whole and part.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lateness {
-    /// Whole samples.
-    pub whole: usize,
-    /// What is left, 0 to 1.
-    pub share: f32,
-}
-
-/// Parts of a sample under which a delay counts as whole: a mode is not worked out for them.
-const LEAST_SHARE: f32 = 1e-3;
-
-impl Lateness {
-    fn new(delay: f32, period: f32) -> Self {
-        let samples = (delay / period).max(0.0);
-        let whole = samples as usize;
-        let share = samples - whole as f32;
-        if share < LEAST_SHARE {
-            Self { whole, share: 0.0 }
-        } else if share > 1.0 - LEAST_SHARE {
-            Self {
-                whole: whole.saturating_add(1),
-                share: 0.0,
-            }
-        } else {
-            Self { whole, share }
-        }
-    }
-}
-
-/// How a step is taken: whole, or split where a late input changes inside it.
-#[derive(Debug, Clone, PartialEq)]
-// There is no allocator to box the larger variant with.
-#[allow(clippy::large_enum_variant)]
-enum Stepping<M> {
-    Whole(Actuator<M>),
-    Split {
-        earlier: Actuator<M>,
-        later: Actuator<M>,
-    },
-}
-
-/// A model bound for one step period.
-///
-/// Time runs at the *reported* position: with a late sensor the simulated state is that of a while
-/// ago, and so are the inputs that drive it; the current, measured without delay, is ahead.
-///
-/// It owns the modes of its actuator, or borrows them, as [`Actuator`] does.
-#[derive(Debug, Clone)]
-pub struct Simulator<M = Modes> {
-    stepping: Stepping<M>,
-    held: Vec<Law, MOST_EFFECTS>,
-    map: Option<LearnedMap>,
-    period: f32,
-    parts: u32,
-    torque_per_current: f32,
-    drive: Drive,
-    gain: f32,
-    input: Lateness,
-    current: Lateness,
-}
-
-impl<M: Borrow<Modes>> Simulator<M> {
-    /// How late an input drives the reported position.
-    pub fn input_lateness(&self) -> Lateness {
-        self.input
-    }
-
-    /// How late the position is reported beside the current.
-    pub fn sensor_lateness(&self) -> Lateness {
-        self.current
-    }
-
-    /// One step from sample `index`, with the inputs that act over it; before the log its first
-    /// input does. Gives the current in the step at the moment to which the measured one belongs.
-    ///
-    /// # Errors
-    /// [`InputRefused`].
-    #[inline]
-    pub fn step(
-        &self,
-        state: &mut State,
-        input: &Channel,
-        index: usize,
-    ) -> Result<f32, InputRefused> {
-        let before = state.current;
-        let late = index.saturating_sub(self.input.whole);
-        let time = index as f32 * self.period;
-        match &self.stepping {
-            Stepping::Whole(actuator) => {
-                self.advance(actuator, state, input.at(late), time)?;
-                Ok(before + self.current.share * (state.current - before))
-            }
-            Stepping::Split { earlier, later } => {
-                self.advance(earlier, state, input.at(late.saturating_sub(1)), time)?;
-                let between = state.current;
-                self.advance(later, state, input.at(late), time)?;
-                // With a late sensor alone the measurement belongs to the moment of the change.
-                let (split, moment) = (self.input.share, self.current.share);
-                Ok(if moment <= split {
-                    before + moment / split * (between - before)
-                } else {
-                    between + (moment - split) / (1.0 - split) * (state.current - between)
-                })
-            }
-        }
-    }
-
-    #[inline]
-    fn advance(
-        &self,
-        actuator: &Actuator<M>,
-        state: &mut State,
-        input: f32,
-        time: f32,
-    ) -> Result<(), InputRefused> {
-        if self.held.is_empty() && self.map.is_none() {
-            return actuator.step(state, input);
-        }
-        for _ in 0..self.parts {
-            self.advance_held(actuator, state, input, time)?;
-        }
-        Ok(())
-    }
-
-    /// One part of a step under held effects: a predictor to its middle, then the part itself.
-    fn advance_held(
-        &self,
-        actuator: &Actuator<M>,
-        state: &mut State,
-        input: f32,
-        time: f32,
-    ) -> Result<(), InputRefused> {
-        let position = state.position.value();
-        let start = self.load_at(state.current, state.velocity.value(), position, time);
-        let (current, velocity, travel) = actuator.middle(state, input, &start);
-        let middle = self.load_at(current, velocity, position + travel, time);
-        actuator.step_under(state, input, &middle)
-    }
-
-    /// What acts on the mechanism next to the motor, at this current, velocity, position and time.
-    pub fn load_at(&self, current: f32, velocity: f32, position: f32, time: f32) -> Load {
-        let middle = Middle {
-            motor_torque: self.torque_per_current * current,
-            velocity,
-            position,
-            time,
-        };
-        let (Stepping::Whole(actuator)
-        | Stepping::Split {
-            later: actuator, ..
-        }) = &self.stepping;
-        let mut load = actuator.load();
-        for law in &self.held {
-            law.hold(&middle, &mut load);
-        }
-        if let Some(map) = &self.map {
-            map.hold(&middle, &mut load);
-        }
-        load
-    }
-
-    /// Current of a winding at its steady value: what a replay starts from where none was measured.
-    pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        match self.drive {
-            Drive::Voltage {
-                resistance,
-                torque_constant,
-                ..
-            } => (self.gain * input - torque_constant * velocity) / resistance,
-            Drive::Torque => self.gain * input,
-        }
+        Simulator::new(self, period, Modes::build, Ok)
     }
 }

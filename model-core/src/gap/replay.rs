@@ -6,8 +6,9 @@
 //! on many and on the chip.
 
 use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
+use super::held::{Acting, Held, Varied};
 use super::log::Log;
-use super::model::Simulator;
+use super::simulator::Simulator;
 use crate::numeric::triangle::{Triangle, entries};
 use crate::plant::State;
 use crate::plant::modes::Modes;
@@ -118,17 +119,43 @@ impl<'a> Data<'a> {
     }
 }
 
+/// What the log says of one step, for all simulations that take it.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Sample from which the step starts.
+    pub index: usize,
+    /// The input held over it.
+    input: f32,
+    /// The position at the end of the step.
+    next_position: f32,
+    /// The current at its start.
+    current: Option<f32>,
+}
+
+impl Row {
+    /// The step from sample `index` of a log.
+    #[inline]
+    pub fn new(log: &Log, index: usize) -> Self {
+        Self {
+            index,
+            input: log.input.at(index),
+            next_position: log.position.at(index + 1),
+            current: log.current.map(|current| current.at(index)),
+        }
+    }
+}
+
 /// One simulation on its way through a window.
-pub struct Runner<'a, M = Modes> {
-    simulator: &'a Simulator<M>,
+pub struct Runner<'a, M = Modes, H = Held> {
+    simulator: &'a Simulator<M, H>,
     log: &'a Log<'a>,
     state: State,
 }
 
-impl<'a, M: Borrow<Modes>> Runner<'a, M> {
+impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     /// Starts at sample `start` of the log.
     pub fn new(
-        simulator: &'a Simulator<M>,
+        simulator: &'a Simulator<M, H>,
         log: &'a Log<'a>,
         start: usize,
         settings: &Settings,
@@ -138,7 +165,7 @@ impl<'a, M: Borrow<Modes>> Runner<'a, M> {
 
     /// Starts at sample `start` of the log from a state that lacks its current.
     fn from_state(
-        simulator: &'a Simulator<M>,
+        simulator: &'a Simulator<M, H>,
         log: &'a Log<'a>,
         start: usize,
         mut state: State,
@@ -158,24 +185,35 @@ impl<'a, M: Borrow<Modes>> Runner<'a, M> {
         }
     }
 
-    /// Steps from sample `index` to the next and gives the residuals, model less measurement: of
-    /// the position at the next sample, of the current at this one.
+    /// Steps from a sample to the next and gives the residuals, model less measurement: of the
+    /// position at the next sample, of the current at this one.
     #[inline]
-    pub fn advance(&mut self, index: usize) -> (f32, f32) {
+    pub fn advance(&mut self, row: &Row) -> (f32, f32) {
+        let late = self.simulator.input_lateness();
+        // Before the log its first input acts.
+        let back = |samples: usize| self.log.input.at(row.index.saturating_sub(samples));
+        let input = if late.whole == 0 {
+            row.input
+        } else {
+            back(late.whole)
+        };
+        let previous = if late.share == 0.0 {
+            input
+        } else {
+            back(late.whole + 1)
+        };
         // A refused input leaves the state: logs are checked on reading, so none is.
         let predicted = self
             .simulator
-            .step(&mut self.state, &self.log.input, index)
+            .step(&mut self.state, (previous, input), row.index)
             .unwrap_or(self.state.current);
-        let position = self.state.position.from(self.log.position.at(index + 1));
-        let current = match self.log.current {
-            Some(measured) => {
-                predicted
-                    - measured.at(index.saturating_sub(self.simulator.sensor_lateness().whole))
-            }
-            None => 0.0,
+        let late = self.simulator.sensor_lateness().whole;
+        let current = match (row.current, self.log.current) {
+            (Some(measured), _) if late == 0 => predicted - measured,
+            (_, Some(measured)) => predicted - measured.at(row.index.saturating_sub(late)),
+            (_, None) => 0.0,
         };
-        (position, current)
+        (self.state.position.from(row.next_position), current)
     }
 
     /// Where the simulation is.
@@ -205,7 +243,7 @@ pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSum
     let log = &data.logs[window.log];
     let settings = &data.settings;
     let start = restart(log, window.start, settings);
-    let mut runners: Vec<Runner<&Modes>, MOST_SIMULATORS> = ensemble
+    let mut runners: Vec<Runner<&Modes, Varied>, MOST_SIMULATORS> = ensemble
         .simulators()
         .iter()
         .map(|simulator| Runner::from_state(simulator, log, window.start, start))
@@ -214,7 +252,8 @@ pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSum
     let mut currents = [0.0f32; COLUMNS];
     let columns = ensemble.lanes().len() + 1;
     for index in window.start..window.start + settings.window {
-        let mut residuals = runners.iter_mut().map(|runner| runner.advance(index));
+        let row = Row::new(log, index);
+        let mut residuals = runners.iter_mut().map(|runner| runner.advance(&row));
         let mut next = || residuals.next().unwrap_or_default();
         let centre = next();
         positions[0] = centre.0 * settings.position_weight;
@@ -226,19 +265,39 @@ pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSum
                 (moved.0 - from.0) * settings.position_weight * lane.inverse_step;
             currents[column + 1] = (moved.1 - from.1) * settings.current_weight * lane.inverse_step;
         }
-        add_products(&mut sums, &positions[..columns]);
-        if settings.current_weight > 0.0 {
-            add_products(&mut sums, &currents[..columns]);
+        for column in 0..columns {
+            let values = (positions[column], currents[column]);
+            for partners in ensemble.partners(column) {
+                let sums = &mut sums.row_mut(column)[partners.clone()];
+                let others = (&positions[partners.clone()], &currents[partners]);
+                if settings.current_weight > 0.0 {
+                    add_products(sums, values, others);
+                } else {
+                    add_position_products(sums, values.0, others.0);
+                }
+            }
         }
     }
     sums
 }
 
-fn add_products(sums: &mut WindowSums, values: &[f32]) {
-    for (row, &value) in values.iter().enumerate() {
-        for (sum, other) in sums.row_mut(row).iter_mut().zip(values) {
-            *sum += value * other;
-        }
+/// Adds the products of both channels: position first.
+#[inline]
+fn add_products(
+    sums: &mut [f32],
+    (position, current): (f32, f32),
+    (positions, currents): (&[f32], &[f32]),
+) {
+    for (sum, (other, flow)) in sums.iter_mut().zip(positions.iter().zip(currents)) {
+        *sum += position * other;
+        *sum += current * flow;
+    }
+}
+
+#[inline]
+fn add_position_products(sums: &mut [f32], position: f32, positions: &[f32]) {
+    for (sum, other) in sums.iter_mut().zip(positions) {
+        *sum += position * other;
     }
 }
 
@@ -254,16 +313,12 @@ pub struct WindowError {
 }
 
 /// Replays one window and sums its squared residuals, unweighted.
-pub fn window_error(
-    data: &Data,
-    window: Window,
-    simulator: &Simulator<impl Borrow<Modes>>,
-) -> WindowError {
+pub fn window_error(data: &Data, window: Window, simulator: &Simulator) -> WindowError {
     let mut error = WindowError::default();
     let log = &data.logs[window.log];
     let mut runner = Runner::new(simulator, log, window.start, &data.settings);
     for index in window.start..window.start + data.settings.window {
-        let (position, current) = runner.advance(index);
+        let (position, current) = runner.advance(&Row::new(log, index));
         error.position += position * position;
         error.current += current * current;
         error.largest = error.largest.max(position.abs());
@@ -366,6 +421,48 @@ impl Fold {
     }
 }
 
+/// Replays one window and sums its squared weighted residuals: the first of its sums.
+fn window_cost(data: &Data, window: Window, simulator: &Simulator) -> f32 {
+    let log = &data.logs[window.log];
+    let settings = &data.settings;
+    let mut runner = Runner::new(simulator, log, window.start, settings);
+    let mut sum = 0.0;
+    for index in window.start..window.start + settings.window {
+        let (position, current) = runner.advance(&Row::new(log, index));
+        let position = position * settings.position_weight;
+        sum += position * position;
+        if settings.current_weight > 0.0 {
+            let current = current * settings.current_weight;
+            sum += current * current;
+        }
+    }
+    sum
+}
+
+/// Sum of the squared weighted residuals over the windows of a fold, to the bit the first of
+/// [`Sums`]' products, and how many windows these are.
+pub fn cost(
+    data: &Data,
+    schedule: &impl Schedule,
+    (fold, block): (Fold, usize),
+    simulator: &Simulator,
+) -> (f64, usize) {
+    let (mut total, mut windows) = (0.0, 0);
+    schedule.run(
+        data.windows(),
+        |number| {
+            let window = data.window(number).filter(|_| fold.takes(number / block))?;
+            Some(window_cost(data, window, simulator))
+        },
+        |_, cost| {
+            let Some(cost) = cost else { return };
+            total += f64::from(cost);
+            windows += 1;
+        },
+    );
+    (total, windows)
+}
+
 /// Least-squares sums over the windows of a fold.
 #[derive(Debug, Clone, Default)]
 pub struct Sums {
@@ -391,18 +488,18 @@ impl Sums {
         schedule.run(
             data.windows(),
             |number| {
-                let window = data
-                    .window(number)
-                    .filter(|_| fold.takes(number / block.max(1)))?;
+                let window = data.window(number).filter(|_| fold.takes(number / block))?;
                 Some(accumulate(data, window, ensemble))
             },
             |_, sums| {
                 let Some(sums) = sums else { return };
                 self.windows += 1;
                 for row in 0..columns {
-                    let products = self.products.row_mut(row).iter_mut();
-                    for (product, sum) in products.zip(sums.row(row)) {
-                        *product += f64::from(*sum);
+                    for partners in ensemble.partners(row) {
+                        let products = self.products.row_mut(row)[partners.clone()].iter_mut();
+                        for (product, sum) in products.zip(&sums.row(row)[partners]) {
+                            *product += f64::from(*sum);
+                        }
                     }
                 }
                 observe(&sums);

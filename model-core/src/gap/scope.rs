@@ -1,8 +1,9 @@
 //! What a log and the declared model say about sensible sizes.
 
 use super::log::Log;
-use super::model::{Model, Simulator};
+use super::model::Model;
 use super::replay::{Data, MARGIN};
+use super::simulator::Simulator;
 use crate::effect::Scope;
 use crate::effect::learned_map::Ranges;
 use crate::plant::State;

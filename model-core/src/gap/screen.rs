@@ -5,7 +5,7 @@
 //! could do; the squared cosine between the two is the candidate's score.
 
 use super::ensemble::{COLUMNS, Ensemble, Store};
-use super::fit::{self, MOST_VARIABLES, Target, Variables};
+use super::fit::{self, MOST_VARIABLES, Matrix, Target, Variables};
 use super::model::Model;
 use super::replay::{Data, Fold, Schedule, Sums};
 use crate::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
@@ -18,6 +18,10 @@ pub const MOST_CANDIDATES: usize = Id::ALL.len();
 
 /// Strength at which candidates are simulated, as a share of their scale.
 const STRENGTH: f32 = 0.05;
+
+/// Windows that shapes are compared on: every second one. What is said of the best shape is measured
+/// on all.
+const SCAN: (Fold, usize) = (Fold::Even, 1);
 
 /// An effect at the shape and the strength that explain the residual best.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +54,7 @@ type Strengths = Triangle<f64, { entries(MOST_PARAMETERS) }>;
 
 impl<'a> Projection<'a> {
     fn new(sums: &'a Sums, base: usize) -> Self {
-        let mut normal = Triangle::default();
+        let mut normal = Matrix::default();
         for row in 0..base {
             let products = &sums.products.row(row + 1)[1..];
             normal.row_mut(row).copy_from_slice(products);
@@ -292,48 +296,31 @@ pub fn screen(
     let base = variables.len();
     let mut sums = Sums::default();
     let mut best = Candidates::new();
+    let mut columns = Columns::new();
     let mut simulated = 0;
     let mut options = options(model, scope).peekable();
     while options.peek().is_some() {
         ensemble.truncate(base);
-        let mut batch: Vec<(Active, usize), COLUMNS> = Vec::new();
+        columns.clear();
         while let Some(option) =
             options.next_if(|option| ensemble.lanes().len() + option.id.strengths() < COLUMNS)
         {
-            let _ = batch.push((option, ensemble.lanes().len() + 1));
+            ensemble.separate();
+            let _ = columns.push((option, ensemble.lanes().len() + 1));
             add_effect(&mut ensemble, &store, model, option, (Sides::One, scope))?;
         }
-        if batch.is_empty() {
+        if columns.is_empty() {
             break;
         }
-        sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
+        sums.replay(data, schedule, SCAN, &ensemble, |_| ());
         simulated += sums.simulated(&ensemble);
-        let projection = Projection::new(&sums, base);
-        for (option, first) in batch {
-            let candidate = projection.candidate(option, first, scope);
-            let rank = |candidate: &Candidate| (candidate.allowed, candidate.score);
-            match best
-                .iter_mut()
-                .find(|known| known.effect.id == candidate.effect.id)
-            {
-                Some(known) => {
-                    let tries = known.tries + 1;
-                    if rank(&candidate) > rank(known) {
-                        *known = candidate;
-                    }
-                    known.tries = tries;
-                }
-                None => {
-                    let _ = best.push(candidate);
-                }
-            }
-        }
+        keep_best_shapes(&mut best, &Projection::new(&sums, base), &columns, scope);
     }
     sort(&mut best);
 
     // Once more at the best shapes, to both sides and together: scores that compare.
     ensemble.truncate(base);
-    let mut columns: Vec<(Active, usize), MOST_CANDIDATES> = Vec::new();
+    columns.clear();
     for candidate in &best {
         let effect = candidate.effect;
         if ensemble.lanes().len() + effect.id.strengths() >= COLUMNS {
@@ -344,16 +331,63 @@ pub fn screen(
     }
     sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
     simulated += sums.simulated(&ensemble);
+    let mut imitation = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
     let projection = Projection::new(&sums, base);
-    for (candidate, (effect, first)) in best.iter_mut().zip(&columns) {
+    compare(&mut best, &mut imitation, &projection, &columns, scope);
+    Some(Screening {
+        candidates: best,
+        imitation,
+        simulated,
+    })
+}
+
+/// Effects, each with the first of its columns.
+type Columns = Vec<(Active, usize), COLUMNS>;
+
+/// Keeps of each effect the shape that explains most.
+#[inline(never)]
+fn keep_best_shapes(
+    best: &mut Candidates,
+    projection: &Projection,
+    columns: &Columns,
+    scope: &Scope,
+) {
+    for (option, first) in columns {
+        let candidate = projection.candidate(*option, *first, scope);
+        let rank = |candidate: &Candidate| (candidate.allowed, candidate.score);
+        let known = |known: &&mut Candidate| known.effect.id == candidate.effect.id;
+        match best.iter_mut().find(known) {
+            Some(known) => {
+                let tries = known.tries + 1;
+                if rank(&candidate) > rank(known) {
+                    *known = candidate;
+                }
+                known.tries = tries;
+            }
+            None => {
+                let _ = best.push(candidate);
+            }
+        }
+    }
+}
+
+/// Scores the best shapes, sorts them, and compares each with each.
+#[inline(never)]
+fn compare(
+    best: &mut Candidates,
+    imitation: &mut Imitation,
+    projection: &Projection,
+    columns: &Columns,
+    scope: &Scope,
+) {
+    for (candidate, (effect, first)) in best.iter_mut().zip(columns) {
         *candidate = Candidate {
             tries: candidate.tries,
             ..projection.candidate(*effect, *first, scope)
         };
     }
     let place = |id: Id| columns.iter().find(|(effect, _)| effect.id == id);
-    sort(&mut best);
-    let mut imitation = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
+    sort(best);
     for (a, candidate) in best.iter().enumerate() {
         let Some((_, first)) = place(candidate.effect.id) else {
             continue;
@@ -365,11 +399,6 @@ pub fn screen(
             }
         }
     }
-    Some(Screening {
-        candidates: best,
-        imitation,
-        simulated,
-    })
 }
 
 fn sort(candidates: &mut Candidates) {
@@ -381,7 +410,8 @@ fn sort(candidates: &mut Candidates) {
 }
 
 /// Score of a learned map that is flat in `model`: the share of the residual's energy that its knots
-/// explain together once the base is projected out.
+/// explain together once the base is projected out. With it, the windows simulated, each copy
+/// counted.
 pub fn map_score(
     data: &Data,
     schedule: &impl Schedule,
@@ -395,24 +425,23 @@ pub fn map_score(
     fit::perturb(&mut ensemble, &store, model, variables, period)?;
     let mut sums = Sums::default();
     sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
-    let simulated = sums.simulated(&ensemble);
-    let explained = |count: usize| {
-        let projection = Projection::new(&sums, count);
-        projection.product(0, 0)
-    };
     // The knots come last.
     let knots = variables
         .iter()
         .filter(|variable| matches!(variable.target, Target::Knot(_)))
         .count();
-    let (without, with) = (
-        explained(variables.len() - knots),
-        explained(variables.len()),
-    );
+    let without = unexplained(&sums, variables.len() - knots);
+    let with = unexplained(&sums, variables.len());
     let score = if without > 0.0 {
         (1.0 - with / without).max(0.0)
     } else {
         0.0
     };
-    Some((score as f32, simulated))
+    Some((score as f32, sums.simulated(&ensemble)))
+}
+
+/// Energy of the residual with the first columns projected out.
+#[inline(never)]
+fn unexplained(sums: &Sums, base: usize) -> f64 {
+    Projection::new(sums, base).product(0, 0)
 }

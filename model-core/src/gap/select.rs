@@ -7,7 +7,7 @@
 //! the end each effect must hold against its own absence, and what they leave against
 //! [`unknown`] structure.
 
-use super::fit::{Covariance, Fit, Variables};
+use super::fit::Fit;
 use super::held_out::{Comparison, LARGEST_RATIO, Refusal, compare};
 use super::model::Model;
 use super::replay::{Data, Schedule, Settings};
@@ -140,10 +140,6 @@ pub struct Trace {
     pub before: Fit,
     /// The final fit: the base fit again where nothing was found.
     pub after: Fit,
-    /// Variables of the final fit.
-    pub variables: Variables,
-    /// Covariance of these variables.
-    pub covariance: Covariance,
     /// What was accepted, in the order of the final model's effects behind the declared ones.
     pub accepted: Vec<Accepted, ROUNDS>,
     /// Structure that none of the catalogue explains, where nothing was accepted.
@@ -233,8 +229,6 @@ pub fn trace<S: Schedule>(
         after = workbench.fit(&unknown.start)?;
     }
     Some(Trace {
-        variables: workbench.variables(&after.model),
-        covariance: workbench.covariance(&after.model)?,
         settings: workbench.data.settings,
         simulated: workbench.simulated,
         before,

@@ -1,7 +1,8 @@
 //! What every step of the tracing works with: the data, the schedule, the declared model, and the
 //! count of what was simulated.
 
-use super::fit::{self, Covariance, Effort, Fit, Variables};
+use super::covariance::Information;
+use super::fit::{self, Effort, Fit, Variables};
 use super::held_out::{HeldOut, MOST_BLOCKS, windows_per_block};
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
@@ -154,26 +155,41 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
             let fold = (train, block);
             let fit = fit::fit(&data, self.schedule, fold, model, &variables, HALF)?;
-            let simulator = fit.model.build(data.logs.first()?.period).ok()?;
-            let mut measured = 0;
-            self.schedule.run(
-                data.windows(),
-                |number| {
-                    let window = data.window(number).filter(|_| test.takes(number / block))?;
-                    Some(replay::window_error(&data, window, &simulator))
-                },
-                |number, error| {
-                    let Some(error) = error else { return };
-                    measured += 1;
-                    if let Some(sum) = blocks.get_mut(number / block) {
-                        sum.position += error.position + floor.position;
-                        sum.current += error.current + floor.current;
-                    }
-                },
-            );
+            let measured = self.measure(&fit.model, test, &floor, &mut blocks)?;
             self.simulated += fit.simulated + measured;
         }
         Some(blocks)
+    }
+
+    /// Adds a model's errors, and the floor, to the blocks that take part in a fold. Gives the
+    /// windows replayed.
+    #[inline(never)]
+    fn measure(
+        &self,
+        model: &Model,
+        fold: Fold,
+        floor: &WindowError,
+        blocks: &mut HeldOut,
+    ) -> Option<u64> {
+        let (data, block) = (self.data, self.block);
+        let simulator = model.build(data.logs.first()?.period).ok()?;
+        let mut measured = 0;
+        self.schedule.run(
+            data.windows(),
+            |number| {
+                let window = data.window(number).filter(|_| fold.takes(number / block))?;
+                Some(replay::window_error(&data, window, &simulator))
+            },
+            |number, error| {
+                let Some(error) = error else { return };
+                measured += 1;
+                if let Some(sum) = blocks.get_mut(number / block) {
+                    sum.position += error.position + floor.position;
+                    sum.current += error.current + floor.current;
+                }
+            },
+        );
+        Some(measured)
     }
 
     /// Screens all effects that the fitted model lacks, on short windows.
@@ -239,19 +255,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         self.residuals(&data, model).map(|(position, _)| position)
     }
 
-    /// Covariance of the variables of a model that is fitted to all of the log.
-    pub fn covariance(&mut self, model: &Model) -> Option<Covariance> {
-        let data = self.data;
-        let variables = self.variables(model);
-        let (covariance, windows) = fit::covariance(&data, self.schedule, model, &variables)?;
-        self.count(windows, data.settings.window);
-        Some(covariance)
-    }
-
     /// How many standard deviations the strengths of the effect in this slot are from zero, jointly.
     pub fn certainty(&mut self, model: &Model, slot: usize) -> Option<f64> {
         let variables = self.variables(model);
-        let covariance = self.covariance(model)?;
+        let data = self.data;
+        let mut information = Information::default();
+        let windows = information.gather(&data, self.schedule, model, &variables)?;
+        self.count(windows, data.settings.window);
+        let covariance = information.covariance(&variables);
         let mut own: Vec<usize, MOST_PARAMETERS> = Vec::new();
         for (place, variable) in variables.iter().enumerate() {
             if variable.is_strength_of(model, slot) {
@@ -274,6 +285,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// Root mean squares of the two channels' residuals over all windows.
+    #[inline(never)]
     fn residuals(&mut self, data: &Data, model: &Model) -> Option<(f64, f64)> {
         let simulator = model.build(data.logs.first()?.period).ok()?;
         let total = replay::total_error(data, self.schedule, &simulator);

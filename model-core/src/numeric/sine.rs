@@ -26,7 +26,7 @@ const QUARTER: i32 = 1 << 30;
 #[inline]
 pub fn sine_cycles(x: f32) -> f32 {
     // Both differences are exact, so no precision is lost however large x is.
-    let x = x - libm::rintf(x);
+    let x = x - nearest(x);
     let folded = if x > 0.25 {
         0.5 - x
     } else if x < -0.25 {
@@ -35,6 +35,28 @@ pub fn sine_cycles(x: f32) -> f32 {
         x
     };
     sine_quarter(folded)
+}
+
+/// A sine of this amplitude at a phase in cycles. One without amplitude costs nothing.
+#[inline]
+pub fn ripple(amplitude: f32, cycles: f32) -> f32 {
+    if amplitude == 0.0 {
+        0.0
+    } else {
+        amplitude * sine_cycles(cycles)
+    }
+}
+
+/// The nearest whole number, the even one of two.
+#[inline]
+fn nearest(x: f32) -> f32 {
+    /// 1.5 · 2²³: what is added to it is rounded to a whole number, in the processor's own rounding.
+    const WHOLE: f32 = 12_582_912.0;
+    if x.abs() < 4_194_304.0 {
+        (x + WHOLE) - WHOLE
+    } else {
+        libm::rintf(x)
+    }
 }
 
 /// sin(2π·phase/2³²) of a fixed-point phase, for generators that accumulate it without drift.

@@ -63,6 +63,8 @@ pub struct Actuator<M = Modes> {
     spring: f32,
     spring_rest: f32,
     spring_preload: f32,
+    /// Whether there is a spring, with or without stiffness.
+    sprung: bool,
     lower_stop: f32,
     upper_stop: f32,
 }
@@ -171,9 +173,27 @@ impl<M: Borrow<Modes>> Actuator<M> {
             spring: parameters.spring,
             spring_rest: parameters.spring_rest,
             spring_preload: parameters.spring_preload,
+            sprung: parameters.spring > 0.0 || parameters.spring_preload > 0.0,
             lower_stop: parameters.lower_stop,
             upper_stop: parameters.upper_stop,
         })
+    }
+
+    /// The same actuator with other modes: those of another period.
+    #[inline]
+    pub fn on<N>(&self, modes: N) -> Actuator<N> {
+        Actuator {
+            modes,
+            load: self.load,
+            torque_per_current: self.torque_per_current,
+            algebraic: self.algebraic,
+            spring: self.spring,
+            spring_rest: self.spring_rest,
+            spring_preload: self.spring_preload,
+            sprung: self.sprung,
+            lower_stop: self.lower_stop,
+            upper_stop: self.upper_stop,
+        }
     }
 
     /// The load that the parameters declare; effects start from it.
@@ -204,6 +224,11 @@ impl<M: Borrow<Modes>> Actuator<M> {
     /// 2π √(J/K), as of it against the winding's back-EMF, 2π √(L J)/k. Where a time constant is
     /// far below a sixteenth of the step, an event may be that sixteenth late.
     ///
+    /// On a Cortex-M4F a step without an event takes 79 instructions where there is no spring, call
+    /// and return included, 37 at rest, and 100 with a spring (`cargo hil test` counts them). A
+    /// straight line of loads, 12 products, four comparisons and stores has about 57 of the 79; the
+    /// choice of the mode takes 7, the look at the input 5, and call and return 10.
+    ///
     /// # Errors
     /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`].
     #[inline]
@@ -226,10 +251,14 @@ impl<M: Borrow<Modes>> Actuator<M> {
         if !accepted {
             return Err(InputRefused);
         }
-        let change = self.change(state, 0, input, load);
-        if self.lasts(state, &change, load) {
-            commit(state, &change);
-        } else {
+        let lasted = match (state.motion, self.sprung) {
+            (Motion::Forward, false) => self.slide::<true, false>(state, 0, input, load),
+            (Motion::Backward, false) => self.slide::<false, false>(state, 0, input, load),
+            (Motion::Forward, true) => self.slide::<true, true>(state, 0, input, load),
+            (Motion::Backward, true) => self.slide::<false, true>(state, 0, input, load),
+            (Motion::Rest, _) => self.rest(state, 0, input, load),
+        };
+        if !lasted {
             self.step_through_events(state, input, load);
         }
         Ok(())
@@ -251,32 +280,59 @@ impl<M: Borrow<Modes>> Actuator<M> {
     }
 
     /// What a rung adds to the state, without minding events.
-    #[inline(always)]
     fn change(&self, state: &State, rung: usize, input: f32, load: &Load) -> Change {
-        let modes = self.modes.borrow();
-        let (ladder, sign, friction) = match state.motion {
-            Motion::Forward => (&modes.forward, 1.0, load.coulomb.forward),
-            Motion::Backward => (&modes.backward, -1.0, -load.coulomb.backward),
-            Motion::Rest => {
+        match state.motion {
+            Motion::Forward => self.slid::<true, true>(state, rung, input, load),
+            Motion::Backward => self.slid::<false, true>(state, rung, input, load),
+            Motion::Rest => Change {
                 // The winding alone moves.
-                let increment = &modes.rest[rung];
-                return Change {
-                    current: increment.current * state.current + increment.input * input,
-                    velocity: 0.0,
-                    position: 0.0,
-                };
-            }
+                current: self.rested(state, rung, input),
+                velocity: 0.0,
+                position: 0.0,
+            },
+        }
+    }
+
+    /// Advances by a rung and says so, if no event comes before its end; else leaves the state.
+    fn advance(&self, state: &mut State, rung: usize, input: f32, load: &Load) -> bool {
+        match state.motion {
+            Motion::Forward => self.slide::<true, true>(state, rung, input, load),
+            Motion::Backward => self.slide::<false, true>(state, rung, input, load),
+            Motion::Rest => self.rest(state, rung, input, load),
+        }
+    }
+
+    /// What a rung adds to the state that slides one way.
+    ///
+    /// Direction and spring are known to the compiler, so that each of the four ways is a straight
+    /// line without what the others need.
+    #[inline(always)]
+    fn slid<const FORWARD: bool, const SPRUNG: bool>(
+        &self,
+        state: &State,
+        rung: usize,
+        input: f32,
+        load: &Load,
+    ) -> Change {
+        let modes = self.modes.borrow();
+        let (ladder, mut torque) = if FORWARD {
+            (&modes.forward, load.torque - load.coulomb.forward)
+        } else {
+            (&modes.backward, load.torque + load.coulomb.backward)
         };
         let deflection = state.position.from(self.spring_rest);
-        let torque = load.torque - friction - self.spring_preload.copysign(side(deflection, sign));
-        let increment = &ladder[rung];
+        if SPRUNG {
+            torque -= self.push::<FORWARD>(deflection);
+        }
         let change = |row: &[f32; 5]| {
-            row[0] * state.current
-                + row[1] * state.velocity.value()
-                + row[2] * deflection
-                + row[3] * input
-                + row[4] * torque
+            let mut sum = row[0] * state.current + row[1] * state.velocity.value();
+            // Without a spring its coefficient is zero.
+            if SPRUNG {
+                sum += row[2] * deflection;
+            }
+            sum + row[3] * input + row[4] * torque
         };
+        let increment = &ladder[rung];
         Change {
             current: change(&increment.current),
             velocity: change(&increment.velocity),
@@ -284,24 +340,74 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
     }
 
-    /// Whether no event comes before the end of a change.
+    /// The preload with the sign of the side of the spring's rest that is slid on: on the rest, of
+    /// the one ahead.
     #[inline(always)]
-    fn lasts(&self, state: &State, change: &Change, load: &Load) -> bool {
-        let sign = match state.motion {
-            Motion::Forward => 1.0,
-            Motion::Backward => -1.0,
-            Motion::Rest => {
-                let current = state.current + change.current;
-                return self.released(state.position, current, load) == Motion::Rest;
-            }
+    fn push<const FORWARD: bool>(&self, deflection: f32) -> f32 {
+        let above = if FORWARD {
+            deflection >= 0.0
+        } else {
+            deflection > 0.0
         };
+        if above {
+            self.spring_preload
+        } else {
+            -self.spring_preload
+        }
+    }
+
+    /// [`Self::advance`] of a state that slides one way.
+    #[inline(always)]
+    fn slide<const FORWARD: bool, const SPRUNG: bool>(
+        &self,
+        state: &mut State,
+        rung: usize,
+        input: f32,
+        load: &Load,
+    ) -> bool {
+        let change = self.slid::<FORWARD, SPRUNG>(state, rung, input, load);
+        let velocity = state.velocity.after(change.velocity);
         let position = state.position.after(change.position);
-        let deflection = state.position.from(self.spring_rest);
-        let reached = deflection + change.position;
-        state.velocity.after(change.velocity) * sign > 0.0
-            && position <= self.upper_stop
-            && position >= self.lower_stop
-            && (self.spring_preload == 0.0 || reached * side(deflection, sign) > 0.0)
+        let onwards = if FORWARD {
+            velocity > 0.0
+        } else {
+            velocity < 0.0
+        };
+        // Both stops: a step of several swings may end behind where it began.
+        if !(onwards && position <= self.upper_stop && position >= self.lower_stop) {
+            return false;
+        }
+        if SPRUNG {
+            // Not beyond the spring's rest; without preload nothing happens there.
+            let deflection = state.position.from(self.spring_rest);
+            if (deflection + change.position) * self.push::<FORWARD>(deflection) < 0.0 {
+                return false;
+            }
+        }
+        commit(state, &change);
+        true
+    }
+
+    /// What a rung adds to the current at rest.
+    #[inline(always)]
+    fn rested(&self, state: &State, rung: usize, input: f32) -> f32 {
+        let increment = &self.modes.borrow().rest[rung];
+        increment.current * state.current + increment.input * input
+    }
+
+    /// [`Self::advance`] of a state at rest.
+    #[inline(always)]
+    fn rest(&self, state: &mut State, rung: usize, input: f32, load: &Load) -> bool {
+        let current = state.current + self.rested(state, rung, input);
+        // Most of the time friction holds it alone, whatever stop is near.
+        let drive = self.torque_per_current * current + load.torque;
+        let held =
+            !self.sprung && drive <= load.breakaway.forward && -drive <= load.breakaway.backward;
+        if held || self.released(state.position, current, load) == Motion::Rest {
+            state.current = current;
+            return true;
+        }
+        false
     }
 
     /// The earliest event in a finest cell, with the share of the cell at which it happens.
@@ -421,8 +527,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
                 state.velocity = Compensated::new(0.0);
                 state.motion = Motion::Rest;
             }
-            if let Some((change, cells)) = self.longest(state, remaining, input, load) {
-                commit(state, &change);
+            if let Some(cells) = self.advance_longest(state, remaining, input, load) {
                 remaining -= cells;
                 continue;
             }
@@ -452,21 +557,18 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
     }
 
-    /// The longest rung within the remaining cells in which the mode lasts, and its cells.
-    fn longest(
+    /// Advances by the longest rung within the remaining cells in which the mode lasts; its cells.
+    fn advance_longest(
         &self,
-        state: &State,
+        state: &mut State,
         remaining: f32,
         input: f32,
         load: &Load,
-    ) -> Option<(Change, f32)> {
+    ) -> Option<f32> {
         let mut cells = CELLS;
         for rung in 0..RUNGS {
-            if cells <= remaining {
-                let change = self.change(state, rung, input, load);
-                if self.lasts(state, &change, load) {
-                    return Some((change, cells));
-                }
+            if cells <= remaining && self.advance(state, rung, input, load) {
+                return Some(cells);
             }
             cells *= 0.5;
         }
@@ -537,12 +639,6 @@ impl<M: Borrow<Modes>> Actuator<M> {
         self.follow_input(state, input);
         state.motion = self.released(state.position, state.current, load);
     }
-}
-
-/// The side of the spring's rest that is slid on: on the rest, the one ahead.
-#[inline(always)]
-fn side(deflection: f32, sign: f32) -> f32 {
-    if deflection == 0.0 { sign } else { deflection }
 }
 
 #[inline(always)]

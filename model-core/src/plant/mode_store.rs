@@ -41,9 +41,10 @@ pub struct ModeStore<const CAPACITY: usize> {
 
 impl<const CAPACITY: usize> ModeStore<CAPACITY> {
     /// An empty store.
-    pub const fn new() -> Self {
+    #[inline(always)]
+    pub fn new() -> Self {
         Self {
-            entries: [const { OnceCell::new() }; CAPACITY],
+            entries: core::array::from_fn(|_| OnceCell::new()),
         }
     }
 

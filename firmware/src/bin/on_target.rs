@@ -1,0 +1,152 @@
+//! The image that tests the model core on the emulated board, and counts its instructions.
+//!
+//! Logs `check NAME DIGEST` for each test and `count NAME INSTRUCTIONS` for each figure, and ends
+//! with status 1 if a test fails. Nothing interrupts it.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use firmware::board::emulated::{self, stopwatch};
+use firmware::on_target::log::{self, Recording};
+use firmware::on_target::{CHECKS, plant};
+use model_core::control::pid;
+use model_core::identify::friction::{Refit, Task};
+use model_core::plant::State;
+use model_core::plant::actuator::Actuator;
+use model_core::plant::parameters::Parameters;
+use static_cell::StaticCell;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    stopwatch::start();
+    let mut failed = 0_u32;
+    for check in CHECKS {
+        let findings = check.run();
+        defmt::info!("check {=str} {=u64:016x}", check.name, findings.digest());
+        if let Some(claim) = findings.broken() {
+            defmt::error!("check {=str} fails: {=str}", check.name, claim);
+            failed += 1;
+        }
+    }
+    plants();
+    controller();
+    refit();
+    defmt::info!("end checks={=usize} failed={=u32}", CHECKS.len(), failed);
+    emulated::exit(failed == 0)
+}
+
+/// Instructions of some work, without those of looking at the clock.
+fn instructions(work: impl FnOnce()) -> u32 {
+    let start = stopwatch::nanoseconds();
+    let read = stopwatch::nanoseconds();
+    work();
+    let end = stopwatch::nanoseconds();
+    (end.wrapping_sub(read) - read.wrapping_sub(start)) / stopwatch::INSTRUCTION
+}
+
+/// Runs of what is counted.
+const RUNS: usize = 1000;
+
+/// Inputs of each run, out of the compiler's sight.
+type Inputs = [f32; RUNS];
+
+/// Logs the instructions of one run of `work`, without those of the loop around it.
+fn count(name: &str, inputs: &Inputs, mut work: impl FnMut(f32)) {
+    let inputs = black_box(inputs);
+    let all = instructions(|| inputs.iter().for_each(|&input| work(black_box(input))));
+    let around = instructions(|| {
+        inputs.iter().for_each(|&input| {
+            black_box(input);
+        });
+    });
+    log_count(name, (all - around) / RUNS as u32);
+}
+
+fn log_count(name: &str, instructions: u32) {
+    defmt::info!("count {=str} {=u32}", name, instructions);
+}
+
+fn step(actuator: &Actuator, state: &mut State, input: f32) {
+    defmt::assert!(actuator.step(state, input).is_ok());
+}
+
+fn plants() {
+    let build = |parameters| defmt::unwrap!(Actuator::build(parameters, plant::PERIOD).ok());
+    let ema = build(&plant::EMA);
+    let sliding = |name, actuator: &Actuator, state: State, volts: f32| {
+        let mut state = state;
+        count(name, &[volts; RUNS], |input| {
+            step(actuator, &mut state, input)
+        });
+    };
+    sliding("ema_forward", &ema, State::new(0.0, 50.0), 12.0);
+    sliding("ema_backward", &ema, State::new(0.0, -50.0), -12.0);
+    sliding("ema_rest", &ema, State::new(0.0, 0.0), 1.0);
+    // No stop in reach.
+    let throttle = build(&Parameters {
+        upper_stop: 100.0,
+        ..plant::THROTTLE
+    });
+    sliding("throttle_sliding", &throttle, State::new(0.5, 5.0), 12.0);
+
+    // Comes to a standstill in the middle of the step and goes back.
+    let turning = State {
+        current: -20.0,
+        ..State::new(0.0, 0.5)
+    };
+    let mut state = turning;
+    count("ema_reversal", &[-20.0; RUNS], |input| {
+        state = turning;
+        step(&ema, &mut state, input);
+    });
+    defmt::assert!(state.velocity.value() < 0.0);
+}
+
+fn controller() {
+    let parameters = pid::Parameters {
+        proportional: 17.0,
+        integral: 60.0,
+        derivative: 0.25,
+        derivative_filter_time: 3e-3,
+        output_minimum: -24.0,
+        output_maximum: 24.0,
+        ..pid::Parameters::default()
+    };
+    let controller = defmt::unwrap!(parameters.build(log::PERIOD).ok());
+    let mut state = pid::State::default();
+    count("pid", &[0.5; RUNS], |measured| {
+        let _ = black_box(controller.step(&mut state, 0.6, measured));
+    });
+}
+
+/// A log of 10 s and the friction's re-estimation from it.
+fn refit() {
+    static RECORDING: StaticCell<Recording<10_000>> = StaticCell::new();
+    let recording = RECORDING.init_with(Recording::new);
+    defmt::assert!(recording.drive(&plant::EMA, 0.2));
+    let task = Task {
+        declared: plant::EMA,
+        log: recording.log(),
+        resolution: log::POSITION_COUNT,
+        present: 0.12,
+        seed: 1,
+    };
+    let mut refit = defmt::unwrap!(Refit::new(&task).ok());
+    let mut outcome = None;
+    let mut calls = 0;
+    let all = instructions(|| {
+        outcome = loop {
+            calls += 1;
+            if let Some(outcome) = refit.advance() {
+                break outcome.ok();
+            }
+        };
+    });
+    let estimate = defmt::unwrap!(outcome);
+    let evaluations = estimate.annealing_evaluations + estimate.golden_section_evaluations;
+    log_count("refit", all);
+    log_count("refit_evaluations", evaluations);
+    log_count("refit_evaluation", all / evaluations);
+    log_count("refit_sample", all / calls / 200);
+}
