@@ -8,7 +8,7 @@
 //! [`unknown`] structure.
 
 use super::fit::Fit;
-use super::held_out::{Comparison, LARGEST_RATIO, Refusal, compare};
+use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare};
 use super::model::Model;
 use super::replay::{Data, Schedule, Settings};
 use super::screen::{self, Candidate, MOST_CANDIDATES, Screening};
@@ -177,9 +177,12 @@ pub fn trace<S: Schedule>(
 
     let mut after = before.clone();
     let mut accepted: Vec<Accepted, ROUNDS> = Vec::new();
+    // Held-out errors of the model after, as long as they are its own.
+    let mut known = None;
     for round in 1..=ROUNDS {
         let judgement = consider(&mut workbench, round, &after)?;
         judgement.looks.iter().for_each(&mut observe);
+        known = Some(judgement.without);
         let Some(winner) = judgement.winner else {
             break;
         };
@@ -193,6 +196,7 @@ pub fn trace<S: Schedule>(
             break;
         }
         let _ = accepted.push(winner);
+        known = None;
         after = fitted;
         workbench.restart(&after.model)?;
         after = workbench.fit(&after.model)?;
@@ -201,15 +205,17 @@ pub fn trace<S: Schedule>(
         // Both models are judged on the same restarts, so the first is fitted to these too.
         before = workbench.best_fit([&before.model, model])?;
     }
-    drop_replaced(&mut workbench, &mut after, &mut accepted, &mut observe)?;
+    let fit = (&mut after, &mut known);
+    drop_replaced(&mut workbench, fit, &mut accepted, &mut observe)?;
 
     // Does anything lie under it that the catalogue does not have?
-    let without = workbench.held_out(&before.model)?;
-    let (left, limit) = if accepted.is_empty() {
-        (1.0, LARGEST_RATIO)
+    let with = judge(&mut workbench, &mut known, &after.model)?;
+    let (without, left, limit) = if accepted.is_empty() {
+        (with.clone(), 1.0, LARGEST_RATIO)
     } else {
-        let left = compare(&without, &workbench.held_out(&after.model)?).ratio;
-        (left, left * CLEARLY_BETTER)
+        let without = workbench.held_out(&before.model)?;
+        let left = compare(&without, with).ratio;
+        (without, left, left * CLEARLY_BETTER)
     };
     let mut unknown = None;
     if left > POOR_EXPLANATION {
@@ -252,11 +258,23 @@ impl Candidate {
     }
 }
 
+/// Held-out errors of a model, where they are not known already.
+fn judge<'k>(
+    workbench: &mut Workbench<impl Schedule>,
+    known: &'k mut Option<HeldOut>,
+    model: &Model,
+) -> Option<&'k HeldOut> {
+    if known.is_none() {
+        *known = Some(workbench.held_out(model)?);
+    }
+    known.as_ref()
+}
+
 /// Tries to do without each effect again: one taken early may have stood in for what a later one
-/// explains.
+/// explains. `known`: the held-out errors of the model after, if they are.
 fn drop_replaced(
     workbench: &mut Workbench<impl Schedule>,
-    after: &mut Fit,
+    (after, known): (&mut Fit, &mut Option<HeldOut>),
     accepted: &mut Vec<Accepted, ROUNDS>,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<()> {
@@ -267,14 +285,14 @@ fn drop_replaced(
             .effects
             .remove(workbench.declared.effects.len() + place);
         let without = workbench.held_out(&smaller)?;
-        let with = workbench.held_out(&after.model)?;
-        let comparison = compare(&without, &with);
+        let comparison = compare(&without, judge(workbench, known, &after.model)?);
         if comparison.refusal(1).is_none() {
             place += 1;
             continue;
         }
         let dropped = accepted.remove(place).candidate;
         *after = workbench.fit(&smaller)?;
+        *known = None;
         observe(&Consideration {
             held_out: Some(comparison),
             ..dropped.look(accepted.len() + 1, Decision::Dropped)
@@ -286,6 +304,8 @@ fn drop_replaced(
 /// What a round decided.
 struct Judgement {
     looks: Vec<Consideration, MOST_CANDIDATES>,
+    /// Held-out errors of the model that the round started from.
+    without: HeldOut,
     winner: Option<Accepted>,
 }
 
@@ -356,6 +376,7 @@ fn consider(
     let Some(least) = shortlist.iter().filter_map(ratios).min_by(f64::total_cmp) else {
         return Some(Judgement {
             looks,
+            without: smaller,
             winner: None,
         });
     };
@@ -401,6 +422,7 @@ fn consider(
     }
     Some(Judgement {
         looks,
+        without: smaller,
         winner: Some(Accepted {
             candidate: winner,
             p_value: comparison.p_value,

@@ -15,8 +15,14 @@ use crate::numeric::triangle::{Triangle, entries};
 use heapless::Vec;
 
 /// Effort of a fit on all of the log, and of one inside cross-validation.
-const FULL: Effort = Effort { steps: 100 };
-const HALF: Effort = Effort { steps: 30 };
+const FULL: Effort = Effort {
+    steps: 100,
+    converged: 1e-6,
+};
+const HALF: Effort = Effort {
+    steps: 30,
+    converged: 1e-4,
+};
 
 /// Counts of the sensor that are added to every held-out position error: below that an error is the
 /// sensor's, and on a motion that repeats it repeats in every block.
