@@ -107,6 +107,11 @@ impl<'a> Data<'a> {
         None
     }
 
+    /// Where it lies if it takes part in a fold of blocks of so many windows.
+    pub fn window_in(&self, (fold, block): (Fold, usize), number: usize) -> Option<Window> {
+        self.window(number).filter(|_| fold.takes(number / block))
+    }
+
     /// The same logs cut into windows of another length.
     pub fn with_window(&self, window: usize) -> Data<'a> {
         Data {
@@ -236,10 +241,9 @@ fn restart(log: &Log, start: usize, settings: &Settings) -> State {
 /// Products of the columns, summed over one window.
 pub type WindowSums = Triangle<f32, { entries(COLUMNS) }>;
 
-/// Replays one window with the model and its perturbed copies and sums the products of
-/// (residual, sensitivities).
-pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSums {
-    let mut sums = WindowSums::default();
+/// Replays one window with the model and its perturbed copies and adds the products of
+/// (residual, sensitivities) to the sums.
+fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ensemble) {
     let log = &data.logs[window.log];
     let settings = &data.settings;
     let start = restart(log, window.start, settings);
@@ -278,7 +282,6 @@ pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSum
             }
         }
     }
-    sums
 }
 
 /// Adds the products of both channels: position first.
@@ -328,12 +331,13 @@ pub fn window_error(data: &Data, window: Window, simulator: &Simulator) -> Windo
 
 /// Who works on the windows: one core in order, or several.
 pub trait Schedule {
-    /// Calls `work` for 0 … `count` − 1 in any order and `fold` with its results in that order.
-    fn run<R: Send>(
+    /// Calls `work` for 0 … `count` − 1 in any order, each time with a default result to fill in, and
+    /// `fold` with the results in that order.
+    fn run<R: Default + Send>(
         &self,
         count: usize,
-        work: impl Fn(usize) -> R + Send + Sync,
-        fold: impl FnMut(usize, R),
+        work: impl Fn(usize, &mut R) + Send + Sync,
+        fold: impl FnMut(usize, &R),
     );
 }
 
@@ -342,14 +346,16 @@ pub trait Schedule {
 pub struct InOrder;
 
 impl Schedule for InOrder {
-    fn run<R: Send>(
+    fn run<R: Default + Send>(
         &self,
         count: usize,
-        work: impl Fn(usize) -> R + Send + Sync,
-        mut fold: impl FnMut(usize, R),
+        work: impl Fn(usize, &mut R) + Send + Sync,
+        mut fold: impl FnMut(usize, &R),
     ) {
         for index in 0..count {
-            fold(index, work(index));
+            let mut result = R::default();
+            work(index, &mut result);
+            fold(index, &result);
         }
     }
 }
@@ -383,12 +389,12 @@ pub fn total_error(data: &Data, schedule: &impl Schedule, simulator: &Simulator)
     let mut total = TotalError::default();
     schedule.run(
         data.windows(),
-        |number| {
-            data.window(number)
-                .map(|window| window_error(data, window, simulator))
+        |number, error| {
+            if let Some(window) = data.window(number) {
+                *error = window_error(data, window, simulator);
+            }
         },
-        |_, error| {
-            let Some(error) = error else { return };
+        |_, error: &WindowError| {
             total.position += f64::from(error.position);
             total.current += f64::from(error.current);
             total.largest = total.largest.max(error.largest);
@@ -450,14 +456,16 @@ pub fn cost(
     let (mut total, mut windows) = (0.0, 0);
     schedule.run(
         data.windows(),
-        |number| {
-            let window = data.window(number).filter(|_| fold.takes(number / block))?;
-            Some(window_cost(data, window, simulator))
+        |number, cost| {
+            if let Some(window) = data.window_in((fold, block), number) {
+                *cost = window_cost(data, window, simulator);
+            }
         },
-        |_, cost| {
-            let Some(cost) = cost else { return };
-            total += f64::from(cost);
-            windows += 1;
+        |number, cost: &f32| {
+            if fold.takes(number / block) {
+                total += f64::from(*cost);
+                windows += 1;
+            }
         },
     );
     (total, windows)
@@ -487,12 +495,15 @@ impl Sums {
         let columns = ensemble.lanes().len() + 1;
         schedule.run(
             data.windows(),
-            |number| {
-                let window = data.window(number).filter(|_| fold.takes(number / block))?;
-                Some(accumulate(data, window, ensemble))
+            |number, sums| {
+                if let Some(window) = data.window_in((fold, block), number) {
+                    accumulate(sums, data, window, ensemble);
+                }
             },
-            |_, sums| {
-                let Some(sums) = sums else { return };
+            |number, sums: &WindowSums| {
+                if !fold.takes(number / block) {
+                    return;
+                }
                 self.windows += 1;
                 for row in 0..columns {
                     for partners in ensemble.partners(row) {
@@ -502,7 +513,7 @@ impl Sums {
                         }
                     }
                 }
-                observe(&sums);
+                observe(sums);
             },
         );
     }

@@ -310,6 +310,7 @@ struct Judgement {
 }
 
 /// Judges the candidates of a round.
+#[inline(never)]
 fn consider(
     workbench: &mut Workbench<impl Schedule>,
     round: usize,

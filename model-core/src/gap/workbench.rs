@@ -8,11 +8,8 @@ use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
 use super::scope::scope;
 use super::screen::{self, Screening};
+use crate::effect::Scope;
 use crate::effect::learned_map::Ranges;
-use crate::effect::{MOST_PARAMETERS, Scope};
-use crate::numeric::cholesky::Cholesky;
-use crate::numeric::triangle::{Triangle, entries};
-use heapless::Vec;
 
 /// Effort of a fit on all of the log, and of one inside cross-validation.
 const FULL: Effort = Effort {
@@ -182,12 +179,15 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let mut measured = 0;
         self.schedule.run(
             data.windows(),
-            |number| {
-                let window = data.window(number).filter(|_| fold.takes(number / block))?;
-                Some(replay::window_error(&data, window, &simulator))
-            },
             |number, error| {
-                let Some(error) = error else { return };
+                if let Some(window) = data.window_in((fold, block), number) {
+                    *error = replay::window_error(&data, window, &simulator);
+                }
+            },
+            |number, error: &WindowError| {
+                if !fold.takes(number / block) {
+                    return;
+                }
                 measured += 1;
                 if let Some(sum) = blocks.get_mut(number / block) {
                     sum.position += error.position + floor.position;
@@ -268,26 +268,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let mut information = Information::default();
         let windows = information.gather(&data, self.schedule, model, &variables)?;
         self.count(windows, data.settings.window);
-        let covariance = information.covariance(&variables);
-        let mut own: Vec<usize, MOST_PARAMETERS> = Vec::new();
-        for (place, variable) in variables.iter().enumerate() {
-            if variable.is_strength_of(model, slot) {
-                let _ = own.push(place);
-            }
-        }
-        let mut normal = Triangle::<f64, { entries(MOST_PARAMETERS) }>::default();
-        let mut strengths = [0.0; MOST_PARAMETERS];
-        for (row, &a) in own.iter().enumerate() {
-            strengths[row] = f64::from(variables[a].get(model));
-            for (entry, &b) in normal.row_mut(row).iter_mut().zip(&own) {
-                *entry = covariance.at(a, b);
-            }
-        }
-        // ‖L⁻¹ a‖² is chi-square with as many degrees of freedom as there are strengths.
-        let count = own.len();
-        Cholesky::new(normal, count).forward(&mut strengths[..count]);
-        let square: f64 = strengths[..count].iter().map(|x| x * x).sum();
-        Some(libm::sqrt(square / count.max(1) as f64))
+        Some(information.certainty(model, &variables, slot))
     }
 
     /// Root mean squares of the two channels' residuals over all windows.
