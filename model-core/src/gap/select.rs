@@ -162,86 +162,123 @@ pub fn trace<S: Schedule>(
     mut observe: impl FnMut(&Consideration),
 ) -> Option<Trace> {
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
-    let window = data.settings.window;
-
-    // How replays restart comes before any fit, which would else bend the parameters to restarts
-    // that are wrong. Then short windows: far from the truth, they are the smoother problem.
-    workbench.restart(model)?;
-    let mut fitted = model.clone();
-    for window in [options.screen_window, window, window] {
-        workbench.weigh(&fitted, window)?;
-        fitted = workbench.fit_windows(&fitted, window)?.model;
-    }
-    workbench.restart(&fitted)?;
-    let mut before = workbench.best_fit([&fitted, model])?;
-
-    let mut after = before.clone();
-    let mut accepted: Vec<Accepted, ROUNDS> = Vec::new();
-    // Held-out errors of the model after, as long as they are its own.
-    let mut known = None;
+    let mut before = fit_base(&mut workbench)?;
+    let mut found = Found {
+        after: before.clone(),
+        accepted: Vec::new(),
+        held_out: None,
+    };
     for round in 1..=ROUNDS {
-        let judgement = consider(&mut workbench, round, &after)?;
-        judgement.looks.iter().for_each(&mut observe);
-        known = Some(judgement.without);
-        let Some(winner) = judgement.winner else {
-            break;
-        };
-        let Some(larger) = screen::with_effect(&after.model, winner.candidate.effect) else {
-            break;
-        };
-        let fitted = workbench.fit(&larger)?;
-        if workbench.certainty(&fitted.model, larger.effects.len() - 1)? < LEAST_CERTAINTY {
-            let refused = Decision::Refused(Refusal::Uncertain);
-            observe(&winner.candidate.look(round, refused));
+        if !add_effect(&mut workbench, round, &mut found, &mut observe)? {
             break;
         }
-        let _ = accepted.push(winner);
-        known = None;
-        after = fitted;
-        workbench.restart(&after.model)?;
-        after = workbench.fit(&after.model)?;
     }
-    if !accepted.is_empty() {
+    if !found.accepted.is_empty() {
         // Both models are judged on the same restarts, so the first is fitted to these too.
         before = workbench.best_fit([&before.model, model])?;
     }
-    let fit = (&mut after, &mut known);
-    drop_replaced(&mut workbench, fit, &mut accepted, &mut observe)?;
-
-    // Does anything lie under it that the catalogue does not have?
-    let with = judge(&mut workbench, &mut known, &after.model)?;
-    let (without, left, limit) = if accepted.is_empty() {
-        (with.clone(), 1.0, LARGEST_RATIO)
-    } else {
-        let without = workbench.held_out(&before.model)?;
-        let left = compare(&without, with).ratio;
-        (without, left, left * CLEARLY_BETTER)
-    };
-    let mut unknown = None;
-    if left > POOR_EXPLANATION {
-        let sensor = STRUCTURED_COUNTS * f64::from(data.settings.resolution);
-        let stroke = STRUCTURED_STROKE * f64::from(options.scope.stroke);
-        let error = workbench.position_rms(&before.model)?;
-        let structured = accepted.is_empty() && error > sensor.max(stroke);
-        let base = (&before.model, &without);
-        unknown = unknown::learn(&mut workbench, base, limit, structured, &mut observe)?;
-    }
+    drop_replaced(&mut workbench, &mut found, &mut observe)?;
+    let unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
     if let Some(unknown) = &unknown {
-        for effect in &accepted {
+        for effect in &found.accepted {
             let outdone = Decision::OutdoneByMap { by: unknown.kind };
             observe(&effect.candidate.look(1, outdone));
         }
-        accepted.clear();
-        after = workbench.fit(&unknown.start)?;
+        found.accepted.clear();
+        found.after = workbench.fit(&unknown.start)?;
     }
     Some(Trace {
         settings: workbench.data.settings,
         simulated: workbench.simulated,
         before,
-        after,
-        accepted,
+        after: found.after,
+        accepted: found.accepted,
         unknown,
     })
+}
+
+// The steps below are functions of their own on the stack too: what one of them needs, the next one
+// may use again.
+
+/// Fits the declared model.
+#[inline(never)]
+fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
+    let declared = workbench.declared;
+    let window = workbench.data.settings.window;
+    // How replays restart comes before any fit, which would else bend the parameters to restarts
+    // that are wrong. Then short windows: far from the truth, they are the smoother problem.
+    workbench.restart(declared)?;
+    let mut fitted = declared.clone();
+    for window in [workbench.options.screen_window, window, window] {
+        workbench.weigh(&fitted, window)?;
+        fitted = workbench.fit_windows(&fitted, window)?.model;
+    }
+    workbench.restart(&fitted)?;
+    workbench.best_fit([&fitted, declared])
+}
+
+/// What has been found so far.
+struct Found {
+    /// The model with the effects.
+    after: Fit,
+    accepted: Vec<Accepted, ROUNDS>,
+    /// Held-out errors of that model, where they are known.
+    held_out: Option<HeldOut>,
+}
+
+/// One round. Whether it has found an effect.
+#[inline(never)]
+fn add_effect(
+    workbench: &mut Workbench<impl Schedule>,
+    round: usize,
+    found: &mut Found,
+    observe: &mut impl FnMut(&Consideration),
+) -> Option<bool> {
+    let judgement = consider(workbench, round, found)?;
+    judgement.looks.iter().for_each(&mut *observe);
+    let Some(winner) = judgement.winner else {
+        return Some(false);
+    };
+    let Some(larger) = screen::with_effect(&found.after.model, winner.candidate.effect) else {
+        return Some(false);
+    };
+    let fitted = workbench.fit(&larger)?.model;
+    if workbench.certainty(&fitted, fitted.effects.len() - 1)? < LEAST_CERTAINTY {
+        let refused = Decision::Refused(Refusal::Uncertain);
+        observe(&winner.candidate.look(round, refused));
+        return Some(false);
+    }
+    let _ = found.accepted.push(winner);
+    found.held_out = None;
+    workbench.restart(&fitted)?;
+    found.after = workbench.fit(&fitted)?;
+    Some(true)
+}
+
+/// Does anything lie under it that the catalogue does not have? `before`: the base fit.
+#[inline(never)]
+fn look_beneath(
+    workbench: &mut Workbench<impl Schedule>,
+    before: &Model,
+    found: &mut Found,
+    observe: &mut impl FnMut(&Consideration),
+) -> Option<Option<Unknown>> {
+    let with = judge(workbench, &mut found.held_out, &found.after.model)?;
+    let (without, left, limit) = if found.accepted.is_empty() {
+        (with.clone(), 1.0, LARGEST_RATIO)
+    } else {
+        let without = workbench.held_out(before)?;
+        let left = compare(&without, with).ratio;
+        (without, left, left * CLEARLY_BETTER)
+    };
+    if left <= POOR_EXPLANATION {
+        return Some(None);
+    }
+    let sensor = STRUCTURED_COUNTS * f64::from(workbench.data.settings.resolution);
+    let stroke = STRUCTURED_STROKE * f64::from(workbench.options.scope.stroke);
+    let error = workbench.position_rms(before)?;
+    let structured = found.accepted.is_empty() && error > sensor.max(stroke);
+    unknown::learn(workbench, (before, &without), limit, structured, observe)
 }
 
 impl Candidate {
@@ -271,31 +308,32 @@ fn judge<'k>(
 }
 
 /// Tries to do without each effect again: one taken early may have stood in for what a later one
-/// explains. `known`: the held-out errors of the model after, if they are.
+/// explains.
+#[inline(never)]
 fn drop_replaced(
     workbench: &mut Workbench<impl Schedule>,
-    (after, known): (&mut Fit, &mut Option<HeldOut>),
-    accepted: &mut Vec<Accepted, ROUNDS>,
+    found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<()> {
     let mut place = 0;
-    while accepted.len() > 1 && place < accepted.len() {
-        let mut smaller = after.model.clone();
+    while found.accepted.len() > 1 && place < found.accepted.len() {
+        let mut smaller = found.after.model.clone();
         smaller
             .effects
             .remove(workbench.declared.effects.len() + place);
         let without = workbench.held_out(&smaller)?;
-        let comparison = compare(&without, judge(workbench, known, &after.model)?);
+        let with = judge(workbench, &mut found.held_out, &found.after.model)?;
+        let comparison = compare(&without, with);
         if comparison.refusal(1).is_none() {
             place += 1;
             continue;
         }
-        let dropped = accepted.remove(place).candidate;
-        *after = workbench.fit(&smaller)?;
-        *known = None;
+        let dropped = found.accepted.remove(place).candidate;
+        found.after = workbench.fit(&smaller)?;
+        found.held_out = None;
         observe(&Consideration {
             held_out: Some(comparison),
-            ..dropped.look(accepted.len() + 1, Decision::Dropped)
+            ..dropped.look(found.accepted.len() + 1, Decision::Dropped)
         });
     }
     Some(())
@@ -304,24 +342,33 @@ fn drop_replaced(
 /// What a round decided.
 struct Judgement {
     looks: Vec<Consideration, MOST_CANDIDATES>,
-    /// Held-out errors of the model that the round started from.
-    without: HeldOut,
     winner: Option<Accepted>,
 }
 
-/// Judges the candidates of a round.
+/// Screens the effects that a model lacks and judges the best of them.
 #[inline(never)]
 fn consider(
     workbench: &mut Workbench<impl Schedule>,
     round: usize,
-    fit: &Fit,
+    found: &mut Found,
 ) -> Option<Judgement> {
-    let screened = workbench.screen(fit)?;
+    let screened = workbench.screen(&found.after.model)?;
+    refit(workbench, round, found, &screened)
+}
+
+/// Judges the candidates of a round.
+#[inline(never)]
+fn refit(
+    workbench: &mut Workbench<impl Schedule>,
+    round: usize,
+    found: &mut Found,
+    screened: &Screening,
+) -> Option<Judgement> {
     let Screening {
         candidates,
         imitation,
         ..
-    } = &screened;
+    } = screened;
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
         .map(|candidate| {
@@ -341,7 +388,8 @@ fn consider(
         .filter(|index| looks[*index].decision == Decision::NotShortlisted)
         .take(SHORTLIST)
         .collect();
-    let smaller = workbench.held_out(&fit.model)?;
+    let model = &found.after.model;
+    let smaller = judge(workbench, &mut found.held_out, model)?;
     for &index in &shortlist {
         let own = candidates[index].effect;
         // Of effects that are one model here, the catalogue's first is refitted for all.
@@ -356,11 +404,11 @@ fn consider(
             };
             continue;
         }
-        let Some(larger) = screen::with_effect(&fit.model, own) else {
+        let Some(larger) = screen::with_effect(model, own) else {
             break;
         };
         let larger = workbench.held_out(&larger)?;
-        let comparison = compare(&smaller, &larger);
+        let comparison = compare(smaller, &larger);
         looks[index].held_out = Some(comparison);
         // Passed is Accepted for now; who wins is known when all have been refitted.
         looks[index].decision = comparison
@@ -377,7 +425,6 @@ fn consider(
     let Some(least) = shortlist.iter().filter_map(ratios).min_by(f64::total_cmp) else {
         return Some(Judgement {
             looks,
-            without: smaller,
             winner: None,
         });
     };
@@ -423,7 +470,6 @@ fn consider(
     }
     Some(Judgement {
         looks,
-        without: smaller,
         winner: Some(Accepted {
             candidate: winner,
             p_value: comparison.p_value,

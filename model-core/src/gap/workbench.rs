@@ -199,14 +199,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// Screens all effects that the fitted model lacks, on short windows.
-    pub fn screen(&mut self, fit: &Fit) -> Option<Screening> {
+    pub fn screen(&mut self, model: &Model) -> Option<Screening> {
         let window = self.options.screen_window;
         let data = self.data.with_window(window);
         let scope = &self.options.scope;
-        let variables = self.variables(&fit.model);
-        let screened = screen::screen(&data, self.schedule, &fit.model, &variables, scope)?;
-        self.count(screened.simulated, window);
-        Some(screened)
+        let variables = self.variables(model);
+        let screened = screen::screen(&data, self.schedule, model, &variables, scope);
+        self.count(screened.as_ref()?.simulated, window);
+        screened
     }
 
     /// Scores the flat map of a model, on short windows.

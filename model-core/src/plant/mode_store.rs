@@ -35,8 +35,8 @@ use core::cell::OnceCell;
 /// ```
 #[derive(Debug)]
 pub struct ModeStore<const CAPACITY: usize> {
-    /// Filled from the front.
-    entries: [OnceCell<(Basis, Modes)>; CAPACITY],
+    /// Filled from the front: each basis with its modes.
+    entries: [(OnceCell<Basis>, OnceCell<Modes>); CAPACITY],
 }
 
 impl<const CAPACITY: usize> ModeStore<CAPACITY> {
@@ -44,7 +44,7 @@ impl<const CAPACITY: usize> ModeStore<CAPACITY> {
     #[inline(always)]
     pub fn new() -> Self {
         Self {
-            entries: core::array::from_fn(|_| OnceCell::new()),
+            entries: core::array::from_fn(|_| (OnceCell::new(), OnceCell::new())),
         }
     }
 
@@ -53,13 +53,14 @@ impl<const CAPACITY: usize> ModeStore<CAPACITY> {
     /// # Errors
     /// As [`Modes::build`]; a new basis when the store is full.
     pub fn modes(&self, basis: &Basis) -> Result<&Modes, ParameterError> {
-        for entry in &self.entries {
-            match entry.get() {
-                Some((known, modes)) if known == basis => return Ok(modes),
-                Some(_) => {}
-                None => {
-                    let modes = Modes::build(basis)?;
-                    return Ok(&entry.get_or_init(|| (*basis, modes)).1);
+        for (known, modes) in &self.entries {
+            match (known.get(), modes.get()) {
+                (Some(known), Some(modes)) if known == basis => return Ok(modes),
+                (Some(_), Some(_)) => {}
+                _ => {
+                    let built = Modes::build(basis)?;
+                    known.get_or_init(|| *basis);
+                    return Ok(modes.get_or_init(|| built));
                 }
             }
         }
