@@ -10,7 +10,6 @@ use crate::plant::mode_store::ModeStore;
 use crate::plant::modes::Modes;
 use crate::plant::parameters::ParameterError;
 use core::cell::OnceCell;
-use core::ops::Range;
 use heapless::Vec;
 
 /// Columns of the sums: the residual and up to 31 perturbed copies.
@@ -165,14 +164,14 @@ impl<'m> Ensemble<'m> {
         self.group = Some((before, columns));
     }
 
-    /// The columns up to `column` with which its products are wanted.
+    /// The columns up to `column` with which its products are wanted: those before the first number,
+    /// and those from the second on.
     #[inline]
-    pub fn partners(&self, column: usize) -> [Range<usize>; 2] {
-        let (before, first) = match column.checked_sub(1) {
+    pub fn partners(&self, column: usize) -> (usize, usize) {
+        match column.checked_sub(1) {
             Some(lane) => self.lanes[lane].partners,
             None => (0, 0),
-        };
-        [0..before, first..column + 1]
+        }
     }
 
     /// Keeps the first copies. No group is open any more.

@@ -269,16 +269,21 @@ fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ens
                 (moved.0 - from.0) * settings.position_weight * lane.inverse_step;
             currents[column + 1] = (moved.1 - from.1) * settings.current_weight * lane.inverse_step;
         }
-        for column in 0..columns {
-            let values = (positions[column], currents[column]);
-            for partners in ensemble.partners(column) {
-                let sums = &mut sums.row_mut(column)[partners.clone()];
-                let others = (&positions[partners.clone()], &currents[partners]);
-                if settings.current_weight > 0.0 {
-                    add_products(sums, values, others);
+        let with_current = settings.current_weight > 0.0;
+        for (column, sums) in sums.rows_mut().take(columns).enumerate() {
+            let (position, current) = (positions[column], currents[column]);
+            let add = |sums: &mut [f32], first: usize| {
+                let others = (&positions[first..], &currents[first..]);
+                if with_current {
+                    add_products(sums, (position, current), others);
                 } else {
-                    add_position_products(sums, values.0, others.0);
+                    add_position_products(sums, position, others.0);
                 }
+            };
+            let (before, own) = ensemble.partners(column);
+            add(&mut sums[own..], own);
+            if before > 0 {
+                add(&mut sums[..before], 0);
             }
         }
     }
@@ -292,8 +297,7 @@ fn add_products(
     (positions, currents): (&[f32], &[f32]),
 ) {
     for (sum, (other, flow)) in sums.iter_mut().zip(positions.iter().zip(currents)) {
-        *sum += position * other;
-        *sum += current * flow;
+        *sum = *sum + position * other + current * flow;
     }
 }
 
@@ -506,10 +510,11 @@ impl Sums {
                 }
                 self.windows += 1;
                 for row in 0..columns {
-                    for partners in ensemble.partners(row) {
-                        let products = self.products.row_mut(row)[partners.clone()].iter_mut();
-                        for (product, sum) in products.zip(&sums.row(row)[partners]) {
-                            *product += f64::from(*sum);
+                    let (before, own) = ensemble.partners(row);
+                    let products = self.products.row_mut(row);
+                    for partners in [0..before, own..row + 1] {
+                        for column in partners {
+                            products[column] += f64::from(sums.row(row)[column]);
                         }
                     }
                 }

@@ -30,6 +30,10 @@ const LEAST_SCORE: f32 = 0.01;
 /// A candidate under this identifiability is absorbed by the base.
 const LEAST_IDENTIFIABILITY: f32 = 0.05;
 
+/// A candidate whose score is under this share of that of one that has passed is not refitted: what
+/// it explains is left for a later round.
+const FAR_BEHIND: f32 = 0.1;
+
 /// Cosine beyond which a log cannot tell two effects apart.
 const EQUIVALENT: f32 = 0.9;
 
@@ -87,6 +91,11 @@ pub enum Decision {
     ScoreTooLow,
     /// Eight others score higher.
     NotShortlisted,
+    /// Scores far below another one, which passed.
+    FarBehind {
+        /// That other one.
+        of: Id,
+    },
     /// Refitted, and not enough better on held-out blocks.
     Refused(Refusal),
     /// A map that does not predict held-out blocks well enough either, but carries most of an error
@@ -392,6 +401,16 @@ fn refit(
     let smaller = judge(workbench, &mut found.held_out, model)?;
     for &index in &shortlist {
         let own = candidates[index].effect;
+        let ahead = shortlist.iter().find(|&&other| {
+            looks[other].decision == Decision::Accepted
+                && candidates[index].score < FAR_BEHIND * candidates[other].score
+        });
+        if let Some(&other) = ahead {
+            looks[index].decision = Decision::FarBehind {
+                of: candidates[other].effect.id,
+            };
+            continue;
+        }
         // Of effects that are one model here, the catalogue's first is refitted for all.
         let same = shortlist.iter().find(|&&other| {
             (candidates[other].effect.id as usize) < own.id as usize
