@@ -21,11 +21,12 @@ const MOST_OPPOSITES: usize = 8;
 /// Most simulators: one a column, and the opposite ones.
 pub const MOST_SIMULATORS: usize = COLUMNS + MOST_OPPOSITES;
 
-/// Most modes that the copies of one model need. Moved are resistance, inductance, torque constant,
-/// inertia, viscous friction, its asymmetry (in a screening to both sides), the declared spring, the
-/// effect, and the delay by either end: with the model itself eleven. The twelfth is the model's own
-/// with half the step, under held effects. A delay inside a step doubles them.
-const MOST_MODES: usize = 24;
+/// Most modes that the copies of one model need: its own, those with another resistance, inductance,
+/// torque constant, inertia, viscous friction or declared spring, with the spring of the catalogue,
+/// with viscous friction that differs by direction (either way in a screening), with two other
+/// delays, and its own at half the step, under held effects. A delay that ends inside a step doubles
+/// them.
+const MOST_MODES: usize = 26;
 
 /// What the simulators of an ensemble share.
 #[derive(Debug)]
@@ -37,6 +38,7 @@ pub struct Store {
 
 impl Store {
     /// An empty store.
+    // As in `ModeStore`: 16 KB are not to be made twice.
     #[inline(always)]
     pub fn new() -> Self {
         Self {
@@ -86,7 +88,7 @@ const FULL: ParameterError = ParameterError {
 
 impl<'m> Ensemble<'m> {
     /// Nobody, yet.
-    #[inline(always)]
+    #[inline]
     pub const fn new() -> Self {
         Self {
             simulators: Vec::new(),

@@ -138,7 +138,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The step from sample `index` of a log.
+    /// The step from sample `index` of a log, which must not be the last.
     #[inline]
     pub fn new(log: &Log, index: usize) -> Self {
         Self {

@@ -11,7 +11,8 @@ use super::screen::{self, Screening};
 use crate::effect::Scope;
 use crate::effect::learned_map::Ranges;
 
-/// Effort of a fit on all of the log, and of one inside cross-validation.
+/// Effort of a fit on all of the log, and of one inside cross-validation, whose errors are compared
+/// to a tenth.
 const FULL: Effort = Effort {
     steps: 100,
     converged: 1e-6,
