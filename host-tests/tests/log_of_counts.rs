@@ -1,14 +1,15 @@
 //! A board keeps its log as a ring of counts and traces it on one core, a host has values and all
-//! cores: both must find the same, to the bit.
+//! cores: both must find the same, to the bit, and the program must report it.
 
 use std::f32::consts::TAU;
 
 use host_tests::gap::declared;
-use host_tests::gap::engine::AllCores;
+use host_tests::gap::engine::{self, AllCores};
+use host_tests::log::Log;
 use host_tests::machine::Machine;
-use model_core::gap::log::{Channel, Log};
+use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::model::Base;
-use model_core::gap::replay::{Data, InOrder, Schedule, Settings};
+use model_core::gap::replay::{Data, InOrder, Schedule, Settings, total_error};
 use model_core::gap::select;
 use model_core::gap::workbench::Options;
 use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
@@ -34,14 +35,22 @@ fn counts(machine: &RigMachine) -> [Vec<i16>; 3] {
     })
 }
 
-/// All that the tracing finds in a log, and what it says on the way. A number printed in full is
-/// another one wherever a bit is.
+/// What the tracing finds in a log.
+#[derive(Debug, PartialEq)]
+struct Found {
+    /// All of it, and what is said on the way. A number printed in full is another one wherever a
+    /// bit is.
+    text: String,
+    /// Windowed position error of the three models.
+    position_rms: [f64; 3],
+}
+
 fn traced(
     declared: &Machine,
     [input, position, current]: [Channel; 3],
     schedule: &impl Schedule,
-) -> String {
-    let log = Log {
+) -> Found {
+    let log = CoreLog {
         period: PERIOD,
         input,
         position,
@@ -51,7 +60,7 @@ fn traced(
     let model = declared::model(declared).unwrap();
     let data = Data {
         logs: &[log],
-        settings: Settings::new(PERIOD, UNITS[1]),
+        settings: Settings::new(PERIOD, declared.resolution.unwrap() as f32),
     };
     let base = [Base::Inertia, Base::Viscous, Base::Coulomb, Base::Static];
     let options = Options::new(&data, &model, &base, true).unwrap();
@@ -59,7 +68,18 @@ fn traced(
     let trace = select::trace(&data, schedule, &model, &options, |look| looks.push(*look));
     let trace = trace.unwrap();
     assert!(!trace.accepted.is_empty(), "{looks:?}");
-    format!("{trace:?} {looks:?}")
+    let judged = Data {
+        settings: trace.settings,
+        ..data
+    };
+    let models = [&model, &trace.before.model, &trace.after.model];
+    Found {
+        text: format!("{trace:?} {looks:?}"),
+        position_rms: models.map(|model| {
+            let simulator = model.build(PERIOD).unwrap();
+            total_error(&judged, schedule, &simulator).position_rms()
+        }),
+    }
 }
 
 #[test]
@@ -84,9 +104,24 @@ fn a_ring_of_counts_is_traced_as_its_values_are() {
             unit: UNITS[channel],
         }
     });
-    let values = std::array::from_fn(|channel| Channel::Values(&values[channel]));
-    assert_eq!(
-        traced(&declared, ring, &InOrder),
-        traced(&declared, values, &AllCores)
-    );
+    let slices = std::array::from_fn(|channel| Channel::Values(&values[channel]));
+    let on_board = traced(&declared, ring, &InOrder);
+    assert_eq!(on_board, traced(&declared, slices, &AllCores));
+
+    let [input, position, current] =
+        values.map(|values| values.into_iter().map(f64::from).collect::<Vec<f64>>());
+    let log = Log {
+        path: "counts.csv".into(),
+        start_s: 0.0,
+        period_s: f64::from(PERIOD),
+        input,
+        position,
+        command: None,
+        current: Some(current),
+        velocity: None,
+    };
+    let outcome = engine::run(&declared, &[log], || Ok(Vec::new()), |_| ()).unwrap();
+    let errors = outcome.outcome.errors.train;
+    let reported = [errors.declared, errors.before, errors.after].map(|e| e.position_rms);
+    assert_eq!(on_board.position_rms, reported);
 }

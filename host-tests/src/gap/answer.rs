@@ -61,6 +61,9 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         (Decision::WrongSign, _) => "the residual asks for a sign that physics forbids".to_owned(),
         (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
         (Decision::NotShortlisted, _) => "eight others score higher".to_owned(),
+        (Decision::FarBehind { of }, _) => {
+            format!("scores under a tenth of {}, which passed", id(of))
+        }
         (Decision::Dropped, _) => {
             "taken at first, not needed beside the effects found later".to_owned()
         }

@@ -36,14 +36,17 @@ const LEAST_ENTRIES: usize = 8;
 pub struct AllCores;
 
 impl Schedule for AllCores {
-    fn run<R: Send>(
+    fn run<R: Default + Send>(
         &self,
         count: usize,
-        work: impl Fn(usize) -> R + Send + Sync,
-        mut fold: impl FnMut(usize, R),
+        work: impl Fn(usize, &mut R) + Send + Sync,
+        mut fold: impl FnMut(usize, &R),
     ) {
-        let results: Vec<R> = (0..count).into_par_iter().map(work).collect();
-        for (index, result) in results.into_iter().enumerate() {
+        let mut results: Vec<R> = Vec::new();
+        results.resize_with(count, R::default);
+        let each = results.par_iter_mut().enumerate();
+        each.for_each(|(index, result)| work(index, result));
+        for (index, result) in results.iter().enumerate() {
             fold(index, result);
         }
     }

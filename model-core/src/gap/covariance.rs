@@ -3,7 +3,10 @@
 use super::fit::{DECLARED_WEIGHT, MOST_VARIABLES, Matrix, Problem, Variable};
 use super::model::Model;
 use super::replay::{Data, Fold, Schedule, Sums};
+use crate::effect::MOST_PARAMETERS;
 use crate::numeric::cholesky::Cholesky;
+use crate::numeric::triangle::{Triangle, entries};
+use heapless::Vec;
 
 /// What a log says about the variables of a fit at its minimum.
 #[derive(Debug, Clone, Default)]
@@ -83,5 +86,30 @@ impl Information {
             }
         }
         covariance
+    }
+
+    /// How many standard deviations the strengths of the effect in this slot are from zero, jointly.
+    #[inline(never)]
+    pub fn certainty(&self, model: &Model, variables: &[Variable], slot: usize) -> f64 {
+        let covariance = self.covariance(variables);
+        let mut own: Vec<usize, MOST_PARAMETERS> = Vec::new();
+        for (place, variable) in variables.iter().enumerate() {
+            if variable.is_strength_of(model, slot) {
+                let _ = own.push(place);
+            }
+        }
+        let mut normal = Triangle::<f64, { entries(MOST_PARAMETERS) }>::default();
+        let mut strengths = [0.0; MOST_PARAMETERS];
+        for (row, &a) in own.iter().enumerate() {
+            strengths[row] = f64::from(variables[a].get(model));
+            for (entry, &b) in normal.row_mut(row).iter_mut().zip(&own) {
+                *entry = covariance.at(a, b);
+            }
+        }
+        // ‖L⁻¹ a‖² is chi-square with as many degrees of freedom as there are strengths.
+        let count = own.len();
+        Cholesky::new(normal, count).forward(&mut strengths[..count]);
+        let square: f64 = strengths[..count].iter().map(|x| x * x).sum();
+        libm::sqrt(square / count.max(1) as f64)
     }
 }

@@ -10,7 +10,6 @@ use crate::plant::mode_store::ModeStore;
 use crate::plant::modes::Modes;
 use crate::plant::parameters::ParameterError;
 use core::cell::OnceCell;
-use core::ops::Range;
 use heapless::Vec;
 
 /// Columns of the sums: the residual and up to 31 perturbed copies.
@@ -22,11 +21,12 @@ const MOST_OPPOSITES: usize = 8;
 /// Most simulators: one a column, and the opposite ones.
 pub const MOST_SIMULATORS: usize = COLUMNS + MOST_OPPOSITES;
 
-/// Most modes that the copies of one model need. Moved are resistance, inductance, torque constant,
-/// inertia, viscous friction, its asymmetry (in a screening to both sides), the declared spring, the
-/// effect, and the delay by either end: with the model itself eleven. The twelfth is the model's own
-/// with half the step, under held effects. A delay inside a step doubles them.
-const MOST_MODES: usize = 24;
+/// Most modes that the copies of one model need: its own, those with another resistance, inductance,
+/// torque constant, inertia, viscous friction or declared spring, with the spring of the catalogue,
+/// with viscous friction that differs by direction (either way in a screening), with two other
+/// delays, and its own at half the step, under held effects. A delay that ends inside a step doubles
+/// them.
+const MOST_MODES: usize = 26;
 
 /// What the simulators of an ensemble share.
 #[derive(Debug)]
@@ -38,6 +38,7 @@ pub struct Store {
 
 impl Store {
     /// An empty store.
+    // As in `ModeStore`: 16 KB are not to be made twice.
     #[inline(always)]
     pub fn new() -> Self {
         Self {
@@ -87,7 +88,7 @@ const FULL: ParameterError = ParameterError {
 
 impl<'m> Ensemble<'m> {
     /// Nobody, yet.
-    #[inline(always)]
+    #[inline]
     pub const fn new() -> Self {
         Self {
             simulators: Vec::new(),
@@ -165,14 +166,14 @@ impl<'m> Ensemble<'m> {
         self.group = Some((before, columns));
     }
 
-    /// The columns up to `column` with which its products are wanted.
+    /// The columns up to `column` with which its products are wanted: those before the first number,
+    /// and those from the second on.
     #[inline]
-    pub fn partners(&self, column: usize) -> [Range<usize>; 2] {
-        let (before, first) = match column.checked_sub(1) {
+    pub fn partners(&self, column: usize) -> (usize, usize) {
+        match column.checked_sub(1) {
             Some(lane) => self.lanes[lane].partners,
             None => (0, 0),
-        };
-        [0..before, first..column + 1]
+        }
     }
 
     /// Keeps the first copies. No group is open any more.

@@ -17,10 +17,6 @@ pub const MOST_VARIABLES: usize = 28;
 /// `f32` simulation, far below where a parameter's influence bends.
 const DIFFERENCE: f32 = 0.01;
 
-/// A step that lowers the cost by less than this share ends the fit. Small, because where a
-/// parameter and a missing effect stand in for each other the way down is long and flat.
-const CONVERGED: f64 = 1e-7;
-
 /// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
 /// a log that determines the parameter, and what holds one that it does not.
 pub(super) const DECLARED_WEIGHT: f64 = 3.0;
@@ -29,8 +25,13 @@ pub(super) const DECLARED_WEIGHT: f64 = 3.0;
 /// would spoil the few windows that do.
 const KNOT_WEIGHT: f64 = 300.0;
 
-/// Increases of the damping before a fit is taken as converged.
-const MOST_REFUSALS: u32 = 6;
+/// Increases of the damping before a fit is taken as converged, and by how much each is.
+const MOST_REFUSALS: u32 = 4;
+const MORE_DAMPING: f64 = 6.0;
+
+/// Damping under which a step hardly differs from the undamped one: what is refused there is not
+/// tried again.
+const LEAST_DAMPING: f64 = 0.02;
 
 /// What a variable of a fit sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -210,10 +211,14 @@ pub fn variables(declared: &Model, model: &Model, base: &[Base], scope: &Scope) 
 }
 
 /// How long a fit may take.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Most steps.
     pub steps: u32,
+    /// A step that lowers the cost by less than this share, or promises to, ends the fit. Small,
+    /// because where a parameter and a missing effect stand in for each other the way down is long
+    /// and flat.
+    pub converged: f64,
 }
 
 /// A fitted model.
@@ -335,45 +340,49 @@ pub fn fit(
     let mut sums = Sums::default();
     problem.linearise(&mut sums, &model, |_| ())?;
     let mut damping = 1e-3;
+    // Breakaway acts through sticking alone, which comes and goes by jumps: a derivative across a
+    // jump misleads the whole step. What is refused with it is tried without.
+    let breakaway = variables
+        .iter()
+        .any(|variable| variable.target == Target::Base(Base::Static));
     for _ in 0..effort.steps {
         if variables.is_empty() {
             break;
         }
         let cost = sums.products.at(0, 0);
         let mut stepped = None;
-        // Breakaway acts through sticking alone, which comes and goes by jumps: a derivative across
-        // a jump misleads the whole step. What is refused with it is tried without.
-        let breakaway = variables
-            .iter()
-            .any(|variable| variable.target == Target::Base(Base::Static));
-        let held: &[Option<Base>] = if breakaway {
-            &[None, Some(Base::Static)]
-        } else {
-            &[None]
-        };
-        'damping: for _ in 0..MOST_REFUSALS {
-            for &held in held {
-                let (candidate, promised) = damped_step(&model, variables, &sums, damping, held);
-                // A smaller step, or one with a variable held, promises less still.
-                if promised < CONVERGED * cost {
-                    break 'damping;
-                }
-                // A step that leaves the plant's range is refused like one that raises the cost.
-                let lowered = problem.cost(&candidate).filter(|trial| *trial < cost);
-                if let Some(lowered) = lowered {
-                    damping = (damping * 0.2f64).max(1e-7);
-                    stepped = Some((candidate, lowered));
-                    break 'damping;
+        for _ in 0..MOST_REFUSALS {
+            let (candidate, promised) = damped_step(&model, variables, &sums, damping, None);
+            // A smaller step, or one with a variable held, promises less still.
+            if promised < effort.converged * cost {
+                break;
+            }
+            // A step that leaves the plant's range is refused like one that raises the cost.
+            let mut lowered = |candidate: Model| {
+                let trial = problem.cost(&candidate)?;
+                (trial < cost).then_some((candidate, trial))
+            };
+            let mut better = lowered(candidate);
+            if better.is_none() && breakaway {
+                let held = Some(Base::Static);
+                let (candidate, without) = damped_step(&model, variables, &sums, damping, held);
+                if without >= effort.converged * cost {
+                    better = lowered(candidate);
                 }
             }
-            damping *= 6.0;
+            if better.is_some() {
+                damping = (damping * 0.2f64).max(1e-7);
+                stepped = better;
+                break;
+            }
+            damping = damping.max(LEAST_DAMPING) * MORE_DAMPING;
         }
         let Some((candidate, lowered)) = stepped else {
             break;
         };
         model = candidate;
         problem.linearise(&mut sums, &model, |_| ())?;
-        if lowered > cost * (1.0 - CONVERGED) {
+        if lowered > cost * (1.0 - effort.converged) {
             break;
         }
     }

@@ -24,6 +24,8 @@ pub struct Held {
 }
 
 impl Held {
+    /// Takes laws in the order in which they are to act.
+    ///
     /// # Errors
     /// More laws than there is room for.
     pub(super) fn new(

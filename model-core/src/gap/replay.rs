@@ -107,6 +107,11 @@ impl<'a> Data<'a> {
         None
     }
 
+    /// Where it lies if it takes part in a fold of blocks of so many windows.
+    pub fn window_in(&self, (fold, block): (Fold, usize), number: usize) -> Option<Window> {
+        self.window(number).filter(|_| fold.takes(number / block))
+    }
+
     /// The same logs cut into windows of another length.
     pub fn with_window(&self, window: usize) -> Data<'a> {
         Data {
@@ -133,7 +138,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The step from sample `index` of a log.
+    /// The step from sample `index` of a log, which must not be the last.
     #[inline]
     pub fn new(log: &Log, index: usize) -> Self {
         Self {
@@ -236,10 +241,9 @@ fn restart(log: &Log, start: usize, settings: &Settings) -> State {
 /// Products of the columns, summed over one window.
 pub type WindowSums = Triangle<f32, { entries(COLUMNS) }>;
 
-/// Replays one window with the model and its perturbed copies and sums the products of
-/// (residual, sensitivities).
-pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSums {
-    let mut sums = WindowSums::default();
+/// Replays one window with the model and its perturbed copies and adds the products of
+/// (residual, sensitivities) to the sums.
+fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ensemble) {
     let log = &data.logs[window.log];
     let settings = &data.settings;
     let start = restart(log, window.start, settings);
@@ -265,20 +269,24 @@ pub fn accumulate(data: &Data, window: Window, ensemble: &Ensemble) -> WindowSum
                 (moved.0 - from.0) * settings.position_weight * lane.inverse_step;
             currents[column + 1] = (moved.1 - from.1) * settings.current_weight * lane.inverse_step;
         }
-        for column in 0..columns {
-            let values = (positions[column], currents[column]);
-            for partners in ensemble.partners(column) {
-                let sums = &mut sums.row_mut(column)[partners.clone()];
-                let others = (&positions[partners.clone()], &currents[partners]);
-                if settings.current_weight > 0.0 {
-                    add_products(sums, values, others);
+        let with_current = settings.current_weight > 0.0;
+        for (column, sums) in sums.rows_mut().take(columns).enumerate() {
+            let (position, current) = (positions[column], currents[column]);
+            let add = |sums: &mut [f32], first: usize| {
+                let others = (&positions[first..], &currents[first..]);
+                if with_current {
+                    add_products(sums, (position, current), others);
                 } else {
-                    add_position_products(sums, values.0, others.0);
+                    add_position_products(sums, position, others.0);
                 }
+            };
+            let (before, own) = ensemble.partners(column);
+            add(&mut sums[own..], own);
+            if before > 0 {
+                add(&mut sums[..before], 0);
             }
         }
     }
-    sums
 }
 
 /// Adds the products of both channels: position first.
@@ -289,8 +297,7 @@ fn add_products(
     (positions, currents): (&[f32], &[f32]),
 ) {
     for (sum, (other, flow)) in sums.iter_mut().zip(positions.iter().zip(currents)) {
-        *sum += position * other;
-        *sum += current * flow;
+        *sum = *sum + position * other + current * flow;
     }
 }
 
@@ -328,12 +335,13 @@ pub fn window_error(data: &Data, window: Window, simulator: &Simulator) -> Windo
 
 /// Who works on the windows: one core in order, or several.
 pub trait Schedule {
-    /// Calls `work` for 0 … `count` − 1 in any order and `fold` with its results in that order.
-    fn run<R: Send>(
+    /// Calls `work` for 0 … `count` − 1 in any order, each time with a default result to fill in, and
+    /// `fold` with the results in that order.
+    fn run<R: Default + Send>(
         &self,
         count: usize,
-        work: impl Fn(usize) -> R + Send + Sync,
-        fold: impl FnMut(usize, R),
+        work: impl Fn(usize, &mut R) + Send + Sync,
+        fold: impl FnMut(usize, &R),
     );
 }
 
@@ -342,14 +350,16 @@ pub trait Schedule {
 pub struct InOrder;
 
 impl Schedule for InOrder {
-    fn run<R: Send>(
+    fn run<R: Default + Send>(
         &self,
         count: usize,
-        work: impl Fn(usize) -> R + Send + Sync,
-        mut fold: impl FnMut(usize, R),
+        work: impl Fn(usize, &mut R) + Send + Sync,
+        mut fold: impl FnMut(usize, &R),
     ) {
         for index in 0..count {
-            fold(index, work(index));
+            let mut result = R::default();
+            work(index, &mut result);
+            fold(index, &result);
         }
     }
 }
@@ -383,12 +393,12 @@ pub fn total_error(data: &Data, schedule: &impl Schedule, simulator: &Simulator)
     let mut total = TotalError::default();
     schedule.run(
         data.windows(),
-        |number| {
-            data.window(number)
-                .map(|window| window_error(data, window, simulator))
+        |number, error| {
+            if let Some(window) = data.window(number) {
+                *error = window_error(data, window, simulator);
+            }
         },
-        |_, error| {
-            let Some(error) = error else { return };
+        |_, error: &WindowError| {
             total.position += f64::from(error.position);
             total.current += f64::from(error.current);
             total.largest = total.largest.max(error.largest);
@@ -450,14 +460,16 @@ pub fn cost(
     let (mut total, mut windows) = (0.0, 0);
     schedule.run(
         data.windows(),
-        |number| {
-            let window = data.window(number).filter(|_| fold.takes(number / block))?;
-            Some(window_cost(data, window, simulator))
+        |number, cost| {
+            if let Some(window) = data.window_in((fold, block), number) {
+                *cost = window_cost(data, window, simulator);
+            }
         },
-        |_, cost| {
-            let Some(cost) = cost else { return };
-            total += f64::from(cost);
-            windows += 1;
+        |number, cost: &f32| {
+            if fold.takes(number / block) {
+                total += f64::from(*cost);
+                windows += 1;
+            }
         },
     );
     (total, windows)
@@ -487,22 +499,26 @@ impl Sums {
         let columns = ensemble.lanes().len() + 1;
         schedule.run(
             data.windows(),
-            |number| {
-                let window = data.window(number).filter(|_| fold.takes(number / block))?;
-                Some(accumulate(data, window, ensemble))
+            |number, sums| {
+                if let Some(window) = data.window_in((fold, block), number) {
+                    accumulate(sums, data, window, ensemble);
+                }
             },
-            |_, sums| {
-                let Some(sums) = sums else { return };
+            |number, sums: &WindowSums| {
+                if !fold.takes(number / block) {
+                    return;
+                }
                 self.windows += 1;
                 for row in 0..columns {
-                    for partners in ensemble.partners(row) {
-                        let products = self.products.row_mut(row)[partners.clone()].iter_mut();
-                        for (product, sum) in products.zip(&sums.row(row)[partners]) {
-                            *product += f64::from(*sum);
+                    let (before, own) = ensemble.partners(row);
+                    let products = self.products.row_mut(row);
+                    for partners in [0..before, own..row + 1] {
+                        for column in partners {
+                            products[column] += f64::from(sums.row(row)[column]);
                         }
                     }
                 }
-                observe(&sums);
+                observe(sums);
             },
         );
     }

@@ -314,7 +314,7 @@ pub fn screen(
         }
         sums.replay(data, schedule, SCAN, &ensemble, |_| ());
         simulated += sums.simulated(&ensemble);
-        keep_best_shapes(&mut best, &Projection::new(&sums, base), &columns, scope);
+        keep_best_shapes(&mut best, (&sums, base), &columns, scope);
     }
     sort(&mut best);
 
@@ -332,8 +332,7 @@ pub fn screen(
     sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
     simulated += sums.simulated(&ensemble);
     let mut imitation = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
-    let projection = Projection::new(&sums, base);
-    compare(&mut best, &mut imitation, &projection, &columns, scope);
+    compare(&mut best, &mut imitation, (&sums, base), &columns, scope);
     Some(Screening {
         candidates: best,
         imitation,
@@ -348,10 +347,11 @@ type Columns = Vec<(Active, usize), COLUMNS>;
 #[inline(never)]
 fn keep_best_shapes(
     best: &mut Candidates,
-    projection: &Projection,
+    (sums, base): (&Sums, usize),
     columns: &Columns,
     scope: &Scope,
 ) {
+    let projection = Projection::new(sums, base);
     for (option, first) in columns {
         let candidate = projection.candidate(*option, *first, scope);
         let rank = |candidate: &Candidate| (candidate.allowed, candidate.score);
@@ -376,10 +376,11 @@ fn keep_best_shapes(
 fn compare(
     best: &mut Candidates,
     imitation: &mut Imitation,
-    projection: &Projection,
+    (sums, base): (&Sums, usize),
     columns: &Columns,
     scope: &Scope,
 ) {
+    let projection = Projection::new(sums, base);
     for (candidate, (effect, first)) in best.iter_mut().zip(columns) {
         *candidate = Candidate {
             tries: candidate.tries,

@@ -8,7 +8,7 @@
 //! [`unknown`] structure.
 
 use super::fit::Fit;
-use super::held_out::{Comparison, LARGEST_RATIO, Refusal, compare};
+use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare};
 use super::model::Model;
 use super::replay::{Data, Schedule, Settings};
 use super::screen::{self, Candidate, MOST_CANDIDATES, Screening};
@@ -29,6 +29,10 @@ const LEAST_SCORE: f32 = 0.01;
 
 /// A candidate under this identifiability is absorbed by the base.
 const LEAST_IDENTIFIABILITY: f32 = 0.05;
+
+/// A candidate whose score is under this share of that of one that has passed is not refitted: what
+/// it explains is left for a later round.
+const FAR_BEHIND: f32 = 0.1;
 
 /// Cosine beyond which a log cannot tell two effects apart.
 const EQUIVALENT: f32 = 0.9;
@@ -87,6 +91,11 @@ pub enum Decision {
     ScoreTooLow,
     /// Eight others score higher.
     NotShortlisted,
+    /// Scores far below another one, which passed.
+    FarBehind {
+        /// That other one.
+        of: Id,
+    },
     /// Refitted, and not enough better on held-out blocks.
     Refused(Refusal),
     /// A map that does not predict held-out blocks well enough either, but carries most of an error
@@ -162,80 +171,123 @@ pub fn trace<S: Schedule>(
     mut observe: impl FnMut(&Consideration),
 ) -> Option<Trace> {
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
-    let window = data.settings.window;
-
-    // How replays restart comes before any fit, which would else bend the parameters to restarts
-    // that are wrong. Then short windows: far from the truth, they are the smoother problem.
-    workbench.restart(model)?;
-    let mut fitted = model.clone();
-    for window in [options.screen_window, window, window] {
-        workbench.weigh(&fitted, window)?;
-        fitted = workbench.fit_windows(&fitted, window)?.model;
-    }
-    workbench.restart(&fitted)?;
-    let mut before = workbench.best_fit([&fitted, model])?;
-
-    let mut after = before.clone();
-    let mut accepted: Vec<Accepted, ROUNDS> = Vec::new();
+    let mut before = fit_base(&mut workbench)?;
+    let mut found = Found {
+        after: before.clone(),
+        accepted: Vec::new(),
+        held_out: None,
+    };
     for round in 1..=ROUNDS {
-        let judgement = consider(&mut workbench, round, &after)?;
-        judgement.looks.iter().for_each(&mut observe);
-        let Some(winner) = judgement.winner else {
-            break;
-        };
-        let Some(larger) = screen::with_effect(&after.model, winner.candidate.effect) else {
-            break;
-        };
-        let fitted = workbench.fit(&larger)?;
-        if workbench.certainty(&fitted.model, larger.effects.len() - 1)? < LEAST_CERTAINTY {
-            let refused = Decision::Refused(Refusal::Uncertain);
-            observe(&winner.candidate.look(round, refused));
+        if !add_effect(&mut workbench, round, &mut found, &mut observe)? {
             break;
         }
-        let _ = accepted.push(winner);
-        after = fitted;
-        workbench.restart(&after.model)?;
-        after = workbench.fit(&after.model)?;
     }
-    if !accepted.is_empty() {
+    if !found.accepted.is_empty() {
         // Both models are judged on the same restarts, so the first is fitted to these too.
         before = workbench.best_fit([&before.model, model])?;
     }
-    drop_replaced(&mut workbench, &mut after, &mut accepted, &mut observe)?;
-
-    // Does anything lie under it that the catalogue does not have?
-    let without = workbench.held_out(&before.model)?;
-    let (left, limit) = if accepted.is_empty() {
-        (1.0, LARGEST_RATIO)
-    } else {
-        let left = compare(&without, &workbench.held_out(&after.model)?).ratio;
-        (left, left * CLEARLY_BETTER)
-    };
-    let mut unknown = None;
-    if left > POOR_EXPLANATION {
-        let sensor = STRUCTURED_COUNTS * f64::from(data.settings.resolution);
-        let stroke = STRUCTURED_STROKE * f64::from(options.scope.stroke);
-        let error = workbench.position_rms(&before.model)?;
-        let structured = accepted.is_empty() && error > sensor.max(stroke);
-        let base = (&before.model, &without);
-        unknown = unknown::learn(&mut workbench, base, limit, structured, &mut observe)?;
-    }
+    drop_replaced(&mut workbench, &mut found, &mut observe)?;
+    let unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
     if let Some(unknown) = &unknown {
-        for effect in &accepted {
+        for effect in &found.accepted {
             let outdone = Decision::OutdoneByMap { by: unknown.kind };
             observe(&effect.candidate.look(1, outdone));
         }
-        accepted.clear();
-        after = workbench.fit(&unknown.start)?;
+        found.accepted.clear();
+        found.after = workbench.fit(&unknown.start)?;
     }
     Some(Trace {
         settings: workbench.data.settings,
         simulated: workbench.simulated,
         before,
-        after,
-        accepted,
+        after: found.after,
+        accepted: found.accepted,
         unknown,
     })
+}
+
+// The steps below are functions of their own on the stack too: what one of them needs, the next one
+// may use again.
+
+/// Fits the declared model.
+#[inline(never)]
+fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
+    let declared = workbench.declared;
+    let window = workbench.data.settings.window;
+    // How replays restart comes before any fit, which would else bend the parameters to restarts
+    // that are wrong. Then short windows: far from the truth, they are the smoother problem.
+    workbench.restart(declared)?;
+    let mut fitted = declared.clone();
+    for window in [workbench.options.screen_window, window, window] {
+        workbench.weigh(&fitted, window)?;
+        fitted = workbench.fit_windows(&fitted, window)?.model;
+    }
+    workbench.restart(&fitted)?;
+    workbench.best_fit([&fitted, declared])
+}
+
+/// What has been found so far.
+struct Found {
+    /// The model with the effects.
+    after: Fit,
+    accepted: Vec<Accepted, ROUNDS>,
+    /// Held-out errors of that model, where they are known.
+    held_out: Option<HeldOut>,
+}
+
+/// One round. Whether it has found an effect.
+#[inline(never)]
+fn add_effect(
+    workbench: &mut Workbench<impl Schedule>,
+    round: usize,
+    found: &mut Found,
+    observe: &mut impl FnMut(&Consideration),
+) -> Option<bool> {
+    let judgement = consider(workbench, round, found)?;
+    judgement.looks.iter().for_each(&mut *observe);
+    let Some(winner) = judgement.winner else {
+        return Some(false);
+    };
+    let Some(larger) = screen::with_effect(&found.after.model, winner.candidate.effect) else {
+        return Some(false);
+    };
+    let fitted = workbench.fit(&larger)?.model;
+    if workbench.certainty(&fitted, fitted.effects.len() - 1)? < LEAST_CERTAINTY {
+        let refused = Decision::Refused(Refusal::Uncertain);
+        observe(&winner.candidate.look(round, refused));
+        return Some(false);
+    }
+    let _ = found.accepted.push(winner);
+    found.held_out = None;
+    workbench.restart(&fitted)?;
+    found.after = workbench.fit(&fitted)?;
+    Some(true)
+}
+
+/// Does anything lie under it that the catalogue does not have? `before`: the base fit.
+#[inline(never)]
+fn look_beneath(
+    workbench: &mut Workbench<impl Schedule>,
+    before: &Model,
+    found: &mut Found,
+    observe: &mut impl FnMut(&Consideration),
+) -> Option<Option<Unknown>> {
+    let with = judge(workbench, &mut found.held_out, &found.after.model)?;
+    let (without, left, limit) = if found.accepted.is_empty() {
+        (with.clone(), 1.0, LARGEST_RATIO)
+    } else {
+        let without = workbench.held_out(before)?;
+        let left = compare(&without, with).ratio;
+        (without, left, left * CLEARLY_BETTER)
+    };
+    if left <= POOR_EXPLANATION {
+        return Some(None);
+    }
+    let sensor = STRUCTURED_COUNTS * f64::from(workbench.data.settings.resolution);
+    let stroke = STRUCTURED_STROKE * f64::from(workbench.options.scope.stroke);
+    let error = workbench.position_rms(before)?;
+    let structured = found.accepted.is_empty() && error > sensor.max(stroke);
+    unknown::learn(workbench, (before, &without), limit, structured, observe)
 }
 
 impl Candidate {
@@ -252,32 +304,45 @@ impl Candidate {
     }
 }
 
+/// Held-out errors of a model, where they are not known already.
+fn judge<'k>(
+    workbench: &mut Workbench<impl Schedule>,
+    known: &'k mut Option<HeldOut>,
+    model: &Model,
+) -> Option<&'k HeldOut> {
+    if known.is_none() {
+        *known = Some(workbench.held_out(model)?);
+    }
+    known.as_ref()
+}
+
 /// Tries to do without each effect again: one taken early may have stood in for what a later one
 /// explains.
+#[inline(never)]
 fn drop_replaced(
     workbench: &mut Workbench<impl Schedule>,
-    after: &mut Fit,
-    accepted: &mut Vec<Accepted, ROUNDS>,
+    found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<()> {
     let mut place = 0;
-    while accepted.len() > 1 && place < accepted.len() {
-        let mut smaller = after.model.clone();
+    while found.accepted.len() > 1 && place < found.accepted.len() {
+        let mut smaller = found.after.model.clone();
         smaller
             .effects
             .remove(workbench.declared.effects.len() + place);
         let without = workbench.held_out(&smaller)?;
-        let with = workbench.held_out(&after.model)?;
-        let comparison = compare(&without, &with);
+        let with = judge(workbench, &mut found.held_out, &found.after.model)?;
+        let comparison = compare(&without, with);
         if comparison.refusal(1).is_none() {
             place += 1;
             continue;
         }
-        let dropped = accepted.remove(place).candidate;
-        *after = workbench.fit(&smaller)?;
+        let dropped = found.accepted.remove(place).candidate;
+        found.after = workbench.fit(&smaller)?;
+        found.held_out = None;
         observe(&Consideration {
             held_out: Some(comparison),
-            ..dropped.look(accepted.len() + 1, Decision::Dropped)
+            ..dropped.look(found.accepted.len() + 1, Decision::Dropped)
         });
     }
     Some(())
@@ -289,18 +354,30 @@ struct Judgement {
     winner: Option<Accepted>,
 }
 
-/// Judges the candidates of a round.
+/// Screens the effects that a model lacks and judges the best of them.
+#[inline(never)]
 fn consider(
     workbench: &mut Workbench<impl Schedule>,
     round: usize,
-    fit: &Fit,
+    found: &mut Found,
 ) -> Option<Judgement> {
-    let screened = workbench.screen(fit)?;
+    let screened = workbench.screen(&found.after.model)?;
+    refit(workbench, round, found, &screened)
+}
+
+/// Judges the candidates of a round.
+#[inline(never)]
+fn refit(
+    workbench: &mut Workbench<impl Schedule>,
+    round: usize,
+    found: &mut Found,
+    screened: &Screening,
+) -> Option<Judgement> {
     let Screening {
         candidates,
         imitation,
         ..
-    } = &screened;
+    } = screened;
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
         .map(|candidate| {
@@ -320,9 +397,20 @@ fn consider(
         .filter(|index| looks[*index].decision == Decision::NotShortlisted)
         .take(SHORTLIST)
         .collect();
-    let smaller = workbench.held_out(&fit.model)?;
+    let model = &found.after.model;
+    let smaller = judge(workbench, &mut found.held_out, model)?;
     for &index in &shortlist {
         let own = candidates[index].effect;
+        let ahead = shortlist.iter().find(|&&other| {
+            looks[other].decision == Decision::Accepted
+                && candidates[index].score < FAR_BEHIND * candidates[other].score
+        });
+        if let Some(&other) = ahead {
+            looks[index].decision = Decision::FarBehind {
+                of: candidates[other].effect.id,
+            };
+            continue;
+        }
         // Of effects that are one model here, the catalogue's first is refitted for all.
         let same = shortlist.iter().find(|&&other| {
             (candidates[other].effect.id as usize) < own.id as usize
@@ -335,11 +423,11 @@ fn consider(
             };
             continue;
         }
-        let Some(larger) = screen::with_effect(&fit.model, own) else {
+        let Some(larger) = screen::with_effect(model, own) else {
             break;
         };
         let larger = workbench.held_out(&larger)?;
-        let comparison = compare(&smaller, &larger);
+        let comparison = compare(smaller, &larger);
         looks[index].held_out = Some(comparison);
         // Passed is Accepted for now; who wins is known when all have been refitted.
         looks[index].decision = comparison

@@ -5,7 +5,7 @@ use super::model::Model;
 use super::replay::Schedule;
 use super::select::{Consideration, Decision, Subject};
 use super::workbench::Workbench;
-use crate::effect::learned_map::{Kind, LearnedMap};
+use crate::effect::learned_map::{Kind, LearnedMap, Ranges};
 use heapless::Vec;
 
 /// Structure that no effect of the catalogue explains.
@@ -32,15 +32,15 @@ pub fn learn(
     structured: bool,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<Option<Unknown>> {
-    let with_map = |kind| Model {
-        map: Some(LearnedMap::flat(kind, &workbench.options.ranges)),
+    let with_map = |ranges: &Ranges, kind| Model {
+        map: Some(LearnedMap::flat(kind, ranges)),
         ..base.clone()
     };
-    let models = Kind::ALL.map(with_map);
     let mut looks: Vec<(Kind, f64, Consideration), { Kind::ALL.len() }> = Vec::new();
-    for (kind, model) in Kind::ALL.into_iter().zip(&models) {
-        let score = workbench.map_score(model)?;
-        let comparison = compare(smaller, &workbench.held_out(model)?);
+    for kind in Kind::ALL {
+        let model = with_map(&workbench.options.ranges, kind);
+        let score = workbench.map_score(&model)?;
+        let comparison = compare(smaller, &workbench.held_out(&model)?);
         let refusal = comparison
             .refusal(Kind::ALL.len())
             .or((comparison.ratio > limit).then_some(Refusal::GainTooSmall));
@@ -76,10 +76,9 @@ pub fn learn(
         }
         observe(look);
     }
-    Some(best.or(nearest).and_then(|(kind, score)| {
-        let start = models
-            .into_iter()
-            .find(|model| model.map.is_some_and(|map| map.kind == kind))?;
-        Some(Unknown { kind, score, start })
+    Some(best.or(nearest).map(|(kind, score)| Unknown {
+        kind,
+        score,
+        start: with_map(&workbench.options.ranges, kind),
     }))
 }

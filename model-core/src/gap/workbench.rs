@@ -8,15 +8,19 @@ use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
 use super::scope::scope;
 use super::screen::{self, Screening};
+use crate::effect::Scope;
 use crate::effect::learned_map::Ranges;
-use crate::effect::{MOST_PARAMETERS, Scope};
-use crate::numeric::cholesky::Cholesky;
-use crate::numeric::triangle::{Triangle, entries};
-use heapless::Vec;
 
-/// Effort of a fit on all of the log, and of one inside cross-validation.
-const FULL: Effort = Effort { steps: 100 };
-const HALF: Effort = Effort { steps: 30 };
+/// Effort of a fit on all of the log, and of one inside cross-validation, whose errors are compared
+/// to a tenth.
+const FULL: Effort = Effort {
+    steps: 100,
+    converged: 1e-6,
+};
+const HALF: Effort = Effort {
+    steps: 30,
+    converged: 1e-4,
+};
 
 /// Counts of the sensor that are added to every held-out position error: below that an error is the
 /// sensor's, and on a motion that repeats it repeats in every block.
@@ -176,12 +180,15 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let mut measured = 0;
         self.schedule.run(
             data.windows(),
-            |number| {
-                let window = data.window(number).filter(|_| fold.takes(number / block))?;
-                Some(replay::window_error(&data, window, &simulator))
-            },
             |number, error| {
-                let Some(error) = error else { return };
+                if let Some(window) = data.window_in((fold, block), number) {
+                    *error = replay::window_error(&data, window, &simulator);
+                }
+            },
+            |number, error: &WindowError| {
+                if !fold.takes(number / block) {
+                    return;
+                }
                 measured += 1;
                 if let Some(sum) = blocks.get_mut(number / block) {
                     sum.position += error.position + floor.position;
@@ -193,14 +200,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// Screens all effects that the fitted model lacks, on short windows.
-    pub fn screen(&mut self, fit: &Fit) -> Option<Screening> {
+    pub fn screen(&mut self, model: &Model) -> Option<Screening> {
         let window = self.options.screen_window;
         let data = self.data.with_window(window);
         let scope = &self.options.scope;
-        let variables = self.variables(&fit.model);
-        let screened = screen::screen(&data, self.schedule, &fit.model, &variables, scope)?;
-        self.count(screened.simulated, window);
-        Some(screened)
+        let variables = self.variables(model);
+        let screened = screen::screen(&data, self.schedule, model, &variables, scope);
+        self.count(screened.as_ref()?.simulated, window);
+        screened
     }
 
     /// Scores the flat map of a model, on short windows.
@@ -262,26 +269,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let mut information = Information::default();
         let windows = information.gather(&data, self.schedule, model, &variables)?;
         self.count(windows, data.settings.window);
-        let covariance = information.covariance(&variables);
-        let mut own: Vec<usize, MOST_PARAMETERS> = Vec::new();
-        for (place, variable) in variables.iter().enumerate() {
-            if variable.is_strength_of(model, slot) {
-                let _ = own.push(place);
-            }
-        }
-        let mut normal = Triangle::<f64, { entries(MOST_PARAMETERS) }>::default();
-        let mut strengths = [0.0; MOST_PARAMETERS];
-        for (row, &a) in own.iter().enumerate() {
-            strengths[row] = f64::from(variables[a].get(model));
-            for (entry, &b) in normal.row_mut(row).iter_mut().zip(&own) {
-                *entry = covariance.at(a, b);
-            }
-        }
-        // ‖L⁻¹ a‖² is chi-square with as many degrees of freedom as there are strengths.
-        let count = own.len();
-        Cholesky::new(normal, count).forward(&mut strengths[..count]);
-        let square: f64 = strengths[..count].iter().map(|x| x * x).sum();
-        Some(libm::sqrt(square / count.max(1) as f64))
+        Some(information.certainty(model, &variables, slot))
     }
 
     /// Root mean squares of the two channels' residuals over all windows.

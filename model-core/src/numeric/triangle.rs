@@ -41,4 +41,15 @@ impl<T: Copy, const ENTRIES: usize> Triangle<T, ENTRIES> {
     pub fn row_mut(&mut self, row: usize) -> &mut [T] {
         &mut self.0[entries(row)..entries(row + 1)]
     }
+
+    /// The rows from the first on, each up to the diagonal.
+    #[inline]
+    pub fn rows_mut(&mut self) -> impl Iterator<Item = &mut [T]> {
+        let mut rest = &mut self.0[..];
+        (1..).map_while(move |length| {
+            let (row, behind) = core::mem::take(&mut rest).split_at_mut_checked(length)?;
+            rest = behind;
+            Some(row)
+        })
+    }
 }

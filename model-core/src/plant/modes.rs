@@ -81,6 +81,18 @@ impl Basis {
             period,
         }
     }
+
+    /// Whether the period is one that a step may have.
+    pub(super) fn check(&self) -> Result<(), ParameterError> {
+        if self.period > 0.0 && self.period <= 10.0 {
+            Ok(())
+        } else {
+            Err(ParameterError {
+                parameter: "period",
+                requirement: "above 0 and at most 10 s",
+            })
+        }
+    }
 }
 
 /// All modes of an actuator for one step period.
@@ -101,31 +113,38 @@ impl Modes {
     /// A period that is not above 0 and at most 10 s, or parameters so far apart that `f32` does
     /// not hold the step.
     pub fn build(basis: &Basis) -> Result<Self, ParameterError> {
-        let usable = basis.period > 0.0 && basis.period <= 10.0;
-        if !usable {
-            return Err(ParameterError {
-                parameter: "period",
-                requirement: "above 0 and at most 10 s",
-            });
-        }
+        basis.check()?;
+        let modes = Self::new(basis);
+        modes.check()?;
+        Ok(modes)
+    }
+
+    /// Works them out for a usable period.
+    pub(super) fn new(basis: &Basis) -> Self {
         let forward = sliding(basis, basis.viscous.forward);
         let backward = if basis.viscous.backward == basis.viscous.forward {
             forward
         } else {
             sliding(basis, basis.viscous.backward)
         };
-        let in_range = |ladder: &Ladder| ladder.iter().all(Increment::is_finite);
-        if !(in_range(&forward) && in_range(&backward)) {
-            return Err(ParameterError {
-                parameter: "inertia",
-                requirement: "larger beside the other parameters: a coefficient of the step overflows",
-            });
-        }
-        Ok(Self {
+        Self {
             forward,
             backward,
             rest: rest(basis),
-        })
+        }
+    }
+
+    /// Whether `f32` holds the step.
+    pub(super) fn check(&self) -> Result<(), ParameterError> {
+        let in_range = |ladder: &Ladder| ladder.iter().all(Increment::is_finite);
+        if in_range(&self.forward) && in_range(&self.backward) {
+            Ok(())
+        } else {
+            Err(ParameterError {
+                parameter: "inertia",
+                requirement: "larger beside the other parameters: a coefficient of the step overflows",
+            })
+        }
     }
 }
 

@@ -1,0 +1,111 @@
+//! The tracing's bounded stores against the largest model that may be asked of them.
+
+use model_core::effect::{Active, Id, Scope};
+use model_core::gap::covariance::Information;
+use model_core::gap::fit::variables;
+use model_core::gap::log::{Channel, Log};
+use model_core::gap::model::{Base, Model};
+use model_core::gap::replay::{Data, InOrder, Settings};
+use model_core::gap::screen::screen;
+use model_core::plant::Directional;
+use model_core::plant::parameters::{Drive, Parameters};
+
+const PERIOD: f32 = 1e-3;
+
+const SCOPE: Scope = Scope {
+    friction: 0.12,
+    torque: 0.2,
+    speed: 10.0,
+    stroke: 2.0,
+    period: PERIOD,
+    rotary: true,
+};
+
+/// A machine in which every parameter means something.
+fn declared() -> Model {
+    Model {
+        plant: Parameters {
+            drive: Drive::Voltage {
+                resistance: 1.0,
+                inductance: 1e-3,
+                torque_constant: 0.06,
+            },
+            gain: 1.0,
+            inertia: 1.2e-4,
+            viscous: Directional::both(2e-4),
+            coulomb: Directional::both(0.12),
+            breakaway: Directional::both(0.15),
+            spring: 0.02,
+            spring_rest: 0.1,
+            spring_preload: 0.01,
+            offset: 0.0,
+            lower_stop: -1.0,
+            upper_stop: 1.0,
+        },
+        gravity_torque: 0.0,
+        gravity_rest: 0.0,
+        effects: Default::default(),
+        map: None,
+    }
+}
+
+fn with(effects: &[(Id, [f32; 3])]) -> Model {
+    let mut model = declared();
+    for &(id, values) in effects {
+        model.effects.push(Active { id, values }).unwrap();
+    }
+    model
+}
+
+/// Calls a test with a log of 0.3 s that moves.
+fn on_a_log<R>(test: impl FnOnce(&Data) -> R) -> R {
+    let input: Vec<f32> = (0..300)
+        .map(|k| if k / 50 % 2 == 0 { 6.0 } else { -6.0 })
+        .collect();
+    let position: Vec<f32> = (0..300_u16)
+        .map(|k| 0.5 - 0.5 * (f32::from(k) / 48.0).cos())
+        .collect();
+    let logs = [Log {
+        period: PERIOD,
+        input: Channel::Values(&input),
+        position: Channel::Values(&position),
+        current: None,
+        velocity: None,
+    }];
+    let data = Data {
+        logs: &logs,
+        settings: Settings::new(PERIOD, 1e-3),
+    };
+    test(&data)
+}
+
+/// Every parameter, and every effect that changes the modes, with a delay that ends inside a step:
+/// no other model needs as many modes at once.
+#[test]
+fn all_that_changes_the_modes_may_be_fitted_at_once() {
+    let model = with(&[
+        (Id::AsymmetricViscous, [1e-4, 0.0, 0.0]),
+        (Id::Spring, [0.01, 0.0, 0.0]),
+        (Id::InputDelay, [0.3e-3, 0.0, 0.0]),
+        (Id::SensorDelay, [0.25e-3, 0.0, 0.0]),
+    ]);
+    let variables = variables(&declared(), &model, &Base::ALL, &SCOPE);
+    assert_eq!(variables.len(), 14 + 1 + 2 + 1 + 1);
+    on_a_log(|data| {
+        let mut information = Information::default();
+        let windows = information.gather(data, &InOrder, &model, &variables);
+        assert_eq!(windows, Some(data.windows() as u64 * 20));
+    });
+}
+
+/// The same for what the model lacks, beside all that may be fitted.
+#[test]
+fn every_effect_may_be_screened_beside_all_parameters() {
+    for delay in [&[][..], &[(Id::InputDelay, [0.3e-3, 0.0, 0.0])]] {
+        let model = with(delay);
+        let variables = variables(&declared(), &model, &Base::ALL, &SCOPE);
+        let screened = on_a_log(|data| screen(data, &InOrder, &model, &variables, &SCOPE));
+        let candidates = screened.expect("room for all copies").candidates;
+        assert_eq!(candidates.len(), Id::ALL.len() - delay.len());
+    }
+}
