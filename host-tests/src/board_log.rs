@@ -32,7 +32,7 @@ pub struct Sample {
     /// Number of the control step in its recording, from 0.
     pub sequence: u32,
     /// Time of the measurement, µs from the first one.
-    pub time_us: u32,
+    pub time_us: u64,
     /// Bridge voltage from this sample to the next, V.
     pub input: f32,
     /// Measured position, rad.
@@ -50,7 +50,7 @@ impl Sample {
     pub fn new(sample: &record::Sample, converters: &Converters) -> Self {
         Self {
             sequence: sample.sequence,
-            time_us: sample.sequence * CONTROL_PERIOD_US,
+            time_us: u64::from(sample.sequence) * u64::from(CONTROL_PERIOD_US),
             input: converters.bridge.value(sample.duty),
             position: converters.position.value(sample.position),
             command: sample.command,
@@ -60,18 +60,21 @@ impl Sample {
     }
 
     /// Every bit of it.
-    pub fn bits(&self) -> [u32; 9] {
-        [
-            self.sequence,
-            self.time_us,
-            self.input.to_bits(),
-            self.position.to_bits(),
-            self.command.to_bits(),
-            self.current.to_bits(),
-            self.truth.position.to_bits(),
-            self.truth.velocity.to_bits(),
-            self.truth.current.to_bits(),
-        ]
+    pub fn bits(&self) -> [u64; 9] {
+        let values = [
+            self.input,
+            self.position,
+            self.command,
+            self.current,
+            self.truth.position,
+            self.truth.velocity,
+            self.truth.current,
+        ];
+        let mut bits = [self.sequence.into(), self.time_us, 0, 0, 0, 0, 0, 0, 0];
+        for (bits, value) in bits[2..].iter_mut().zip(values) {
+            *bits = value.to_bits().into();
+        }
+        bits
     }
 }
 
@@ -340,7 +343,7 @@ mod tests {
     fn sample(sequence: u32) -> Line {
         let sample = Sample {
             sequence,
-            time_us: sequence * 1000,
+            time_us: u64::from(sequence) * 1000,
             input: -1.5,
             position: 0.1,
             command: 0.3,

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use firmware::app::demonstration::DEMONSTRATION;
 
-use crate::board_log::BoardLog;
+use crate::board_log::{BoardLog, Line};
 use crate::comparison::{self, Comparison};
 use crate::emulator;
 use crate::failure::Failure;
@@ -16,6 +16,29 @@ pub const BOARD: &str = "emulated";
 
 /// Host's time for a run that takes a minute: a slow, loaded machine gets there too.
 const TIME_LIMIT: Duration = Duration::from_secs(1800);
+
+/// The program in which everything goes wrong that may.
+pub const FAILURES: &str = "emulated_failures";
+
+/// What begins the lines whose numbers are the compiler's.
+const COSTS: [&str; 2] = ["cost ", "deadlines "];
+
+/// A board's messages but for those that tell instructions: the same whatever it was built with.
+pub fn messages(log: &BoardLog) -> impl Iterator<Item = &Line> {
+    let is_cost = |line: &&Line| COSTS.iter().any(|cost| line.message.starts_with(cost));
+    log.messages().filter(move |line| !is_cost(line))
+}
+
+/// Builds and runs the program in which everything goes wrong that may. What is expected of it is
+/// what it says.
+///
+/// # Errors
+/// A program that does not build or does not end.
+pub fn run_failures(toolchain: &Toolchain) -> Result<(Build, BoardLog), Failure> {
+    let build = toolchain.build_program(BOARD, FAILURES)?;
+    let log = emulator::run(&build.elf, TIME_LIMIT)?.log;
+    Ok((build, log))
+}
 
 /// A run of the image that ended in order.
 pub struct BoardRun {

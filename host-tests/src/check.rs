@@ -62,12 +62,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let board = board_run::run(announce)?;
     check_warnings(&board.build)?;
-    check_messages(board_run::BOARD, board.log.messages(), args.bless)?;
     board.require_parity()?;
+    check_messages(
+        board_run::BOARD,
+        board_run::messages(&board.log),
+        args.bless,
+    )?;
     say(&format!(
         "{} samples, none dropped, bit for bit as on this host; messages as expected",
         board.samples()
     ));
+    announce("failures on the emulated board");
+    let (failures, said) = board_run::run_failures(&board.toolchain)?;
+    check_warnings(&failures)?;
+    check_messages(board_run::FAILURES, board_run::messages(&said), args.bless)?;
+    say("each named, nothing taken over from it, the plant stepping on");
     announce("the core's tests on the emulated board");
     let on_target = on_target_run::run(&board.toolchain)?;
     check_warnings(&on_target.build)?;

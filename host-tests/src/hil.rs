@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::gap::{self, engine, report};
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::on_target_run;
 use crate::onboard::Onboard;
 use crate::workspace;
 
@@ -25,12 +26,15 @@ pub const MACHINE: &str = "host-tests/machines/ema-24v.toml";
 /// What is missing on this machine, or what is not in order with the run.
 pub fn run() -> Result<(), Failure> {
     let on_terminal = io::stderr().is_terminal();
-    let run = board_run::run(|step| {
+    let mut announce = |step: &str| {
         if on_terminal {
             eprintln!("{step} ...");
         }
-    })?;
+    };
+    let run = board_run::run(&mut announce)?;
     run.require_parity()?;
+    announce("instruction counts");
+    let counts = on_target_run::run(&run.toolchain)?.counts;
     let directory = workspace::results();
     let written = fs::create_dir_all(&directory)
         .and_then(|()| fs::write(directory.join("emulated.defmt"), &run.sent))
@@ -39,9 +43,7 @@ pub fn run() -> Result<(), Failure> {
             recordings.try_for_each(|recording| recording.write_csv(&csv(recording.name)))
         });
     written.map_err(|error| Failure::system(directory.display(), &error))?;
-    if on_terminal {
-        eprintln!("tracing the residual of the board's log ...");
-    }
+    announce("tracing the residual of the board's log");
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
     let log = Log {
         // As the report is to name it, on whatever machine.
@@ -53,7 +55,7 @@ pub fn run() -> Result<(), Failure> {
         .map_err(|error| Failure::system(directory.display(), &error))?;
     let mut text = gap::table::render(&found, io::stdout().is_terminal());
     text.push_str("\nThe emulated board, by itself\n");
-    text += &Onboard::read(&run)?.table();
+    text += &Onboard::read(&run, &counts)?.table();
     text += &format!(
         "built with   {}\nlogs         {}\nreport       {}\n",
         run.toolchain.route().describe(),

@@ -12,8 +12,10 @@ use serde::Serialize;
 use crate::board_log::{BoardLog, Recording};
 use crate::board_run::{self, BoardRun};
 use crate::failure::Failure;
+use crate::figures::Figures;
 use crate::gap::metrics::decimal;
 use crate::image::{FLASH, RAM};
+use crate::on_target_run;
 use crate::whole_file;
 
 /// What the emulation is called.
@@ -41,6 +43,8 @@ pub struct Onboard {
     pub refit: Refit,
     /// What the board finds in its own log.
     pub gap: Gap,
+    /// Instructions of one step: exact, of this compiler.
+    pub instructions_per_step: PerStep,
     /// What the image occupies.
     pub image: Image,
     /// Deadlines missed in the whole run, and plant ticks in it.
@@ -120,6 +124,37 @@ pub struct Gap {
     pub missed_ticks: u32,
 }
 
+/// Instructions of one step.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PerStep {
+    /// The actuator, sliding forward.
+    pub ema: u64,
+    /// The throttle, sliding, with its spring and its stops.
+    pub throttle: u64,
+    /// The controller.
+    pub pid: u64,
+    /// The actuator in a step in which it turns round.
+    pub ema_reversal: u64,
+    /// A sample of the log in one evaluation of the refit.
+    pub refit_sample: u64,
+}
+
+impl PerStep {
+    fn read(counts: &Figures) -> Result<Self, Failure> {
+        let count = |name: &str| {
+            let missing = || Failure::Other(format!("the board counts no instructions of {name}"));
+            counts.get(name).copied().ok_or_else(missing)
+        };
+        Ok(Self {
+            ema: count("ema_forward")?,
+            throttle: count("throttle_sliding")?,
+            pid: count("pid")?,
+            ema_reversal: count("ema_reversal")?,
+            refit_sample: count("refit_sample")?,
+        })
+    }
+}
+
 /// What the image occupies, bytes.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Image {
@@ -149,12 +184,15 @@ pub struct Deadlines {
 /// result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let on_terminal = io::stderr().is_terminal();
-    let run = board_run::run(|step| {
+    let mut announce = |step: &str| {
         if on_terminal {
             eprintln!("{step} ...");
         }
-    })?;
-    let onboard = Onboard::read(&run)?;
+    };
+    let run = board_run::run(&mut announce)?;
+    announce("instruction counts");
+    let counts = on_target_run::run(&run.toolchain)?.counts;
+    let onboard = Onboard::read(&run, &counts)?;
     if let Some(path) = &args.json {
         whole_file::write_json(path, &onboard)
             .map_err(|error| Failure::system(path.display(), &error))?;
@@ -208,7 +246,7 @@ impl Onboard {
     ///
     /// # Errors
     /// A log without a result.
-    pub fn read(run: &BoardRun) -> Result<Self, Failure> {
+    pub fn read(run: &BoardRun, counts: &Figures) -> Result<Self, Failure> {
         let wear = experiment(Evaluation::Refit);
         let refit = Lines::of(&run.log, wear.name)?;
         let check = Lines::of(&run.log, experiment(Evaluation::Check).name)?;
@@ -275,6 +313,7 @@ impl Onboard {
                 ticks: check.value("cost", "ticks")?,
                 missed_ticks: check.value("cost", "missed")?,
             },
+            instructions_per_step: PerStep::read(counts)?,
             image: Image {
                 flash_bytes: run.size.flash,
                 ram_bytes: run.size.ram,
@@ -294,6 +333,7 @@ impl Onboard {
             parity,
             refit,
             gap,
+            instructions_per_step: steps,
             image,
             ..
         } = self;
@@ -363,6 +403,14 @@ impl Onboard {
                 } else {
                     "other numbers than on this host".to_owned()
                 },
+            ),
+            (
+                "instructions",
+                format!(
+                    "a step of the actuator {}, of the throttle {}, of the PID {}; a sample of the \
+                     refit {}",
+                    steps.ema, steps.throttle, steps.pid, steps.refit_sample
+                ),
             ),
             (
                 "image",

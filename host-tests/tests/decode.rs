@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use host_tests::board_log::Dictionary;
+use host_tests::board_log::{BoardLog, Dictionary};
 use object::write::{Object, Symbol, SymbolSection};
 use object::{
     Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
@@ -13,13 +13,15 @@ use object::{
 use tempfile::TempDir;
 
 const SAMPLE: &str = "sample sequence={=u32} time_us={=u64} input={=f32} position={=f32} \
-                      command={=f32} current_a={=f32} velocity={=f32}";
+                      command={=f32} current_a={=f32} true_position={=f32} true_velocity={=f32} \
+                      true_current_a={=f32}";
 
 /// Interned words and their addresses in the image.
-const WORDS: [(u64, &str, &str); 3] = [
+const WORDS: [(u64, &str, &str); 4] = [
     (1, "defmt_timestamp", "{=u64:us}"),
     (2, "defmt_info", SAMPLE),
     (3, "defmt_warn", "supply at {=f32} V"),
+    (4, "defmt_info", "experiment name=number_{=u8}"),
 ];
 
 /// An ELF file with the symbols that defmt leaves in an image.
@@ -88,7 +90,7 @@ fn sample(sequence: u32) -> Vec<u8> {
     message.extend((time_us + 40).to_le_bytes());
     message.extend(sequence.to_le_bytes());
     message.extend(time_us.to_le_bytes());
-    for value in [-12.5_f32, 0.1, 0.3, 1e-7, sequence as f32] {
+    for value in [-12.5_f32, 0.1, 0.3, 1e-7, 0.11, sequence as f32, 2e-7] {
         message.extend(value.to_le_bytes());
     }
     frame(&message)
@@ -99,6 +101,18 @@ fn warning(volts: f32) -> Vec<u8> {
     message.extend(1_500_000_u64.to_le_bytes());
     message.extend(volts.to_le_bytes());
     frame(&message)
+}
+
+fn experiment(number: u8) -> Vec<u8> {
+    let mut message = 4_u16.to_le_bytes().to_vec();
+    message.extend(0_u64.to_le_bytes());
+    message.push(number);
+    frame(&message)
+}
+
+fn holds(log: &BoardLog, sequence: u32) -> bool {
+    let mut samples = log.lines.iter().filter_map(|line| line.sample.as_ref());
+    samples.any(|sample| sample.sequence == sequence)
 }
 
 struct Case {
@@ -142,10 +156,10 @@ fn lines_and_samples_come_out_as_they_were_sent() {
         lines,
         [
             "0.000040 INFO sample sequence=0 time_us=0 input=-12.5 position=0.1 command=0.3 \
-             current_a=1e-7 velocity=0.0",
+             current_a=1e-7 true_position=0.11 true_velocity=0.0 true_current_a=2e-7",
             "1.500000 WARN supply at 23.5 V",
             "0.001040 INFO sample sequence=1 time_us=1000 input=-12.5 position=0.1 command=0.3 \
-             current_a=1e-7 velocity=1.0",
+             current_a=1e-7 true_position=0.11 true_velocity=1.0 true_current_a=2e-7",
         ]
     );
 }
@@ -159,10 +173,48 @@ fn csv_takes_the_samples_and_the_terminal_the_rest() {
     assert_eq!(text(&output.stdout), "1.500000 WARN supply at 23.5 V\n");
     assert_eq!(
         fs::read_to_string(case.path("out.csv")).unwrap(),
-        "time_s,input,position,command,current_a,velocity\n\
-         0.000000,-12.5,0.1,0.3,1e-7,0.0\n\
-         0.001000,-12.5,0.1,0.3,1e-7,1.0\n"
+        "time_s,input,position,command,current_a\n\
+         0.000000,-12.5,0.1,0.3,1e-7\n\
+         0.001000,-12.5,0.1,0.3,1e-7\n"
     );
+}
+
+#[test]
+fn one_experiment_of_several_is_taken_the_first_unless_it_is_named() {
+    let log = [
+        experiment(1),
+        sample(0),
+        sample(1),
+        experiment(2),
+        sample(0),
+    ]
+    .concat();
+    let case = Case::new(&image("rzcobs"), &log);
+    let rows = || {
+        fs::read_to_string(case.path("out.csv"))
+            .unwrap()
+            .lines()
+            .count()
+            - 1
+    };
+    let output = case.decode(&["--csv", "out.csv"]);
+    assert!(output.status.success());
+    assert_eq!(rows(), 2);
+    assert_eq!(
+        text(&output.stderr),
+        "note: out.csv holds the experiment \"number_1\"; the log has number_1, number_2, \
+         see --experiment\n"
+    );
+    let output = case.decode(&["--csv", "out.csv", "--experiment", "number_2"]);
+    assert!(output.status.success());
+    assert_eq!((rows(), text(&output.stderr)), (1, ""));
+    let output = case.decode(&["--csv", "out.csv", "--experiment", "3"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(
+        text(&output.stderr),
+        "error: log: holds no sample of an experiment \"3\"; expected one of number_1, number_2\n"
+    );
+    assert_eq!(rows(), 1, "what was there stays");
 }
 
 #[test]
@@ -235,7 +287,7 @@ fn a_damaged_byte_costs_at_most_the_two_frames_around_it() {
             let decoded = dictionary.decode(&damaged);
             let found = numbers
                 .iter()
-                .filter(|&&number| decoded.samples().any(|sample| sample.sequence == number))
+                .filter(|&&number| holds(&decoded, number))
                 .count();
             assert!(
                 found >= numbers.len() - 2,

@@ -64,7 +64,7 @@ impl Control {
         };
         let measured = self.wiring.measurement();
         let position = setup.converters.position.value(measured.position);
-        let command = setup.profile.next();
+        let command = setup.profile.advance();
         let voltage = setup.pid.step(&mut self.state, command, position);
         match voltage.map(|voltage| setup.converters.bridge.counts(voltage)) {
             Ok(Some(duty)) => self.wiring.drive(duty),

@@ -3,7 +3,7 @@
 //! 1. [`emulate`]: the plant, 20 kHz, in the most urgent interrupt;
 //! 2. [`control`]: the position loop, 1 kHz, in the next interrupt;
 //! 3. [`record`]: a task that logs what the loop saw and keeps the last seconds in a [`memory`];
-//! 4. [`session`]: a task that goes from [`experiment`] to experiment and has each log evaluated, by
+//! 4. `session`: a task that goes from [`experiment`] to experiment and has each log evaluated, by
 //!    [`refit`] or [`check`].
 //!
 //! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by

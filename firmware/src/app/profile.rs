@@ -150,7 +150,7 @@ impl Profile {
 
     /// The position asked for in the next control step, rad. Behind the last command the first one
     /// follows. 0 without commands.
-    pub fn next(&mut self) -> f32 {
+    pub fn advance(&mut self) -> f32 {
         let Some((signal, steps)) = self.commands.get(self.current) else {
             return 0.0;
         };

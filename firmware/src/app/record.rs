@@ -189,9 +189,9 @@ pub fn log_sample(sample: &Sample, converters: &super::conversion::Converters) {
     use super::timing::CONTROL_PERIOD_US;
 
     defmt::info!(
-        "sample sequence={=u32} time_us={=u32} input={=f32} position={=f32} command={=f32} current_a={=f32} true_position={=f32} true_velocity={=f32} true_current_a={=f32}",
+        "sample sequence={=u32} time_us={=u64} input={=f32} position={=f32} command={=f32} current_a={=f32} true_position={=f32} true_velocity={=f32} true_current_a={=f32}",
         sample.sequence,
-        sample.sequence * CONTROL_PERIOD_US,
+        u64::from(sample.sequence) * u64::from(CONTROL_PERIOD_US),
         converters.bridge.value(sample.duty),
         converters.position.value(sample.position),
         sample.command,
