@@ -526,7 +526,7 @@ mod machine {
         assert_eq!(machine.name, "ema-24v");
         assert_eq!(machine.coordinate, Coordinate::Radian);
         assert_eq!(machine.gain, 1.0);
-        assert_eq!(machine.resolution, Some(3.1e-3));
+        assert_eq!(machine.resolution, Some(3.834952e-4));
         assert_eq!(machine.fit, ["inertia", "viscous", "coulomb", "static"]);
         assert_eq!(machine.declared_effects, []);
         for (name, value, unit) in [

@@ -14,7 +14,7 @@ use crate::app::emulate::Emulation;
 use crate::app::wiring::{Fault, Wiring};
 
 /// Work of an interrupt, which takes it out, runs it with nothing masked, and puts it back.
-pub struct Slot<T>(Mutex<Cell<Option<T>>>);
+pub(super) struct Slot<T>(Mutex<Cell<Option<T>>>);
 
 impl<T> Slot<T> {
     /// No work yet.
@@ -65,10 +65,10 @@ fn account(add: impl FnOnce(&mut Loads)) {
 }
 
 /// A free-running counter.
-pub type Clock = fn() -> u32;
+pub(super) type Clock = fn() -> u32;
 
 /// Work of the plant interrupt.
-pub struct Plant {
+pub(super) struct Plant {
     emulation: &'static mut Emulation,
     wiring: &'static Wiring,
     clock: Clock,
@@ -106,7 +106,7 @@ impl Plant {
 static CONTROL: Slot<(&'static mut Control, Clock)> = Slot::new();
 
 /// Gives the control interrupt, PendSV, its work and its priority, the second of the two.
-pub fn start_control(control: &'static mut Control, clock: Clock, core: &mut SCB) {
+pub(super) fn start_control(control: &'static mut Control, clock: Clock, core: &mut SCB) {
     CONTROL.put((control, clock));
     // SAFETY: no critical section depends on priorities.
     unsafe { core.set_priority(SystemHandler::PendSV, 0x40) }
