@@ -8,6 +8,7 @@
 //!
 //! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by
 //! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
+//! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`].
 //! What there is to run: the [`demonstration`], and the [`failures`].
 
 pub mod check;
@@ -24,8 +25,10 @@ pub mod memory;
 pub mod profile;
 pub mod record;
 pub mod refit;
+pub mod replay;
 #[cfg(feature = "tasks")]
 pub mod session;
+pub mod tape;
 pub mod timing;
 pub mod tracks;
 pub mod wiring;
