@@ -2,7 +2,7 @@
 //! interrupts and tasks call it.
 
 use firmware::app::control::{self, Control};
-use firmware::app::emulate::{self, Emulation};
+use firmware::app::emulate::{self, Emulation, PlantTick};
 use firmware::app::experiment::Experiment;
 use firmware::app::memory::Memory;
 use firmware::app::record::{Outcome, Progress, Recorder, Recording, Sample};

@@ -21,6 +21,7 @@ pub mod measured;
 pub mod on_target_run;
 pub mod onboard;
 pub mod remap;
+pub mod replay_run;
 pub mod toolchain;
 pub mod whole_file;
 pub mod workspace;

@@ -3,6 +3,7 @@
 
 use firmware::app::check;
 use firmware::app::demonstration::{DEMONSTRATION, EMULATION, UNDECLARED, WEAR};
+use firmware::app::emulate::PlantTick;
 use firmware::app::experiment::{Experiment, Failure};
 use firmware::app::failures::FAILURES;
 use firmware::app::memory::{MEMORY_SAMPLES, Memory};

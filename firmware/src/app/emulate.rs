@@ -15,6 +15,13 @@ use super::timing::TICKS_PER_CONTROL;
 use super::tracks::Tracks;
 use super::wiring::{Fault, Measurement, Truth, Wiring};
 
+/// The work of the most urgent interrupt.
+pub trait PlantTick: Send {
+    /// One plant period. True if a control step is due: it has until the next tick.
+    #[must_use]
+    fn tick(&mut self) -> bool;
+}
+
 /// A plant to emulate from now on.
 #[derive(Debug, Clone)]
 pub struct Setup {
@@ -53,12 +60,11 @@ impl Emulation {
             ticks: 0,
         }
     }
+}
 
-    /// One plant period. True if a control step is due: it has until the next tick.
-    ///
+impl PlantTick for Emulation {
     /// A control step that is still due, and an input that the plant refuses, trip the latch.
-    #[must_use]
-    pub fn tick(&mut self) -> bool {
+    fn tick(&mut self) -> bool {
         self.wiring.count_tick();
         if self.wiring.control_due() {
             self.wiring.trip(Fault::MissedDeadline);

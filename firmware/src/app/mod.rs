@@ -8,7 +8,8 @@
 //!
 //! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by
 //! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
-//! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`].
+//! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
+//! and `playback`.
 //! What there is to run: the [`demonstration`], and the [`failures`].
 
 pub mod check;
@@ -22,6 +23,8 @@ pub mod experiment;
 pub mod failures;
 pub mod machine;
 pub mod memory;
+#[cfg(feature = "tasks")]
+pub mod playback;
 pub mod profile;
 pub mod record;
 pub mod refit;

@@ -5,12 +5,15 @@
 //! functions at the same period. A row of the tape is a sample of the log that it was made from: the
 //! position at the row, then its input until the next one.
 
+use heapless::spsc::Producer;
 use model_core::gap::simulator::Simulator;
 use model_core::plant::parameters::ParameterError;
 use model_core::plant::{InputRefused, State};
 
+use super::emulate::PlantTick;
 use super::tape::Tape;
 use super::timing::PLANT_PERIOD;
+use super::wiring::{Fault, Wiring};
 
 /// A replay under way.
 #[derive(Debug, Clone)]
@@ -90,5 +93,43 @@ impl<'a> Replay<'a> {
         };
         let now = tick.checked_sub(late);
         (at(now.and_then(|now| now.checked_sub(1))), at(now))
+    }
+}
+
+/// A replay as the work of the plant interrupt: rows go into a queue, and nobody drives it.
+pub struct Playback {
+    replay: Replay<'static>,
+    rows: Producer<'static, Row>,
+    wiring: &'static Wiring,
+}
+
+impl Playback {
+    /// Begins with the next tick.
+    pub fn new(
+        replay: Replay<'static>,
+        rows: Producer<'static, Row>,
+        wiring: &'static Wiring,
+    ) -> Self {
+        Self {
+            replay,
+            rows,
+            wiring,
+        }
+    }
+}
+
+impl PlantTick for Playback {
+    /// No control step is ever due. An input that the plant refuses trips the latch; a row that finds
+    /// the queue full is lost, and its number is missing among the others.
+    fn tick(&mut self) -> bool {
+        self.wiring.count_tick();
+        match self.replay.tick() {
+            Ok(Some(row)) => {
+                let _ = self.rows.enqueue(row);
+            }
+            Ok(None) => {}
+            Err(InputRefused) => self.wiring.trip(Fault::NonFinite),
+        }
+        false
     }
 }

@@ -17,7 +17,7 @@ use systick_timer::SystickDriver;
 use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work};
 use crate::app::control::Control;
-use crate::app::emulate::Emulation;
+use crate::app::emulate::PlantTick;
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
 
@@ -61,16 +61,12 @@ impl Board for Emulated {
 
     fn start(
         &mut self,
-        emulation: &'static mut Emulation,
-        control: &'static mut Control,
+        plant: &'static mut dyn PlantTick,
+        control: Option<&'static mut Control>,
         wiring: &'static Wiring,
     ) {
         let period = PLANT_PERIOD_US * 1000;
-        PLANT.put(Plant::new(
-            emulation,
-            wiring,
-            (stopwatch::nanoseconds, period),
-        ));
+        PLANT.put(Plant::new(plant, wiring, (stopwatch::nanoseconds, period)));
         interrupts::start_control(control, stopwatch::nanoseconds, &mut self.core.SCB);
         // SAFETY: no critical section depends on priorities.
         unsafe { self.core.SCB.set_priority(SystemHandler::SysTick, 0x00) }

@@ -10,7 +10,7 @@ use cortex_m_rt::exception;
 use super::deadline::Deadline;
 use super::load::Load;
 use crate::app::control::Control;
-use crate::app::emulate::Emulation;
+use crate::app::emulate::PlantTick;
 use crate::app::wiring::{Fault, Wiring};
 
 /// Work of an interrupt, which takes it out, runs it with nothing masked, and puts it back.
@@ -69,7 +69,7 @@ pub(super) type Clock = fn() -> u32;
 
 /// Work of the plant interrupt.
 pub(super) struct Plant {
-    emulation: &'static mut Emulation,
+    plant: &'static mut dyn PlantTick,
     wiring: &'static Wiring,
     clock: Clock,
     deadline: Deadline,
@@ -78,12 +78,12 @@ pub(super) struct Plant {
 impl Plant {
     /// With the period in counts of the clock.
     pub fn new(
-        emulation: &'static mut Emulation,
+        plant: &'static mut dyn PlantTick,
         wiring: &'static Wiring,
         (clock, period_counts): (Clock, u32),
     ) -> Self {
         Self {
-            emulation,
+            plant,
             wiring,
             clock,
             deadline: Deadline::new(period_counts),
@@ -95,7 +95,7 @@ impl Plant {
         if self.deadline.missed(start) {
             self.wiring.trip(Fault::MissedDeadline);
         }
-        if self.emulation.tick() {
+        if self.plant.tick() {
             SCB::set_pendsv();
         }
         let duration = (self.clock)().wrapping_sub(start);
@@ -106,8 +106,10 @@ impl Plant {
 static CONTROL: Slot<(&'static mut Control, Clock)> = Slot::new();
 
 /// Gives the control interrupt, PendSV, its work and its priority, the second of the two.
-pub(super) fn start_control(control: &'static mut Control, clock: Clock, core: &mut SCB) {
-    CONTROL.put((control, clock));
+pub(super) fn start_control(control: Option<&'static mut Control>, clock: Clock, core: &mut SCB) {
+    if let Some(control) = control {
+        CONTROL.put((control, clock));
+    }
     // SAFETY: no critical section depends on priorities.
     unsafe { core.set_priority(SystemHandler::PendSV, 0x40) }
 }

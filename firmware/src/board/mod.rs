@@ -1,7 +1,7 @@
 //! The boards, the only files that know hardware, and what they share.
 
 use crate::app::control::Control;
-use crate::app::emulate::Emulation;
+use crate::app::emulate::PlantTick;
 use crate::app::wiring::Wiring;
 
 pub mod deadline;
@@ -12,6 +12,8 @@ pub mod interrupts;
 pub mod load;
 #[cfg(all(feature = "stm32f405", target_os = "none"))]
 pub mod stm32f405;
+#[cfg(target_os = "none")]
+pub mod tape_flash;
 
 #[cfg(all(feature = "emulated", feature = "stm32f405"))]
 compile_error!("an image is for one board: choose the feature `emulated` or `stm32f405`");
@@ -23,14 +25,14 @@ pub trait Board {
 
     /// Gives the interrupts their work and starts the clock. Called once.
     ///
-    /// From then on the board calls [`Emulation::tick`] every
+    /// From then on the board calls [`PlantTick::tick`] every
     /// [`PLANT_PERIOD_US`](crate::app::timing::PLANT_PERIOD_US) in its most urgent interrupt, and
-    /// [`Control::step`] in the next one whenever the tick says so. A tick that comes late by half
+    /// [`Control::step`], where there is a control, in the next one whenever the tick says so. A tick that comes late by half
     /// a period or more, or not at all, it reports to the fault latch of `wiring`.
     fn start(
         &mut self,
-        emulation: &'static mut Emulation,
-        control: &'static mut Control,
+        plant: &'static mut dyn PlantTick,
+        control: Option<&'static mut Control>,
         wiring: &'static Wiring,
     );
 

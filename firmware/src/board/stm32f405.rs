@@ -39,7 +39,7 @@ use static_cell::StaticCell;
 use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work};
 use crate::app::control::Control;
-use crate::app::emulate::Emulation;
+use crate::app::emulate::PlantTick;
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
 
@@ -141,8 +141,8 @@ impl Board for Stm32f405 {
 
     fn start(
         &mut self,
-        emulation: &'static mut Emulation,
-        control: &'static mut Control,
+        plant: &'static mut dyn PlantTick,
+        control: Option<&'static mut Control>,
         wiring: &'static Wiring,
     ) {
         let (timer, sensor) = defmt::unwrap!(self.idle.take(), "started twice");
@@ -154,7 +154,7 @@ impl Board for Stm32f405 {
         timer.start();
         PLANT.put(PlantInterrupt {
             timer,
-            plant: Plant::new(emulation, wiring, (DWT::cycle_count, PERIOD_CYCLES)),
+            plant: Plant::new(plant, wiring, (DWT::cycle_count, PERIOD_CYCLES)),
             wiring,
             sensor,
         });
