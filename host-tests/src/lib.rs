@@ -20,6 +20,8 @@ pub mod machine;
 pub mod measured;
 pub mod on_target_run;
 pub mod onboard;
+mod page;
+mod quantity;
 pub mod remap;
 pub mod replay_run;
 pub mod toolchain;
