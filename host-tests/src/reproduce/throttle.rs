@@ -1,0 +1,17 @@
+//! The throttle paper.
+
+use std::path::Path;
+
+use crate::failure::Failure;
+
+pub mod implementations;
+pub mod stand;
+pub mod tables;
+
+/// Runs it.
+///
+/// # Errors
+/// x
+pub fn run(_json: Option<&Path>) -> Result<(), Failure> {
+    Ok(())
+}
