@@ -14,6 +14,8 @@ pub(crate) const MEASURED: RGBColor = RGBColor(0x4A, 0x55, 0x63);
 pub(crate) const BEFORE: RGBColor = RGBColor(0xC4, 0x52, 0x2E);
 /// The model with its effects.
 pub(crate) const AFTER: RGBColor = RGBColor(0x1F, 0x6A, 0xA5);
+/// A model of another kind.
+pub(crate) const OTHER: RGBColor = RGBColor(0x4F, 0x83, 0x2F);
 /// Bounds and restarts.
 pub(crate) const GUIDE: RGBColor = RGBColor(0x8A, 0x94, 0xA3);
 const TITLE: RGBColor = RGBColor(0x1C, 0x23, 0x2E);
@@ -21,10 +23,11 @@ const LABEL: RGBColor = RGBColor(0x5B, 0x66, 0x76);
 const GRID: RGBColor = RGBColor(0xE4, 0xE8, 0xED);
 
 /// Every colour of a drawing: its name in the style sheet, on white, on black.
-const PALETTE: [(&str, RGBColor, &str); 7] = [
+const PALETTE: [(&str, RGBColor, &str); 8] = [
     ("measured", MEASURED, "#B8C0CC"),
     ("before", BEFORE, "#F08A62"),
     ("after", AFTER, "#62AEE8"),
+    ("other", OTHER, "#93C572"),
     ("guide", GUIDE, "#7C8796"),
     ("title", TITLE, "#E8ECF1"),
     ("label", LABEL, "#A3ADBA"),
@@ -272,6 +275,7 @@ mod tests {
             layers: vec![
                 layer(Mark::Line(3), MEASURED),
                 layer(Mark::Dot(3), BEFORE),
+                layer(Mark::Dot(3), OTHER),
                 layer(Mark::Bar, AFTER),
                 layer(Mark::Area, AFTER),
                 layer(Mark::Across, GUIDE),
