@@ -66,11 +66,7 @@ impl Board for Emulated {
         wiring: &'static Wiring,
     ) {
         let period = PLANT_PERIOD_US * 1000;
-        PLANT.put(Plant::new(
-            emulation,
-            wiring,
-            (stopwatch::nanoseconds, period),
-        ));
+        PLANT.put(Plant::new(emulation, wiring, period));
         interrupts::start_control(control, stopwatch::nanoseconds, &mut self.core.SCB);
         // SAFETY: no critical section depends on priorities.
         unsafe { self.core.SCB.set_priority(SystemHandler::SysTick, 0x00) }
@@ -90,9 +86,10 @@ impl Board for Emulated {
 
 #[exception]
 fn SysTick() {
-    let now = stopwatch::nanoseconds();
+    let start = stopwatch::nanoseconds();
     CLOCK.systick_interrupt();
-    PLANT.with(|plant| plant.tick(now));
+    PLANT.with(|plant| plant.tick(start));
+    interrupts::account_plant(stopwatch::nanoseconds().wrapping_sub(start));
 }
 
 /// TIM2, which in the emulated machine counts nanoseconds. Unlike a count of SysTick interrupts it

@@ -157,7 +157,7 @@ impl Board for Stm32f405 {
         timer.start();
         PLANT.put(PlantInterrupt {
             timer,
-            plant: Plant::new(emulation, wiring, (DWT::cycle_count, PERIOD_CYCLES)),
+            plant: Plant::new(emulation, wiring, PERIOD_CYCLES),
             wiring,
             sensor,
         });
@@ -177,13 +177,14 @@ impl Board for Stm32f405 {
 
 #[embassy_stm32::interrupt]
 fn TIM7() {
-    let now = DWT::cycle_count();
+    let start = DWT::cycle_count();
     PLANT.with(|interrupt| {
         interrupt.timer.clear_update_interrupt();
-        interrupt.plant.tick(now);
+        interrupt.plant.tick(start);
         let [rising, falling] = interrupt.wiring.tracks();
         interrupt.sensor.set(DualValue::Bit12Right(rising, falling));
     });
+    interrupts::account_plant(DWT::cycle_count().wrapping_sub(start));
 }
 
 static RECORD_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
