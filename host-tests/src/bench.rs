@@ -403,12 +403,8 @@ fn refit(extent: Extent) -> Result<Refit, Failure> {
         seed: 1,
     };
     let (seconds, estimate) = best(extent.long_runs, || {
-        let mut refit = friction::Refit::new(black_box(&task)).map_err(fault)?;
-        loop {
-            if let Some(outcome) = refit.advance() {
-                return outcome.map_err(fault);
-            }
-        }
+        let refit = friction::Refit::new(black_box(&task)).map_err(fault)?;
+        refit.run().map_err(fault)
     })?;
     let evaluations = estimate.annealing_evaluations + estimate.golden_section_evaluations;
     let replayed = decimal(friction::WINDOW) * estimate.windows as f64;

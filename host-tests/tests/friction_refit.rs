@@ -85,12 +85,7 @@ const DECLARED: Parameters = Parameters {
 };
 
 fn refit(task: &Task) -> Result<Estimate, Refusal> {
-    let mut refit = Refit::new(task).unwrap();
-    loop {
-        if let Some(outcome) = refit.advance() {
-            return outcome;
-        }
-    }
+    Refit::new(task).unwrap().run()
 }
 
 /// What is in use after the re-estimation.

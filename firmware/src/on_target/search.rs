@@ -77,15 +77,10 @@ pub(super) fn friction(findings: &mut Findings) {
         present: 0.12,
         seed: 1,
     };
-    let Some(mut refit) = findings.sound(Refit::new(&task), "the task is taken") else {
+    let Some(refit) = findings.sound(Refit::new(&task), "the task is taken") else {
         return;
     };
-    let outcome = loop {
-        if let Some(outcome) = refit.advance() {
-            break outcome;
-        }
-    };
-    if let Some(estimate) = findings.sound(outcome, "a friction is found") {
+    if let Some(estimate) = findings.sound(refit.run(), "a friction is found") {
         findings.single(estimate.coulomb);
         findings.single(estimate.cost);
         findings.single(estimate.present_cost);

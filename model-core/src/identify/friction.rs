@@ -140,7 +140,8 @@ impl core::error::Error for Refusal {}
 /// A re-estimation under way.
 ///
 /// It never waits and never runs long: a call of [`Refit::advance`] replays one window, so that a
-/// task beside a live plant can let others run, or drop the work, between any two.
+/// task beside a live plant can let others run, or drop the work, between any two. Where nothing waits
+/// for it, [`Refit::run`] goes to the end.
 ///
 /// ```
 /// use model_core::gap::log::{Channel, Log};
@@ -176,13 +177,7 @@ impl core::error::Error for Refusal {}
 /// let log = Log { period: 1e-3, input, position, current: None, velocity: None };
 ///
 /// let task = Task { declared, log, resolution: 0.0, present: 0.12, seed: 1 };
-/// let mut refit = Refit::new(&task)?;
-/// let outcome = loop {
-///     if let Some(outcome) = refit.advance() {
-///         break outcome;
-///     }
-/// };
-/// let estimate = outcome?;
+/// let estimate = Refit::new(&task)?.run()?;
 /// assert!((estimate.coulomb - 0.18).abs() < 0.0018);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
@@ -257,6 +252,18 @@ impl<'a> Refit<'a> {
                 best: None,
             },
         })
+    }
+
+    /// Works until there is an outcome.
+    ///
+    /// # Errors
+    /// Why there is no estimate.
+    pub fn run(mut self) -> Result<Estimate, Refusal> {
+        loop {
+            if let Some(outcome) = self.advance() {
+                return outcome;
+            }
+        }
     }
 
     /// Works on one window. `None` while there is more to do, then the outcome.
