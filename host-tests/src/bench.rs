@@ -13,6 +13,7 @@ use indicatif::ProgressBar;
 use model_core::control::pid;
 use model_core::effect::{Active, Id};
 use model_core::gap::log::{Channel, Log as CoreLog};
+use model_core::gap::replay::WINDOW;
 use model_core::identify::friction;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::karnopp::{self, Karnopp};
@@ -407,7 +408,7 @@ fn refit(extent: Extent) -> Result<Refit, Failure> {
         refit.run().map_err(fault)
     })?;
     let evaluations = estimate.annealing_evaluations + estimate.golden_section_evaluations;
-    let replayed = decimal(friction::WINDOW) * estimate.windows as f64;
+    let replayed = decimal(WINDOW) * estimate.windows as f64;
     Ok(Refit {
         seconds,
         evaluations,

@@ -31,14 +31,12 @@
 use super::annealing::{self, Annealing};
 use super::golden_section::{self, GoldenSection};
 use crate::gap::log::{Channel, Log};
+use crate::gap::replay::{WINDOW, samples};
 use crate::numeric::invalid_parameter::{InvalidParameter, require};
 use crate::plant::State;
 use crate::plant::actuator::Actuator;
 use crate::plant::parameters::{Drive, Parameters};
 use heapless::Vec;
-
-/// Length of a window, s.
-pub const WINDOW: f32 = 0.2;
 
 /// Most windows that take part: 12.8 s, the first ones of a longer log. Each takes 12 bytes.
 pub const MOST_WINDOWS: usize = 64;
@@ -472,7 +470,7 @@ impl<'a> Replay<'a> {
         if !matches!(declared.drive, Drive::Voltage { inductance, .. } if inductance > 0.0) {
             log.current = None;
         }
-        let window = ((WINDOW / log.period + 0.5) as usize).max(1);
+        let window = samples(WINDOW, log.period, 1);
         let windows = log.samples().saturating_sub(2 * HALF_WIDTH + 1) / window;
         Ok(Self {
             log,
