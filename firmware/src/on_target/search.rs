@@ -73,7 +73,7 @@ pub(super) fn friction(findings: &mut Findings) {
     let task = Task {
         declared: plant::EMA,
         log: recording.log(),
-        resolution: log::POSITION_COUNT,
+        resolution: log::CONVERTERS.position.unit(),
         present: 0.12,
         seed: 1,
     };
