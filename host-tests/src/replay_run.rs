@@ -5,9 +5,13 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
+use firmware::app::machine::THROTTLE;
 use firmware::app::replay::{Replay, Row};
 use firmware::app::tape::{self, HEAD_BYTES, Tape};
+use firmware::app::timing::{CONTROL_PERIOD, STEPS_PER_SECOND, TICKS_PER_CONTROL};
+use model_core::effect::{Active, Id};
 use model_core::gap::model::Model;
+use model_core::signal::aprts;
 
 use crate::board_log::{BoardLog, Line};
 use crate::board_run::BOARD;
@@ -15,6 +19,7 @@ use crate::emulator;
 use crate::failure::Failure;
 use crate::image::Size;
 use crate::toolchain::Toolchain;
+use crate::workspace;
 
 /// The program.
 pub const PROGRAM: &str = "emulated_replay";
@@ -24,6 +29,9 @@ const TAPE_ADDRESS: u64 = 0x080A_0000;
 
 /// Bytes that there are for it.
 pub const TAPE_BYTES: usize = 384 * 1024;
+
+/// Rows that [`check`] replays: 4 s.
+const CHECKED_ROWS: u32 = 4 * STEPS_PER_SECOND;
 
 /// Host's time for a replay of a minute.
 const TIME_LIMIT: Duration = Duration::from_secs(1800);
@@ -105,6 +113,54 @@ pub fn on_board(toolchain: &Toolchain, tape: &[u8], file: &Path) -> Result<OnBoa
     let log = emulator::run_with(&build.elf, (file, TAPE_ADDRESS), TIME_LIMIT)?.log;
     let (rows, ticks) = read(&log).map_err(Failure::Other)?;
     Ok(OnBoard { rows, ticks, size })
+}
+
+/// Replays steps of the throttle's input on the emulated board, with cogging and a late drive, and
+/// compares with this host.
+///
+/// # Errors
+/// What [`on_board`] returns; bits that differ.
+pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
+    let other = |error: &dyn std::fmt::Display| Failure::other(error.to_string());
+    let steps = aprts::Parameters {
+        lower: -THROTTLE.position_loop.output_maximum,
+        upper: THROTTLE.position_loop.output_maximum,
+        shortest_hold: 0.02,
+        longest_hold: 0.3,
+        seed: 1,
+    };
+    let steps = steps.build(CONTROL_PERIOD).map_err(|error| other(&error))?;
+    let inputs: Vec<f32> = (0..CHECKED_ROWS).map(|tick| steps.at(tick)).collect();
+    let effects = [
+        (Id::Cogging, [0.02, 0.03, 0.12]),
+        (Id::InputDelay, [0.0021, 0.0, 0.0]),
+    ];
+    let model = Model {
+        plant: THROTTLE.plant,
+        gravity_torque: 0.0,
+        gravity_rest: 0.0,
+        effects: effects
+            .into_iter()
+            .map(|(id, values)| Active { id, values })
+            .collect(),
+        map: None,
+    };
+    let drive = Drive {
+        model: &model,
+        start: THROTTLE.rest,
+        ticks_per_input: TICKS_PER_CONTROL,
+        inputs: &inputs,
+    };
+    let tape = drive.tape()?;
+    let directory = workspace::results();
+    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
+    let board = on_board(toolchain, &tape, &directory.join("check.tape"))?;
+    match differing_bits(&board.rows, &on_host(&tape)?) {
+        0 => Ok(board),
+        bits => Err(Failure::Other(format!(
+            "the replay on the emulated board differs from this host's in {bits} bits"
+        ))),
+    }
 }
 
 /// The rows of a board's log, and its ticks.

@@ -15,17 +15,18 @@ use embassy_executor::{InterruptExecutor, SendSpawner};
 use systick_timer::SystickDriver;
 
 use super::interrupts::{self, Plant, Slot};
-use super::{Board, Work};
+use super::{Board, Work, tape_flash};
 use crate::app::control::Control;
 use crate::app::emulate::PlantTick;
+use crate::app::experiment::Experiment;
+use crate::app::playback::{self, Player};
+use crate::app::record::Recording;
+use crate::app::session::{self, Session};
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
 
 /// Core clock of the emulated machine, Hz.
 const CORE_CLOCK: u32 = 168_000_000;
-
-/// Nanoseconds that an instruction takes: `-icount shift=3`.
-const INSTRUCTION: u64 = 8;
 
 /// SysTick counts in a plant period.
 const TICK_COUNTS: u32 = CORE_CLOCK / 1_000_000 * PLANT_PERIOD_US;
@@ -46,8 +47,20 @@ pub struct Emulated {
 
 impl Emulated {
     /// The board, the first time it is asked for.
-    pub fn take() -> Option<Self> {
+    fn take() -> Option<Self> {
         Peripherals::take().map(|core| Self { core })
+    }
+
+    /// Starts the two executors for tasks, both below the control step: one above the other.
+    fn start_executors(&mut self) -> (SendSpawner, SendSpawner) {
+        // SAFETY: no critical section depends on priorities.
+        unsafe {
+            self.core.NVIC.set_priority(RECORD_LINE, 0x80);
+            self.core.NVIC.set_priority(SESSION_LINE, 0xC0);
+        }
+        let above = RECORD_EXECUTOR.start(RECORD_LINE);
+        let below = SESSION_EXECUTOR.start(SESSION_LINE);
+        (above, below)
     }
 }
 
@@ -66,7 +79,7 @@ impl Board for Emulated {
         wiring: &'static Wiring,
     ) {
         let period = PLANT_PERIOD_US * 1000;
-        PLANT.put(Plant::new(plant, wiring, (stopwatch::nanoseconds, period)));
+        PLANT.put(Plant::new(plant, wiring, period));
         interrupts::start_control(control, stopwatch::nanoseconds, &mut self.core.SCB);
         // SAFETY: no critical section depends on priorities.
         unsafe { self.core.SCB.set_priority(SystemHandler::SysTick, 0x00) }
@@ -75,25 +88,27 @@ impl Board for Emulated {
     }
 
     fn work() -> Work {
+        let instruction = u64::from(stopwatch::INSTRUCTION);
         let loads = interrupts::loads();
         Work {
-            all: embassy_time::Instant::now().as_micros() * 1000 / INSTRUCTION,
-            interrupts: (loads.plant.sum() + loads.control.sum()) / INSTRUCTION,
+            all: embassy_time::Instant::now().as_micros() * 1000 / instruction,
+            interrupts: (loads.plant.sum() + loads.control.sum()) / instruction,
         }
     }
 }
 
 #[exception]
 fn SysTick() {
-    let now = stopwatch::nanoseconds();
+    let start = stopwatch::nanoseconds();
     CLOCK.systick_interrupt();
-    PLANT.with(|plant| plant.tick(now));
+    PLANT.with(|plant| plant.tick(start));
+    interrupts::account_plant(stopwatch::nanoseconds().wrapping_sub(start));
 }
 
 /// TIM2, which in the emulated machine counts nanoseconds. Unlike a count of SysTick interrupts it
 /// loses nothing while they are masked.
 pub mod stopwatch {
-    /// Nanoseconds that an instruction takes, whichever it is.
+    /// Nanoseconds that an instruction takes, whichever it is: `-icount shift=3`.
     pub const INSTRUCTION: u32 = 8;
 
     const TIM2: usize = 0x4000_0000;
@@ -133,26 +148,60 @@ const SESSION_LINE: Line = Line(81);
 static RECORD_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 static SESSION_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
-/// Runs the tasks that `init` spawns: through the first spawner above those through the second one,
-/// and both below the control step.
+/// Runs the experiments, with the recording's executor above the session's, and at last `end` with
+/// what [`Session::run`] says of them.
 ///
+/// # Panics
+/// If it is called twice.
+pub fn run(experiments: &'static [Experiment], end: fn(bool) -> !) -> ! {
+    let mut board = defmt::unwrap!(Emulated::take());
+    let (above, below) = board.start_executors();
+    let (session, recording) = session::start(&mut board);
+    above.spawn(defmt::unwrap!(record(recording)));
+    below.spawn(defmt::unwrap!(perform(session, experiments, end)));
+    idle()
+}
+
+/// Plays the recorded drive behind the program, and at last `end` with what [`Player::run`] says of
+/// it; false where there is nothing to play.
+///
+/// # Panics
+/// If it is called twice.
+pub fn play(end: fn(bool) -> !) -> ! {
+    let mut board = defmt::unwrap!(Emulated::take());
+    let (above, _) = board.start_executors();
+    match playback::start(&mut board, tape_flash::bytes()) {
+        Some(player) => above.spawn(defmt::unwrap!(log_replay(player, end))),
+        None => end(false),
+    }
+    idle()
+}
+
 /// Idle, it spins. embassy's executor for a main thread sleeps by WFE, which makes QEMU leave
 /// translated code each time round and takes it several times as long. WFI would cost nothing, but
 /// QEMU then lets host time pass for the sleep, and no two runs are the same.
-pub fn run(mut board: Emulated, init: impl FnOnce(&mut Emulated, SendSpawner, SendSpawner)) -> ! {
-    // SAFETY: no critical section depends on priorities.
-    unsafe {
-        board.core.NVIC.set_priority(RECORD_LINE, 0x80);
-        board.core.NVIC.set_priority(SESSION_LINE, 0xC0);
-    }
-    let above = RECORD_EXECUTOR.start(RECORD_LINE);
-    let below = SESSION_EXECUTOR.start(SESSION_LINE);
-    init(&mut board, above, below);
+fn idle() -> ! {
     #[expect(
         clippy::empty_loop,
         reason = "a spin loop's YIELD costs QEMU what WFE does"
     )]
     loop {}
+}
+
+#[embassy_executor::task]
+async fn log_replay(player: Player, end: fn(bool) -> !) {
+    end(player.run().await)
+}
+
+#[embassy_executor::task]
+async fn record(recording: Recording) -> ! {
+    session::record(recording).await
+}
+
+#[embassy_executor::task]
+async fn perform(mut session: Session, experiments: &'static [Experiment], end: fn(bool) -> !) {
+    let sound = session.run::<Emulated>(experiments).await;
+    end(sound)
 }
 
 /// Without a device's vector table every line comes here.

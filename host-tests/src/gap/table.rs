@@ -1,6 +1,8 @@
 //! The result as a terminal shows it: plain text, at most [`WIDTH`] columns.
 
-use super::outcome::{Candidate, ErrorSet, Errors, Outcome, Report, Stages, Verdict};
+use model_core::gap::select::Verdict;
+
+use super::outcome::{Candidate, ErrorSet, Errors, Outcome, Report, Stages};
 use crate::quantity::{
     Scale, change, estimate, given, prefixed_estimate, probability, significant,
 };

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::failure::Failure;
 
 pub mod implementations;
-pub mod report;
+mod report;
 pub mod stand;
 pub mod tables;
 

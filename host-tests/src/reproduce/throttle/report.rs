@@ -71,7 +71,7 @@ fn panel(title: &str, x_title: &str, layers: Vec<Layer>) -> Panel {
 }
 
 /// The models on the validation log: position, error, histograms of the error (the paper's Fig. 5).
-pub fn validation(log: &Log, models: &[Judged]) -> io::Result<Figure> {
+pub(super) fn validation(log: &Log, models: &[Judged]) -> io::Result<Figure> {
     let shown: Vec<&Judged> = models
         .iter()
         .filter(|model| model.column != Column::Fitted)
@@ -136,7 +136,7 @@ pub fn validation(log: &Log, models: &[Judged]) -> io::Result<Figure> {
 }
 
 /// One model, three implementations, where they err most (the paper's Fig. 6).
-pub fn implementations(log: &Log, implemented: &[Implemented]) -> io::Result<Figure> {
+pub(super) fn implementations(log: &Log, implemented: &[Implemented]) -> io::Result<Figure> {
     let physical: Vec<&Implemented> = implemented
         .iter()
         .filter(|it| it.column == Column::Physical)
@@ -179,7 +179,7 @@ pub fn implementations(log: &Log, implemented: &[Implemented]) -> io::Result<Fig
 }
 
 /// A table of cells; the first row is its head, the first column its names.
-pub fn table(rows: &[Vec<String>]) -> String {
+pub(super) fn table(rows: &[Vec<String>]) -> String {
     let Some((head, body)) = rows.split_first() else {
         return String::new();
     };
@@ -202,7 +202,7 @@ pub fn table(rows: &[Vec<String>]) -> String {
 }
 
 /// The sentence on the stand.
-pub fn stand() -> String {
+pub(super) fn stand() -> String {
     let effects: Vec<&str> = stand::effects()
         .iter()
         .filter_map(|effect| effect.kind().id())
