@@ -2,12 +2,13 @@
 //! interrupts and tasks call it.
 
 use firmware::app::control::{self, Control};
-use firmware::app::emulate::{self, Emulation, PlantTick};
+use firmware::app::emulate::{self, Emulation};
 use firmware::app::experiment::Experiment;
 use firmware::app::memory::Memory;
 use firmware::app::record::{Outcome, Progress, Recorder, Recording, Sample};
 use firmware::app::timing::QUEUED_SAMPLES;
 use firmware::app::wiring::Wiring;
+use firmware::app::work::{ControlWork, PlantWork};
 use heapless::spsc::{Producer, Queue};
 
 /// The interrupts' work, and the ends that the tasks hold.

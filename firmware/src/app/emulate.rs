@@ -14,13 +14,7 @@ use super::experiment::Wear;
 use super::timing::TICKS_PER_CONTROL;
 use super::tracks::Tracks;
 use super::wiring::{Fault, Measurement, Truth, Wiring};
-
-/// The work of the most urgent interrupt.
-pub trait PlantTick: Send {
-    /// One plant period. True if a control step is due: it has until the next tick.
-    #[must_use]
-    fn tick(&mut self) -> bool;
-}
+use super::work::PlantWork;
 
 /// A plant to emulate from now on.
 #[derive(Debug, Clone)]
@@ -62,7 +56,7 @@ impl Emulation {
     }
 }
 
-impl PlantTick for Emulation {
+impl PlantWork for Emulation {
     /// A control step that is still due, and an input that the plant refuses, trip the latch.
     fn tick(&mut self) -> bool {
         self.wiring.count_tick();

@@ -35,3 +35,4 @@ pub mod tape;
 pub mod timing;
 pub mod tracks;
 pub mod wiring;
+pub mod work;

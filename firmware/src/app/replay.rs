@@ -10,10 +10,10 @@ use model_core::gap::simulator::Simulator;
 use model_core::plant::parameters::ParameterError;
 use model_core::plant::{InputRefused, State};
 
-use super::emulate::PlantTick;
 use super::tape::Tape;
 use super::timing::PLANT_PERIOD;
 use super::wiring::{Fault, Wiring};
+use super::work::PlantWork;
 
 /// A replay under way.
 #[derive(Debug, Clone)]
@@ -118,7 +118,7 @@ impl Playback {
     }
 }
 
-impl PlantTick for Playback {
+impl PlantWork for Playback {
     /// No control step is ever due. An input that the plant refuses trips the latch; a row that finds
     /// the queue full is lost, and its number is missing among the others.
     fn tick(&mut self) -> bool {

@@ -16,14 +16,13 @@ use systick_timer::SystickDriver;
 
 use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work, tape_flash};
-use crate::app::control::Control;
-use crate::app::emulate::PlantTick;
 use crate::app::experiment::Experiment;
 use crate::app::playback::{self, Player};
 use crate::app::record::Recording;
 use crate::app::session::{self, Session};
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
+use crate::app::work::{ControlWork, PlantWork};
 
 /// Core clock of the emulated machine, Hz.
 const CORE_CLOCK: u32 = 168_000_000;
@@ -74,8 +73,8 @@ impl Board for Emulated {
 
     fn start(
         &mut self,
-        plant: &'static mut dyn PlantTick,
-        control: Option<&'static mut Control>,
+        plant: &'static mut dyn PlantWork,
+        control: Option<&'static mut dyn ControlWork>,
         wiring: &'static Wiring,
     ) {
         let period = PLANT_PERIOD_US * 1000;

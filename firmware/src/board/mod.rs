@@ -1,8 +1,7 @@
 //! The boards, the only files that know hardware, and what they share.
 
-use crate::app::control::Control;
-use crate::app::emulate::PlantTick;
 use crate::app::wiring::Wiring;
+use crate::app::work::{ControlWork, PlantWork};
 
 pub mod deadline;
 #[cfg(all(feature = "emulated", target_os = "none"))]
@@ -25,14 +24,14 @@ pub trait Board {
 
     /// Gives the interrupts their work and starts the clock. Called once.
     ///
-    /// From then on the board calls [`PlantTick::tick`] every
+    /// From then on the board calls [`PlantWork::tick`] every
     /// [`PLANT_PERIOD_US`](crate::app::timing::PLANT_PERIOD_US) in its most urgent interrupt, and
-    /// [`Control::step`], where there is a control, in the next one whenever the tick says so. A tick that comes late by half
+    /// [`ControlWork::step`], where there is a control, in the next one whenever the tick says so. A tick that comes late by half
     /// a period or more, or not at all, it reports to the fault latch of `wiring`.
     fn start(
         &mut self,
-        plant: &'static mut dyn PlantTick,
-        control: Option<&'static mut Control>,
+        plant: &'static mut dyn PlantWork,
+        control: Option<&'static mut dyn ControlWork>,
         wiring: &'static Wiring,
     );
 
