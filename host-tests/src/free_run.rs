@@ -1,67 +1,65 @@
-//! Free run: one simulation of a whole log, from its first position at rest, without restarts, and how
-//! far it is off (throttle paper, eqs. 23 and 24).
+//! Free run: a model driven by the measured input alone, from the first measured position on.
 
-use model_core::gap::model::Model;
 use model_core::plant::State;
+use model_core::plant::actuator::Actuator;
+use model_core::plant::parameters::{ParameterError, Parameters};
+use serde::Serialize;
 
-use crate::failure::Failure;
-use crate::log::Log;
-
-/// How far a free run is off.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// How far a prediction is off.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Errors {
-    /// Norm of the error over that of the measurement less its mean: 1 is as good as the mean.
+    /// Root mean square of the error over the standard deviation of the measurement (throttle paper,
+    /// eq. 23).
     pub nrmse: f64,
-    /// Largest magnitude of the error, unit of the position.
-    pub largest: f64,
+    /// Largest magnitude of the error, rad or m (eq. 24).
+    pub max_abs: f64,
 }
 
-/// Errors of predicted positions beside measured ones, as many as both have.
-pub fn errors(predicted: &[f64], measured: &[f64]) -> Errors {
-    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
-    let (mut error, mut spread, mut largest) = (0.0, 0.0, 0.0_f64);
-    for (predicted, measured) in predicted.iter().zip(measured) {
-        let difference = predicted - measured;
+/// The errors of a prediction. Without samples, or of a measurement that never moves, the NRMSE is
+/// not a number.
+///
+/// ```
+/// use host_tests::free_run::errors;
+///
+/// let found = errors(&[1.0, 2.0, 3.5], &[1.0, 2.0, 3.0]);
+/// assert_eq!(found.max_abs, 0.5);
+/// assert!((found.nrmse - (0.25_f64 / 2.0).sqrt()).abs() < 1e-12);
+/// ```
+pub fn errors<T: Copy + Into<f64>>(predicted: &[T], measured: &[T]) -> Errors {
+    let mean = measured.iter().map(|&y| y.into()).sum::<f64>() / measured.len() as f64;
+    let (mut error, mut spread, mut max_abs) = (0.0, 0.0, 0.0_f64);
+    for (&predicted, &measured) in predicted.iter().zip(measured) {
+        let measured = measured.into();
+        let difference = predicted.into() - measured;
         error += difference * difference;
         spread += (measured - mean) * (measured - mean);
-        largest = largest.max(difference.abs());
+        max_abs = max_abs.max(difference.abs());
     }
     Errors {
         nrmse: (error / spread).sqrt(),
-        largest,
+        max_abs,
     }
 }
 
-/// Positions of a model in free run, a row of the log each. A delay in the model is not in them.
+/// Runs the core's actuator over `input`, at rest at `start` (brought within its stops) before the
+/// first sample: the position at each sample.
 ///
 /// # Errors
-/// A parameter out of its range, an input that the plant refuses.
-pub fn positions(model: &Model, log: &Log) -> Result<Vec<f64>, Failure> {
-    let simulator = model
-        .build(log.period_s as f32)
-        .map_err(|error| Failure::other(error.to_string()))?;
-    let mut state = State::new(log.position[0] as f32, 0.0);
-    let rows = log.input.iter().enumerate();
-    rows.map(|(row, &input)| {
-        let position = f64::from(state.position.value());
-        let input = input as f32;
-        let stepped = simulator.step(&mut state, (input, input), row);
-        stepped
-            .map(|_| position)
-            .map_err(|error| Failure::other(error.to_string()))
-    })
-    .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn errors_are_those_of_the_paper() {
-        // By hand: errors 0, 1, -2; measured 1, 2, 6 about 3.
-        let errors = errors(&[1.0, 3.0, 4.0], &[1.0, 2.0, 6.0]);
-        assert_eq!(errors.largest, 2.0);
-        assert!((errors.nrmse - (5.0_f64 / 14.0).sqrt()).abs() < 1e-15);
+/// Parameters that the core does not take.
+pub fn simulate(
+    parameters: &Parameters,
+    period: f32,
+    input: &[f32],
+    start: f32,
+) -> Result<Vec<f32>, ParameterError> {
+    let actuator = Actuator::build(parameters, period)?;
+    let start = start.clamp(parameters.lower_stop, parameters.upper_stop);
+    let mut state = State::new(start, 0.0);
+    let mut positions = Vec::with_capacity(input.len());
+    for &input in input {
+        positions.push(state.position.value());
+        // A log's numbers are finite; beyond the core's limit the state stays as it is.
+        let _ = actuator.step(&mut state, input);
     }
+    Ok(positions)
 }

@@ -15,6 +15,7 @@ pub mod figures;
 pub mod free_run;
 pub mod gap;
 pub mod hil;
+pub mod identify;
 pub mod image;
 pub mod log;
 pub mod machine;

@@ -283,13 +283,14 @@ fn growing_triangle_keeps_its_slope_and_starts_over() {
     let signal = growing_triangle::Parameters {
         offset: -3.0,
         amplitude: 3.0,
-        cycles: 14,
+        first: 10,
+        last: 18,
         duration: 60.0,
     }
     .build(1e-3)
     .unwrap();
-    // 420 quarters of 143 ticks; 1/14 of 3 V each.
-    let (ticks, slope) = (420 * 143, 3.0 / 14.0 / 143.0);
+    // 2 (18·19 − 10·9) quarters of 119 ticks; 1/18 of 3 V each.
+    let (ticks, slope) = (504 * 119, 3.0 / 18.0 / 119.0);
     let mut turns = 0;
     let mut rising = true;
     for tick in 1..=ticks {
@@ -300,7 +301,7 @@ fn growing_triangle_keeps_its_slope_and_starts_over() {
             turns += 1;
         }
     }
-    assert_eq!(turns, 28);
+    assert_eq!(turns, 18);
     assert_eq!(signal.at(ticks), signal.at(0));
     assert_eq!(signal.at(ticks + 1000), signal.at(1000));
 }
@@ -337,14 +338,19 @@ fn bad_parameters_of_steps_and_growing_triangles_are_named() {
     let triangle = growing_triangle::Parameters {
         offset: 0.0,
         amplitude: 1.0,
-        cycles: 4,
+        first: 1,
+        last: 4,
         duration: 1.0,
     };
     let name = |parameters: growing_triangle::Parameters| parameters.build(1e-2).unwrap_err().name;
-    let (cycles, duration) = (0, 0.1);
+    let (first, last, duration) = (5, 0, 0.1);
     assert_eq!(
-        name(growing_triangle::Parameters { cycles, ..triangle }),
-        "cycles"
+        name(growing_triangle::Parameters { last, ..triangle }),
+        "last"
+    );
+    assert_eq!(
+        name(growing_triangle::Parameters { first, ..triangle }),
+        "first"
     );
     assert_eq!(
         name(growing_triangle::Parameters {

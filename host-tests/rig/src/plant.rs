@@ -263,7 +263,8 @@ impl Plant {
         if end.velocity * direction <= 0.0 {
             meet(share_of(start.velocity, end.velocity, 0.0), Event::Halt);
         }
-        if (end.position - self.rest) * self.side < 0.0 {
+        // A machine that leaves the rest and is back within the step has halted before.
+        if direction * self.side < 0.0 && (end.position - self.rest) * self.side < 0.0 {
             meet(passed(self.rest), Event::Rest);
         }
         if end.position >= self.stops.upper && direction > 0.0 {

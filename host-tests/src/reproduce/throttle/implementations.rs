@@ -20,6 +20,11 @@ const TICKS_PER_SAMPLE: u32 = (1e6 / stand::SAMPLE_RATE) as u32 / PLANT_PERIOD_U
 
 const _: () = assert!(TICKS_PER_SAMPLE == TICKS_PER_CONTROL);
 
+/// Where a free run starts: the first measured position, brought within the stops.
+fn start(plant: &Parameters, log: &Log) -> f32 {
+    (log.position[0] as f32).clamp(plant.lower_stop, plant.upper_stop)
+}
+
 /// The tape of a model driven by the input of a log.
 ///
 /// # Errors
@@ -28,7 +33,7 @@ pub fn tape(model: &Model, log: &Log) -> Result<Vec<u8>, Failure> {
     let inputs: Vec<f32> = log.input.iter().map(|&input| input as f32).collect();
     let drive = replay_run::Drive {
         model,
-        start: log.position[0] as f32,
+        start: start(&model.plant, log),
         ticks_per_input: TICKS_PER_SAMPLE,
         inputs: &inputs,
     };
@@ -68,7 +73,7 @@ pub fn continuous(plant: &Parameters, log: &Log) -> Vec<f64> {
         ..stand::throttle()
     };
     let mut simulated = Plant::new(&machine, &[]);
-    simulated.place(log.position[0], 0.0);
+    simulated.place(start(plant, log).into(), 0.0);
     let gain = f64::from(plant.gain);
     log.input
         .iter()

@@ -4,12 +4,13 @@ use std::io;
 
 use plotters::style::RGBColor;
 
-use super::stand;
 use super::tables::{self, Column, Implementation, Implemented, Judged};
+use super::{Results, stand};
+use crate::identify::{Series, figure};
 use crate::log::Log;
 use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, Layer, MEASURED, Mark, OTHER, Panel};
 use crate::page::series::{Point, envelope, histogram};
-use crate::page::{Figure, escape};
+use crate::page::{self, Figure, escape};
 
 /// Seconds of the excerpt that compares the implementations.
 const EXCERPT: f64 = 8.0;
@@ -70,8 +71,92 @@ fn panel(title: &str, x_title: &str, layers: Vec<Layer>) -> Panel {
     }
 }
 
+/// The page.
+pub(super) fn page(results: &Results) -> io::Result<String> {
+    let logs = &results.logs;
+    let mut body = header(results);
+    body += "<section>\n<h2>Errors</h2>\n<p class=\"note\">Free run over steps of 40 s; in brackets \
+             the paper's. NRMSE: eq. 23; the largest error: eq. 24, 5° at most.</p>\n";
+    body += &table(&tables::cells_1(&results.judged));
+    body += "<h3>One model, three implementations</h3>\n<p class=\"note\">On validation data. \
+             Time-continuous: double precision, 2 µs. Time-discrete: single precision, 50 µs, on the \
+             host. Real-time: the same in the interrupt of the emulated microcontroller.</p>\n";
+    body += &table(&tables::cells_2(&results.implemented));
+    body += &validation(&logs.validate, &results.judged)?.html();
+    body += &implementations(&logs.validate, &results.implemented)?.html();
+    body += "</section>\n<section>\n<h2>Identification</h2>\n<p class=\"note\">The six numbers of \
+             eq. 7 by the four lines of the characteristic and a fast log, with 95 % intervals.</p>\n";
+    body += &numbers(results);
+    let svg = figure::draw(
+        &Series::of(&logs.slow),
+        &results.models.identified.characteristic,
+        "rad",
+    )?;
+    // Inside a page an SVG needs no declaration of its kind.
+    let svg = svg.find("<svg").map_or("", |start| &svg[start..]);
+    body += &format!(
+        "<figure>\n<figcaption><b>The input over the position lies on four kinds of lines.</b> Slow \
+         triangles (the paper's Fig. 3).</figcaption>\n{svg}</figure>\n</section>\n"
+    );
+    let foot = [
+        stand(),
+        format!(
+            "From logs to models {:.1} s, gap loop {:.1} s.",
+            results.models.seconds, results.models.gap_seconds
+        ),
+    ];
+    Ok(page::page("Throttle paper, reproduced", &body, &foot))
+}
+
+fn header(results: &Results) -> String {
+    let best = results
+        .judged
+        .iter()
+        .find(|model| model.column == Column::Extended);
+    let finding = best.map_or(String::new(), |model| {
+        format!(
+            "With what the gap loop found ({}), the physical model is off by {} at most on data that it \
+             had not seen; the paper's by 4.93°.",
+            results.models.effects.join(", "),
+            tables::largest(&model.validation)
+        )
+    });
+    let parity = match results.differing_bits {
+        0 => "On the emulated microcontroller every position has the bits that it has on the host; in \
+              the paper the port raised the largest error from 5.09° to 12.08°."
+            .to_owned(),
+        bits => format!("On the emulated microcontroller {bits} bits differ from the host's."),
+    };
+    format!(
+        "<header>\n<p class=\"kind\">A paper reproduced</p>\n<h1>Throttle for \
+         hardware-in-the-loop simulation</h1>\n<p class=\"finding\">{}</p>\n<p>{}</p>\n<p \
+         class=\"note\">{}</p>\n</header>\n",
+        escape(&finding),
+        escape(&parity),
+        escape(&stand())
+    )
+}
+
+fn numbers(results: &Results) -> String {
+    let mut rows = vec![
+        ["number", "value", "95 % interval", "rig", "unit"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    rows.extend(results.numbers().map(|(name, unit, number, truth)| {
+        vec![
+            name.to_owned(),
+            format!("{:.4}", number.value),
+            format!("± {:.4}", number.half_width),
+            format!("{truth:.4}"),
+            unit.to_owned(),
+        ]
+    }));
+    table(&rows)
+}
+
 /// The models on the validation log: position, error, histograms of the error (the paper's Fig. 5).
-pub(super) fn validation(log: &Log, models: &[Judged]) -> io::Result<Figure> {
+fn validation(log: &Log, models: &[Judged]) -> io::Result<Figure> {
     let shown: Vec<&Judged> = models
         .iter()
         .filter(|model| model.column != Column::Fitted)
@@ -99,7 +184,7 @@ pub(super) fn validation(log: &Log, models: &[Judged]) -> io::Result<Figure> {
             .collect();
         let highest = bars.iter().map(|bar| bar.1).fold(1.0, f64::max);
         Panel {
-            title: format!("share of the samples, %: {}", model.column.head().join(" ")),
+            title: format!("share of the samples, %: {}", model.column.head()),
             x_title: "error, °".to_owned(),
             x: ends,
             y: (0.0, 1.06 * highest),
@@ -136,7 +221,7 @@ pub(super) fn validation(log: &Log, models: &[Judged]) -> io::Result<Figure> {
 }
 
 /// One model, three implementations, where they err most (the paper's Fig. 6).
-pub(super) fn implementations(log: &Log, implemented: &[Implemented]) -> io::Result<Figure> {
+fn implementations(log: &Log, implemented: &[Implemented]) -> io::Result<Figure> {
     let physical: Vec<&Implemented> = implemented
         .iter()
         .filter(|it| it.column == Column::Physical)
@@ -179,7 +264,7 @@ pub(super) fn implementations(log: &Log, implemented: &[Implemented]) -> io::Res
 }
 
 /// A table of cells; the first row is its head, the first column its names.
-pub(super) fn table(rows: &[Vec<String>]) -> String {
+fn table(rows: &[Vec<String>]) -> String {
     let Some((head, body)) = rows.split_first() else {
         return String::new();
     };

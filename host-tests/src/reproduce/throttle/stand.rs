@@ -2,8 +2,9 @@
 //!
 //! The throttle has what neither model knows: cogging of its gear, bristles that yield before they
 //! slide (LuGre), friction that differs by direction. Its potentiometer is noisy and read by a 12-bit
-//! converter, its motor by a shunt. Strengths are the rig's nominal ones, set before any model saw
-//! the logs.
+//! converter, its motor by a shunt. The strengths are half of the rig's nominal ones: in full the
+//! cogging alone moves the plate's rest against the weak return spring by 8°, and no model without
+//! it could keep the paper's 5°; the paper's throttle showed no effect of the place.
 
 use std::path::Path;
 
@@ -24,26 +25,31 @@ const EFFECTS: [EffectKind; 3] = [
     EffectKind::AsymmetricCoulomb,
 ];
 
+/// Their share of the rig's nominal strengths.
+const SHARE: f64 = 0.5;
+
 /// Noise of potentiometer and shunt: two thirds of a count of the 12-bit converter, and 20 mA.
 const NOISE: Noise = Noise {
     position: 3.2e-4,
     current: 0.02,
 };
 
-/// The triangles: from the spring's side of the stroke to the far stop and back, slowly enough that
-/// inertia does not show.
+/// The triangles: around the input that holds the spring in the middle of the stroke, from those that
+/// just overcome friction up to those that reach both ends, slowly enough that inertia does not show.
 const SLOW: growing_triangle::Parameters = growing_triangle::Parameters {
-    offset: -3.2,
-    amplitude: 2.6,
-    cycles: 6,
+    offset: -3.14,
+    amplitude: 2.4,
+    first: 14,
+    last: 24,
     duration: 60.0,
 };
 
-/// Levels between both stops, held long enough for the plate to arrive at some of them.
+/// Levels a fifth beyond those that reach both ends, held long enough for the plate to arrive at some of
+/// them.
 const fn steps(seed: u64) -> aprts::Parameters {
     aprts::Parameters {
         lower: -6.0,
-        upper: -0.5,
+        upper: -0.25,
         shortest_hold: 0.1,
         longest_hold: 0.6,
         seed,
@@ -73,8 +79,36 @@ pub fn throttle() -> Machine {
 pub fn effects() -> Vec<Effect> {
     EFFECTS
         .iter()
-        .map(|&kind| Effect::nominal(kind, &throttle()))
+        .map(|&kind| Effect::nominal(kind, &throttle()).scaled(SHARE))
         .collect()
+}
+
+/// The six numbers of the rig in the order of [`crate::identify::Numbers::all`], as far as its
+/// machine file says them: its friction also depends on direction, place and speed.
+pub fn numbers() -> [f64; 6] {
+    let machine = throttle();
+    let rig::Motor::Winding {
+        resistance,
+        torque_constant,
+        ..
+    } = machine.motor
+    else {
+        unreachable!("a throttle has a winding");
+    };
+    let torque_per_volt = torque_constant / resistance;
+    let spring = machine.spring.unwrap_or(rig::ReturnSpring {
+        stiffness: 0.0,
+        rest: 0.0,
+        preload: 0.0,
+    });
+    [
+        spring.stiffness / torque_per_volt,
+        machine.viscous / torque_per_volt + torque_constant,
+        spring.preload / torque_per_volt,
+        machine.coulomb / torque_per_volt,
+        machine.static_friction / torque_per_volt,
+        torque_per_volt / machine.inertia,
+    ]
 }
 
 /// Records the three logs with noise that follows from `seed`, into CSV files in a directory.

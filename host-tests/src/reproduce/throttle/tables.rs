@@ -1,5 +1,6 @@
 //! Tables 1 and 2 of the paper, ours beside them.
 
+use super::stand::Logs;
 use crate::free_run::Errors;
 use crate::reproduce::Entry;
 
@@ -23,8 +24,8 @@ const PAPER_IMPLEMENTATIONS: [(Implementation, Errors); 3] = [
 /// What the paper asks of every model: the largest error, degrees.
 pub const LIMIT: f64 = 5.0;
 
-const fn degrees(nrmse: f64, largest: f64) -> Errors {
-    Errors { nrmse, largest }
+const fn degrees(nrmse: f64, max_abs: f64) -> Errors {
+    Errors { nrmse, max_abs }
 }
 
 /// A model.
@@ -52,12 +53,12 @@ impl Column {
     }
 
     /// Over a column of a table.
-    pub fn head(self) -> [&'static str; 2] {
+    pub fn head(self) -> &'static str {
         match self {
-            Self::Physical => ["physical,", "four lines"],
-            Self::Fitted => ["physical,", "fitted"],
-            Self::Extended => ["physical,", "gap closed"],
-            Self::PiecewiseAffine => ["PWA", ""],
+            Self::Physical => "physical",
+            Self::Fitted => "physical, fitted",
+            Self::Extended => "physical, gap closed",
+            Self::PiecewiseAffine => "PWA",
         }
     }
 
@@ -111,6 +112,19 @@ pub struct Judged {
     pub identification: Errors,
     /// Errors of the second, degrees.
     pub validation: Errors,
+}
+
+impl Judged {
+    /// From the free runs.
+    pub fn new(column: Column, fast: Vec<f64>, validate: Vec<f64>, logs: &Logs) -> Self {
+        Self {
+            column,
+            identification: super::degrees(&fast, &logs.fast),
+            validation: super::degrees(&validate, &logs.validate),
+            fast,
+            validate,
+        }
+    }
 }
 
 /// An implementation of a model on the validation log.
@@ -167,22 +181,12 @@ fn pair(what: &str, ours: Errors, paper: Option<Errors>) -> [Entry; 2] {
     };
     [
         entry("NRMSE", "", |errors| errors.nrmse),
-        entry("largest error", "°", |errors| errors.largest),
+        entry("largest error", "°", |errors| errors.max_abs),
     ]
 }
 
-/// Table 1 for a terminal.
-pub fn render_1(models: &[Judged]) -> String {
-    let mut rows = vec![
-        row(
-            "",
-            models.iter().map(|model| model.column.head()[0].to_owned()),
-        ),
-        row(
-            "",
-            models.iter().map(|model| model.column.head()[1].to_owned()),
-        ),
-    ];
+/// Table 1 as cells: a row of heads, then a row an error.
+pub fn cells_1(models: &[Judged]) -> Vec<Vec<String>> {
     type Side = fn(&Judged) -> (Errors, Option<Errors>);
     let sides: [(&str, Side); 2] = [
         ("identification", |model| {
@@ -192,38 +196,67 @@ pub fn render_1(models: &[Judged]) -> String {
             (model.validation, model.column.paper().map(|p| p.1))
         }),
     ];
+    let mut rows = vec![row(
+        "",
+        models.iter().map(|model| model.column.head().to_owned()),
+    )];
     for (name, side) in sides {
-        let cells = |pick: fn(&Errors) -> String| {
-            models.iter().map(move |model| {
+        for (error, pick) in ERRORS {
+            let cells = models.iter().map(|model| {
                 let (ours, paper) = side(model);
                 beside(&ours, paper.as_ref(), pick)
-            })
-        };
-        rows.push(row(&format!("{name} NRMSE"), cells(nrmse)));
-        rows.push(row(&format!("{name} ‖e‖∞"), cells(largest)));
+            });
+            rows.push(row(&format!("{name} {error}"), cells));
+        }
     }
-    rows.concat()
+    rows
 }
 
-/// Table 2 for a terminal.
-pub fn render_2(implemented: &[Implemented]) -> String {
-    let names = |pick: fn(&Implemented) -> &'static str| {
-        implemented.iter().map(move |it| pick(it).to_owned())
-    };
-    let cells = |pick: fn(&Errors) -> String| {
-        implemented.iter().map(move |it| {
+/// Table 2 as cells.
+pub fn cells_2(implemented: &[Implemented]) -> Vec<Vec<String>> {
+    let heads = implemented
+        .iter()
+        .map(|it| format!("{}, {}", it.column.head(), it.implementation.name()));
+    let mut rows = vec![row("", heads)];
+    for (error, pick) in ERRORS {
+        let cells = implemented.iter().map(|it| {
             let paper = (it.column == Column::Physical).then(|| it.implementation.paper());
             beside(&it.errors, paper.flatten().as_ref(), pick)
-        })
-    };
-    [
-        row("", names(|it| it.column.head()[1])),
-        row("", names(|it| it.implementation.name())),
-        row("validation NRMSE", cells(nrmse)),
-        row("validation ‖e‖∞", cells(largest)),
-    ]
-    .concat()
+        });
+        rows.push(row(&format!("validation {error}"), cells));
+    }
+    rows
 }
+
+/// Cells for a terminal, a column an entry and a line a row of them: many columns become lines.
+pub fn render(cells: &[Vec<String>]) -> String {
+    let columns = cells.first().map_or(0, Vec::len);
+    let width = |row: usize| {
+        let lengths = (0..columns).map(|column| cells[row][column].chars().count());
+        lengths.max().unwrap_or(0) + 3
+    };
+    let widths: Vec<usize> = (0..cells.len()).map(width).collect();
+    let mut text = String::new();
+    for column in 0..columns {
+        let line = cells.iter().zip(&widths).enumerate();
+        let line: String = line
+            .map(|(row, (cells, width))| {
+                let (cell, width) = (&cells[column], *width);
+                if row == 0 {
+                    format!("{cell:<width$}")
+                } else {
+                    format!("{cell:>width$}")
+                }
+            })
+            .collect();
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+/// The two errors and how they are shown.
+const ERRORS: [(&str, fn(&Errors) -> String); 2] = [("NRMSE", nrmse), ("‖e‖∞", largest)];
 
 /// Ours, and the paper's in brackets.
 pub fn beside(ours: &Errors, paper: Option<&Errors>, pick: fn(&Errors) -> String) -> String {
@@ -240,12 +273,11 @@ pub fn nrmse(errors: &Errors) -> String {
 
 /// A largest error as a table shows it.
 pub fn largest(errors: &Errors) -> String {
-    format!("{:.2}°", errors.largest)
+    format!("{:.2}°", errors.max_abs)
 }
 
-fn row(name: &str, cells: impl Iterator<Item = String>) -> String {
-    let cells: String = cells.map(|cell| format!("{cell:>16}")).collect();
-    format!("{name:<22}{cells}\n")
+fn row(name: &str, cells: impl Iterator<Item = String>) -> Vec<String> {
+    std::iter::once(name.to_owned()).chain(cells).collect()
 }
 
 #[cfg(test)]
@@ -256,7 +288,7 @@ mod tests {
     fn the_papers_numbers_stand_beside_ours() {
         let ours = Errors {
             nrmse: 0.0123,
-            largest: 1.5,
+            max_abs: 1.5,
         };
         let models = [Judged {
             column: Column::PiecewiseAffine,
@@ -265,7 +297,7 @@ mod tests {
             identification: ours,
             validation: ours,
         }];
-        let table = render_1(&models);
+        let table = render(&cells_1(&models));
         assert!(
             table.contains("0.012 (0.060)") && table.contains("1.50° (3.83°)"),
             "{table}"
@@ -283,6 +315,6 @@ mod tests {
         let implemented = [Column::Physical, Column::Extended].map(real_time);
         let entries = table_2(&implemented);
         assert_eq!((entries[1].paper, entries[3].paper), (Some(12.08), None));
-        assert!(render_2(&implemented).contains("1.50° (12.08°)"));
+        assert!(render(&cells_2(&implemented)).contains("1.50° (12.08°)"));
     }
 }
