@@ -4,6 +4,16 @@ use model_core::plant::parameters::{Drive, Parameters};
 
 use crate::machine::{Coordinate, Machine};
 
+/// What the six numbers say, to be fitted again before an effect is looked for.
+const IDENTIFIED: [&str; 6] = [
+    "inertia",
+    "viscous",
+    "spring",
+    "spring_preload",
+    "coulomb",
+    "static",
+];
+
 /// The machine file of identified parameters; what was not identified is as declared.
 pub(crate) fn text(declared: &Machine, parameters: &Parameters, note: &str) -> String {
     let (coordinate, kind) = (
@@ -73,7 +83,7 @@ pub(crate) fn text(declared: &Machine, parameters: &Parameters, note: &str) -> S
     lines.extend([
         String::new(),
         "[fit]".to_owned(),
-        format!("parameters = {:?}", declared.fit),
+        format!("parameters = {IDENTIFIED:?}"),
         "declared_effects = []".to_owned(),
         String::new(),
     ]);
