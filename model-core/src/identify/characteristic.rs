@@ -88,6 +88,10 @@ pub struct Task<'l> {
     pub acceleration_gain: f32,
     /// 1/a₁ as it is known so far, s: the time in which speed settles after a breakaway.
     pub time_constant: f32,
+    /// a₁/a₀ as it is known so far, s: the time in which the spring settles; ∞ if it is not.
+    pub settling_time: f32,
+    /// L/R, s: how late the motor's torque follows the input.
+    pub lag: f32,
     /// Seed of RANSAC.
     pub seed: u64,
 }
@@ -347,12 +351,12 @@ impl Characteristic {
     /// A motion that was seen at `at` began before: where, and under which input.
     fn begin(&mut self, task: &Task, smoother: &Smoother, at: usize, to: Direction, stretch: u16) {
         let forward = |step: isize| at.checked_add_signed(step);
-        let breakaway = Onset::Breakaway {
-            ramp: smoother.slope(task.input, at) * to.sign() as f32,
-        };
-        if let Some(onset) = smoother.onset(task, forward, to, breakaway) {
+        let rate = smoother.slope(task.input, at);
+        let ramp = rate * to.sign() as f32;
+        if let Some(onset) = smoother.onset(task, forward, to, Onset::Breakaway { ramp }) {
+            let input = task.input[onset.sample] - rate * task.age();
             self.breakaways[way(to, task.side(onset.position))]
-                .push(event(onset.position, task.input[onset.sample], stretch))
+                .push(event(onset.position, input, stretch))
                 .ok();
         }
     }
@@ -368,7 +372,10 @@ impl Characteristic {
         if let Some(onset) = smoother.onset(task, backward, reverse, Onset::Standstill) {
             // Backward in time speeds change sign, accelerations do not.
             let acceleration = onset.acceleration * reverse.sign() as f32;
-            let input = task.input[onset.sample] - acceleration / task.acceleration_gain;
+            // The sample at rest comes half a period after the end of the motion.
+            let age = task.age() + 0.5 * task.period;
+            let felt = task.input[onset.sample] - smoother.slope(task.input, at) * age;
+            let input = felt - acceleration / task.acceleration_gain;
             self.standstills[way(of, task.side(onset.position))]
                 .push(event(onset.position, input, stretch))
                 .ok();
@@ -594,6 +601,12 @@ fn fit(task: &Task, samples: &mut [Sample], input: &dyn Fn(&Sample) -> f32) -> O
 }
 
 impl Task<'_> {
+    /// How old the input is that the mechanism feels, s: half a period, for which a sample is held on
+    /// average when something happens, and the winding's lag.
+    fn age(&self) -> f32 {
+        0.5 * self.period + self.lag
+    }
+
     fn side(&self, position: f32) -> Side {
         if position < self.rest {
             Side::Below
@@ -723,7 +736,9 @@ impl Smoother {
         let acceleration = change / ((after - before) as f32 * self.period);
         Some((
             self.mean(task.position, at),
-            self.mean(task.input, at) - acceleration / task.acceleration_gain,
+            self.mean(task.input, at)
+                - rates[1] * task.age()
+                - acceleration / task.acceleration_gain,
         ))
     }
 
@@ -831,7 +846,7 @@ enum Onset {
         /// V/s
         ramp: f32,
     },
-    /// Backward in time, from standstill at constant acceleration.
+    /// Backward in time, from standstill at an acceleration that grows with the settling time.
     Standstill,
 }
 
@@ -839,7 +854,11 @@ impl Onset {
     /// Displacement after `time` s: for a unit of acceleration at the begin, and by the ramp.
     fn shapes(self, time: f32, task: &Task) -> (f32, f32) {
         match self {
-            Self::Standstill => (0.5 * time * time, 0.0),
+            Self::Standstill => {
+                // τ² (e^x − 1 − x) with x = t/τ, as a series: x is small, or τ infinite.
+                let x = time / task.settling_time;
+                (0.5 * time * time * (1.0 + x / 3.0 * (1.0 + x / 4.0)), 0.0)
+            }
             Self::Breakaway { ramp } => {
                 let tau = task.time_constant;
                 // 1 − e^(−t/τ)
