@@ -29,7 +29,7 @@ fn write(path: &Path, input: Vec<f64>) {
 
 fn logs(directory: &Path) {
     let triangle = growing_triangle::Parameters {
-        offset: -3.14,
+        offset: -3.1,
         amplitude: 2.4,
         first: 14,
         last: 24,

@@ -329,19 +329,20 @@ impl Characteristic {
                 (Some(before), Some(now)) if before != now => stretch += 1,
                 _ => {}
             }
-            if moving.is_some() && at >= last_uniform + uniform_every {
-                if let Some((position, input)) = smoother.uniform(task, at, velocity) {
-                    let way = way(direction_of(velocity), task.side(position));
-                    // A full line has its share of points already.
-                    let _ = self.uniform[way].push(Sample {
-                        position,
-                        input,
-                        velocity,
-                        stretch,
-                        inlier: false,
-                    });
-                    last_uniform = at;
-                }
+            if moving.is_some()
+                && at >= last_uniform + uniform_every
+                && let Some((position, input)) = smoother.uniform(task, at, velocity)
+            {
+                let way = way(direction_of(velocity), task.side(position));
+                // A full line has its share of points already.
+                let _ = self.uniform[way].push(Sample {
+                    position,
+                    input,
+                    velocity,
+                    stretch,
+                    inlier: false,
+                });
+                last_uniform = at;
             }
             was = Some(moving);
             at += stride;
@@ -399,17 +400,22 @@ impl Characteristic {
         for round in 1..=ROUNDS {
             self.branches.clear();
             let speed = self.speed;
-            let reduced = |sample: &Sample| {
-                sample.input - damping * (sample.velocity - speed.copysign(sample.velocity))
-            };
             for kind in Kind::ALL {
                 for direction in Direction::ALL {
                     for side in Side::ALL {
                         let way = way(direction, side);
-                        let (points, input): (&mut [Sample], &dyn Fn(&Sample) -> f32) = match kind {
-                            Kind::Uniform => (&mut self.uniform[way], &reduced),
-                            Kind::Breakaway => (&mut self.breakaways[way], &|s| s.input),
-                            Kind::Standstill => (&mut self.standstills[way], &|s| s.input),
+                        let points: &mut [Sample] = match kind {
+                            Kind::Uniform => &mut self.uniform[way],
+                            Kind::Breakaway => &mut self.breakaways[way],
+                            Kind::Standstill => &mut self.standstills[way],
+                        };
+                        let input = |sample: &Sample| match kind {
+                            Kind::Uniform => {
+                                let extra =
+                                    sample.velocity - libm::copysignf(speed, sample.velocity);
+                                sample.input - damping * extra
+                            }
+                            Kind::Breakaway | Kind::Standstill => sample.input,
                         };
                         if let Some(line) = fit(task, points, input) {
                             let _ = self.branches.push(Branch {
@@ -577,7 +583,7 @@ fn event(position: f32, input: f32, stretch: u16) -> Sample {
 }
 
 /// Fits a line to points and marks its inliers.
-fn fit(task: &Task, samples: &mut [Sample], input: &dyn Fn(&Sample) -> f32) -> Option<Line> {
+fn fit(task: &Task, samples: &mut [Sample], input: impl Fn(&Sample) -> f32) -> Option<Line> {
     let mut points: Vec<Point, MOST_POINTS> = Vec::new();
     for sample in samples.iter() {
         let _ = points.push(Point {

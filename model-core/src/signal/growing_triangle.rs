@@ -88,7 +88,7 @@ impl GrowingTriangle {
     pub fn at(&self, tick: u32) -> f32 {
         let within = self.before + u64::from(tick) % self.ticks;
         // Cycle k starts after 2 k (k − 1) quarters: the largest k for which that is not later.
-        let cycle = (1 + (1 + 2 * (within / self.quarter)).isqrt()) / 2;
+        let cycle = (1 + 2 * (within / self.quarter)).isqrt().div_ceil(2);
         let after = (within - 2 * cycle * (cycle - 1) * self.quarter) as i64;
         let peak = (cycle * self.quarter) as i64;
         let height = if after <= peak {
