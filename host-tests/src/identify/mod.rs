@@ -3,10 +3,10 @@
 //!
 //! Source: the throttle paper, eqs 8–20. A slow triangle gives five ratios by the lines of the
 //! input/output characteristic ([`model_core::identify::characteristic`]); a fast multi-step signal
-//! gives b₀ by the error of a free run ([`gain`]), for each of two assemblies. The declared winding turns the six numbers into an
+//! gives b₀ by the error of a free run (`gain`), for each of two assemblies. The declared winding turns the six numbers into an
 //! inertia, frictions and a spring: with a current that follows the voltage at once
 //! (reduced motor) and with its inductance (full motor). Last, all six numbers are polished together on
-//! both logs ([`polish`]); what the paper's procedure found is kept beside it.
+//! both logs (`polish`); what the paper's procedure found is kept beside it.
 //!
 //! The ends of the stroke and the open position are the machine file's, which a learning sweep
 //! knows; where the slow log dwells near a declared stop, the stop is moved to where the sensor saw it.
