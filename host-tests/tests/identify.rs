@@ -5,6 +5,7 @@ use host_tests::log::Log;
 use host_tests::machine::Machine as Declared;
 use host_tests::{free_run, identify::Series};
 use model_core::signal::{aprts, growing_triangle};
+use rayon::prelude::*;
 use rig::{Effect, EffectKind, Experiment, Machine, Motor, Noise, Recording};
 
 const PERIOD: f32 = 1e-3;
@@ -43,11 +44,14 @@ fn swing(machine: &Machine) -> (f32, f32) {
 
 fn triangle(machine: &Machine) -> Vec<f64> {
     let (offset, amplitude) = swing(machine);
+    // A triangle moves the machine both ways from half of its static and sliding friction on.
+    let truth = truth(machine);
+    let moves = 24.0 * 0.5 * (truth[3] + truth[4]) / f64::from(amplitude);
     let signal = growing_triangle::Parameters {
         offset,
         amplitude,
-        first: 11,
-        last: 18,
+        first: moves.ceil() as u32,
+        last: 24,
         duration: SECONDS,
     }
     .build(PERIOD)
@@ -154,49 +158,152 @@ fn misses(numbers: &Numbers, truth: [f64; 6]) -> [f64; 6] {
     std::array::from_fn(|k| (all[k].value - truth[k]) / all[k].half_width)
 }
 
-fn show(found: &Identified, truth: [f64; 6]) {
-    for (name, model) in [
-        ("lines", Some(&found.reduced)),
-        ("full", Some(&found.full)),
-        ("polished", found.polished.as_ref()),
-    ] {
-        let Some(model) = model else { continue };
-        let misses = misses(&model.numbers, truth);
-        for (k, number) in model.numbers.all().into_iter().enumerate() {
-            println!(
-                "  {name} {k}: {:.5} ± {:.5}, truth {:.5}, {:+.2}",
-                number.value, number.half_width, truth[k], misses[k]
-            );
+/// The numbers of the lines within 2.5 half widths of the truth, b₀ within 5 %, free runs as good as the paper's, NRMSE 0.06: a level of the
+/// input next to a breakaway may cost a large error for the time that it is held.
+fn identifies(machine: &Machine, seed: u64) {
+    let found = run(machine, &[], seed);
+    let truth = truth(machine);
+    let misses = misses(&found.full.numbers, truth);
+    println!("{}: off by {misses:.2?} half widths", machine.name);
+    assert!(
+        misses[..5].iter().all(|miss| miss.abs() < 2.5),
+        "{misses:?}"
+    );
+    let b0 = found.full.numbers.b0.value / truth[5];
+    println!("{}: b0 {b0:.4} of the truth", machine.name);
+    assert!((b0 - 1.0).abs() < 0.05, "{b0}");
+    let fresh = log(
+        &measure(machine, &[], steps(machine, seed + 500), seed),
+        "fresh",
+    );
+    for model in [&found.reduced, &found.full, found.best()] {
+        let fresh = Series::of(&fresh).free_run(&model.parameters).unwrap();
+        for errors in [model.errors.slow, model.errors.fast, fresh] {
+            println!("{}: {errors:.4?}", machine.name);
+            assert!(errors.nrmse < 0.06, "{errors:?}");
         }
-        println!("  {name} {:?}", model.errors);
     }
-    println!("  {:?}", found.warnings);
 }
 
 #[test]
-fn probe() {
-    for machine in [
-        Machine::intake_throttle(),
-        Machine::throttle(),
-        Machine::swirl_flap(),
-        Machine::egr_valve(),
-    ] {
-        let found = run(&machine, &[], 1);
-        show(&found, truth(&machine));
-    }
+fn an_intake_throttle_is_identified() {
+    identifies(&Machine::intake_throttle(), 101);
+}
+
+#[test]
+fn a_limp_home_throttle_is_identified() {
+    identifies(&Machine::throttle(), 102);
+}
+
+#[test]
+fn a_swirl_flap_is_identified() {
+    identifies(&Machine::swirl_flap(), 103);
+}
+
+#[test]
+fn a_recirculation_valve_is_identified() {
+    identifies(&Machine::egr_valve(), 104);
+}
+
+/// Twelve throttles, each with parameters of its own: of 60 intervals of 95 % for the ratios, 57 are
+/// expected to cover the truth; fewer than 51 come by chance once in 500.
+#[test]
+fn intervals_of_the_ratios_cover_the_truth() {
+    let covered: Vec<[bool; 5]> = (0..12_u64)
+        .into_par_iter()
+        .map(|seed| {
+            let mut random = rig::Random::new(9000 + seed);
+            let mut vary = |value: f64| value * (0.8 + 0.4 * random.uniform());
+            let throttle = Machine::intake_throttle();
+            let coulomb = vary(0.22);
+            let machine = Machine {
+                inertia: vary(throttle.inertia),
+                viscous: vary(throttle.viscous),
+                coulomb,
+                static_friction: 1.15 * coulomb,
+                spring: throttle.spring.map(|spring| rig::ReturnSpring {
+                    stiffness: vary(spring.stiffness),
+                    ..spring
+                }),
+                ..throttle
+            };
+            let misses = misses(&run(&machine, &[], seed).full.numbers, truth(&machine));
+            println!("seed {seed}: off by {misses:.2?} half widths");
+            std::array::from_fn(|k| misses[k].abs() <= 1.0)
+        })
+        .collect();
+    let count = covered.iter().flatten().filter(|covers| **covers).count();
+    println!("{count} of 60 intervals cover the truth");
+    assert!(count >= 51, "{count}");
+}
+
+/// What the paper asks for, on machines that have what the model does not: cogging, presliding and
+/// friction that depends on the direction, noise and 12 bits; identification and validation.
+#[test]
+fn undeclared_effects_cost_five_degrees_at_most() {
     let machine = Machine::intake_throttle();
     let effects = [
         EffectKind::Cogging,
         EffectKind::Presliding,
         EffectKind::AsymmetricCoulomb,
     ]
-    .map(|kind| Effect::nominal(kind, &machine));
-    let found = run(&machine, &effects, 2);
-    show(&found, truth(&machine));
-    let fresh = log(&measure(&machine, &effects, steps(&machine, 77), 78), "v");
-    for model in [&found.reduced, &found.full, found.best()] {
-        let e = Series::of(&fresh).free_run(&model.parameters).unwrap();
-        println!("validation {:.4} {:.2}°", e.nrmse, e.max_abs / DEGREE);
+    .map(|kind| Effect::nominal(kind, &machine).scaled(0.5));
+    for seed in [201, 202] {
+        let found = run(&machine, &effects, seed);
+        let fresh = log(
+            &measure(&machine, &effects, steps(&machine, seed + 500), seed),
+            "fresh",
+        );
+        for (name, model) in [
+            ("reduced", &found.reduced),
+            ("full", &found.full),
+            ("polished", found.best()),
+        ] {
+            let fresh = Series::of(&fresh).free_run(&model.parameters).unwrap();
+            for (on, errors) in [
+                ("slow", model.errors.slow),
+                ("fast", model.errors.fast),
+                ("validation", fresh),
+            ] {
+                let degrees = errors.max_abs / DEGREE;
+                println!(
+                    "{seed} {name} {on}: NRMSE {:.3}, {degrees:.2}°",
+                    errors.nrmse
+                );
+                assert!(degrees <= 5.0, "{degrees}");
+            }
+        }
     }
-    let _ = free_run::errors;
+}
+
+/// The physical model, eqs 1–7, against the f64 rig of the same parameters: without and with
+/// inductance, preload, stops, viscous friction, static above Coulomb friction.
+#[test]
+fn both_assemblies_follow_an_independent_integration() {
+    for inductance in [0.0, 1.2e-3, 6e-3] {
+        for machine in [Machine::intake_throttle(), Machine::throttle()] {
+            let machine = Machine {
+                motor: Motor::Winding {
+                    resistance: 2.0,
+                    inductance,
+                    torque_constant: 0.38,
+                },
+                ..machine
+            };
+            for input in [triangle(&machine), steps(&machine, 301)] {
+                let reference = measure(&machine, &[], input, 1);
+                let directory = tempfile::tempdir().unwrap();
+                let path = directory.path().join("machine.toml");
+                std::fs::write(&path, machine.to_toml()).unwrap();
+                let declared = Start::new(Declared::read(&path).unwrap()).unwrap();
+                let input: Vec<f32> = reference.input.iter().map(|&u| u as f32).collect();
+                let rest = declared.parameters.spring_rest;
+                let ours = free_run::simulate(&declared.parameters, PERIOD, &input, rest).unwrap();
+                let truth: Vec<f32> = reference.true_position.iter().map(|&y| y as f32).collect();
+                let errors = free_run::errors(&ours, &truth);
+                println!("{} L {inductance}: {errors:?}", machine.name);
+                assert!(errors.max_abs < 1e-4, "{errors:?}");
+            }
+        }
+    }
 }

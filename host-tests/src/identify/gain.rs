@@ -1,4 +1,4 @@
-//! b₀ from a fast log: eq. 20, the least mean square error of a free run.
+//! b₀ from a fast log: eq. 20, the least error of a free run.
 
 use model_core::identify::golden_section;
 
@@ -28,25 +28,38 @@ pub(super) struct Found {
     pub simulations: usize,
 }
 
-/// The b₀ of the reduced motor with the least error on the log. `None` if it is at the end of the
+/// The b₀, with the declared inductance or without, with the least error on the log. `None` if it is at the end of the
 /// span, or without influence on the log.
 ///
-/// The interval is that of least squares in ln b₀ at the minimum, its variance N⁻¹ Σ(block gradient)²
-/// N⁻¹ over blocks of [`BLOCK_S`], within which residuals may be correlated as they like.
-pub(super) fn find(assembly: &Assembly, numbers: &Numbers, log: &Series) -> Option<Found> {
+/// The error is the sum over blocks of [`BLOCK_S`] of the *root* of the block's mean square, not of the
+/// mean square itself as in eq. 20: a level of the input next to the breakaway leaves the model where
+/// the machine moved on, or the other way round, and such a block would outweigh all others though it
+/// says nothing of the inertia.
+///
+/// The interval is that of the weighted least squares in ln b₀ that this is at the minimum, its variance
+/// N⁻¹ Σ(block gradient)² N⁻¹ over the blocks, within which residuals may be correlated as they like.
+/// Blocks in which the small step of the sensitivity moves a breakaway do not take part.
+pub(super) fn find(
+    assembly: &Assembly,
+    numbers: &Numbers,
+    log: &Series,
+    inductance: bool,
+) -> Option<Found> {
+    let block = ((BLOCK_S / log.period) as usize).max(1);
     let mut simulations = 0;
     let mut simulate = |b0: f64| {
         simulations += 1;
         let mut values = numbers.values();
         values[5] = b0;
-        let parameters = assembly.parameters(&values, false);
+        let parameters = assembly.parameters(&values, inductance);
         free_run::simulate(&parameters, log.period, &log.input, log.position[0]).ok()
     };
     let start = numbers.b0.value;
     let mut cost = |logarithm: f32| {
         simulate(start * f64::from(logarithm).exp()).map_or(f32::INFINITY, |predicted| {
-            let errors = free_run::errors(&predicted, &log.position);
-            errors.nrmse as f32
+            block_roots(&predicted, &log.position, block)
+                .iter()
+                .sum::<f64>() as f32
         })
     };
     let span = SPAN.ln();
@@ -73,20 +86,25 @@ pub(super) fn find(assembly: &Assembly, numbers: &Numbers, log: &Series) -> Opti
         simulate(value * STEP.exp())?,
         simulate(value * (-STEP).exp())?,
     );
-    let block = ((BLOCK_S / log.period) as usize).max(1);
-    let (mut normal, mut gradients, mut gradient) = (0.0, 0.0, 0.0);
-    let blocks = centre.len().div_ceil(block);
-    for (k, &predicted) in centre.iter().enumerate() {
-        let sensitivity = (f64::from(above[k]) - f64::from(below[k])) / (2.0 * STEP);
-        let residual = f64::from(log.position[k]) - f64::from(predicted);
-        normal += sensitivity * sensitivity;
-        gradient += sensitivity * residual;
-        if (k + 1) % block == 0 || k + 1 == centre.len() {
-            gradients += gradient * gradient;
-            gradient = 0.0;
+    let roots = block_roots(&centre, &log.position, block);
+    let (mut normal, mut gradients, mut blocks) = (0.0, 0.0, 0.0);
+    for (number, root) in roots.iter().enumerate() {
+        let (mut own, mut gradient, mut bend) = (0.0, 0.0, 0.0);
+        for k in number * block..((number + 1) * block).min(centre.len()) {
+            let [above, below, centre] = [&above, &below, &centre].map(|run| f64::from(run[k]));
+            let sensitivity = (above - below) / (2.0 * STEP);
+            own += sensitivity * sensitivity;
+            gradient += sensitivity * (f64::from(log.position[k]) - centre);
+            bend += ((above + below - 2.0 * centre) / STEP).powi(2);
+        }
+        if bend <= own {
+            let weight = 1.0 / root.max(1e-12);
+            normal += weight * own;
+            gradients += (weight * gradient).powi(2);
+            blocks += 1.0;
         }
     }
-    let small_sample = blocks as f64 / (blocks as f64 - 1.0).max(1.0);
+    let small_sample = blocks / (blocks - 1.0_f64).max(1.0);
     let deviation = (small_sample * gradients).sqrt() / normal;
     deviation.is_finite().then_some(Found {
         number: Number {
@@ -95,4 +113,17 @@ pub(super) fn find(assembly: &Assembly, numbers: &Numbers, log: &Series) -> Opti
         },
         simulations,
     })
+}
+
+/// Root mean square error of each block.
+fn block_roots(predicted: &[f32], measured: &[f32], block: usize) -> Vec<f64> {
+    predicted
+        .chunks(block)
+        .zip(measured.chunks(block))
+        .map(|(predicted, measured)| {
+            let pairs = predicted.iter().zip(measured);
+            let squares = pairs.map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
+            (squares.sum::<f64>() / predicted.len() as f64).sqrt()
+        })
+        .collect()
 }

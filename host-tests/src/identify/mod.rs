@@ -3,10 +3,10 @@
 //!
 //! Source: the throttle paper, eqs 8–20. A slow triangle gives five ratios by the lines of the
 //! input/output characteristic ([`model_core::identify::characteristic`]); a fast multi-step signal
-//! gives b₀ by the error of a free run ([`gain`]). The declared winding turns the six numbers into an
-//! inertia, frictions and a spring, in two assemblies: with a current that follows the voltage at once
+//! gives b₀ by the error of a free run (`gain`), for each of two assemblies. The declared winding turns the six numbers into an
+//! inertia, frictions and a spring: with a current that follows the voltage at once
 //! (reduced motor) and with its inductance (full motor). Last, all six numbers are polished together on
-//! both logs ([`polish`]); what the paper's procedure found is kept beside it.
+//! both logs (`polish`); what the paper's procedure found is kept beside it.
 //!
 //! The ends of the stroke and the open position are the machine file's, which a learning sweep
 //! knows; where the slow log dwells near a declared stop, the stop is moved to where the sensor saw it.
@@ -158,6 +158,7 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
     assembly.seat_stops(&slow_series, start.machine.resolution.unwrap_or(0.0) as f32);
     let mut b0 = assembly.declared_gain(start);
     let mut a1 = assembly.declared_damping(start);
+    let mut settling_time = f32::INFINITY;
     let mut simulations = 0;
     let mut outcome = None;
     // A negative gain is a machine that is wired the other way round.
@@ -178,6 +179,15 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
             smoothing: SMOOTHING_S,
             acceleration_gain: b0 as f32,
             time_constant: (1.0 / (a1 * b0)) as f32,
+            settling_time,
+            lag: match assembly.base.drive {
+                Drive::Voltage {
+                    inductance,
+                    resistance,
+                    ..
+                } => inductance / resistance,
+                Drive::Torque => 0.0,
+            },
             seed: 1,
         };
         let characteristic =
@@ -189,25 +199,28 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
         assembly
             .check(&ratios)
             .map_err(|message| InputError::new(&start.machine.path, None, message))?;
-        let found = gain::find(&assembly, &ratios, &fast_series).ok_or_else(|| {
-            refuse(
-                fast,
-                "no acceleration gain fits this log: its position hardly depends on the inertia; \
-                 drive the actuator by steps of the input over most of its stroke",
-            )
-        })?;
-        simulations += found.simulations;
-        (b0, a1) = (found.number.value, ratios.a1.value);
-        outcome = Some((
-            characteristic,
-            Numbers {
+        let mut gain = |inductance| {
+            let found =
+                gain::find(&assembly, &ratios, &fast_series, inductance).ok_or_else(|| {
+                    refuse(
+                        fast,
+                        "no acceleration gain fits this log: its position hardly depends on the \
+                     inertia; drive the actuator by steps of the input over most of its stroke",
+                    )
+                })?;
+            simulations += found.simulations;
+            Ok(Numbers {
                 b0: found.number,
                 ..ratios
-            },
-        ));
+            })
+        };
+        let (reduced, full) = (gain(false)?, gain(true)?);
+        (b0, a1) = (full.b0.value, ratios.a1.value);
+        settling_time = (a1 / ratios.a0.value) as f32;
+        outcome = Some((characteristic, reduced, full));
     }
-    let (characteristic, numbers) = outcome.expect("there is a round");
-    let mut warnings = assembly.warnings(&numbers);
+    let (characteristic, reduced, full) = outcome.expect("there is a round");
+    let mut warnings = assembly.warnings(&full);
     let model = |numbers: Numbers, inductance: bool| -> Result<Model, InputError> {
         let parameters = assembly.parameters(&numbers.values(), inductance);
         let on = |log: &Log, series: &Series| {
@@ -224,8 +237,7 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
             },
         })
     };
-    let (reduced, full) = (model(numbers, false)?, model(numbers, true)?);
-    let polish = polish::polish(&assembly, &numbers, &[&slow_series, &fast_series]);
+    let polish = polish::polish(&assembly, &full, &[&slow_series, &fast_series]);
     simulations += 4 + polish.simulations;
     let polished = match polish.numbers {
         Some(numbers) => Some(model(numbers, true)?),
@@ -236,8 +248,8 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
     };
     Ok(Identified {
         characteristic,
-        reduced,
-        full,
+        reduced: model(reduced, false)?,
+        full: model(full, true)?,
         polished,
         warnings,
         simulations,

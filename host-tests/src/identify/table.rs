@@ -62,7 +62,7 @@ pub(super) fn render(
     let _ = writeln!(
         text,
         "{:<8}{:<20}{:>26}{:>26}",
-        "", "", "lines and b0", "polished"
+        "", "", "lines and b0, full motor", "polished"
     );
     for (index, (symbol, meaning, volts)) in NUMBERS.into_iter().enumerate() {
         let shown = |model: &Model| {
@@ -72,7 +72,7 @@ pub(super) fn render(
         let _ = writeln!(
             text,
             "{symbol:<8}{meaning:<20}{:>26}{:>26} {}",
-            shown(&identified.reduced),
+            shown(&identified.full),
             polished.map_or("-".to_owned(), shown),
             unit(volts, coordinate)
         );

@@ -88,6 +88,10 @@ pub struct Task<'l> {
     pub acceleration_gain: f32,
     /// 1/a₁ as it is known so far, s: the time in which speed settles after a breakaway.
     pub time_constant: f32,
+    /// a₁/a₀ as it is known so far, s: the time in which the spring settles; ∞ if it is not.
+    pub settling_time: f32,
+    /// L/R, s: how late the motor's torque follows the input.
+    pub lag: f32,
     /// Seed of RANSAC.
     pub seed: u64,
 }
@@ -325,19 +329,20 @@ impl Characteristic {
                 (Some(before), Some(now)) if before != now => stretch += 1,
                 _ => {}
             }
-            if moving.is_some() && at >= last_uniform + uniform_every {
-                if let Some((position, input)) = smoother.uniform(task, at, velocity) {
-                    let way = way(direction_of(velocity), task.side(position));
-                    // A full line has its share of points already.
-                    let _ = self.uniform[way].push(Sample {
-                        position,
-                        input,
-                        velocity,
-                        stretch,
-                        inlier: false,
-                    });
-                    last_uniform = at;
-                }
+            if moving.is_some()
+                && at >= last_uniform + uniform_every
+                && let Some((position, input)) = smoother.uniform(task, at, velocity)
+            {
+                let way = way(direction_of(velocity), task.side(position));
+                // A full line has its share of points already.
+                let _ = self.uniform[way].push(Sample {
+                    position,
+                    input,
+                    velocity,
+                    stretch,
+                    inlier: false,
+                });
+                last_uniform = at;
             }
             was = Some(moving);
             at += stride;
@@ -347,12 +352,12 @@ impl Characteristic {
     /// A motion that was seen at `at` began before: where, and under which input.
     fn begin(&mut self, task: &Task, smoother: &Smoother, at: usize, to: Direction, stretch: u16) {
         let forward = |step: isize| at.checked_add_signed(step);
-        let breakaway = Onset::Breakaway {
-            ramp: smoother.slope(task.input, at) * to.sign() as f32,
-        };
-        if let Some(onset) = smoother.onset(task, forward, to, breakaway) {
+        let rate = smoother.slope(task.input, at);
+        let ramp = rate * to.sign() as f32;
+        if let Some(onset) = smoother.onset(task, forward, to, Onset::Breakaway { ramp }) {
+            let input = task.input[onset.sample] - rate * task.age();
             self.breakaways[way(to, task.side(onset.position))]
-                .push(event(onset.position, task.input[onset.sample], stretch))
+                .push(event(onset.position, input, stretch))
                 .ok();
         }
     }
@@ -368,7 +373,10 @@ impl Characteristic {
         if let Some(onset) = smoother.onset(task, backward, reverse, Onset::Standstill) {
             // Backward in time speeds change sign, accelerations do not.
             let acceleration = onset.acceleration * reverse.sign() as f32;
-            let input = task.input[onset.sample] - acceleration / task.acceleration_gain;
+            // The sample at rest comes half a period after the end of the motion.
+            let age = task.age() + 0.5 * task.period;
+            let felt = task.input[onset.sample] - smoother.slope(task.input, at) * age;
+            let input = felt - acceleration / task.acceleration_gain;
             self.standstills[way(of, task.side(onset.position))]
                 .push(event(onset.position, input, stretch))
                 .ok();
@@ -392,17 +400,22 @@ impl Characteristic {
         for round in 1..=ROUNDS {
             self.branches.clear();
             let speed = self.speed;
-            let reduced = |sample: &Sample| {
-                sample.input - damping * (sample.velocity - speed.copysign(sample.velocity))
-            };
             for kind in Kind::ALL {
                 for direction in Direction::ALL {
                     for side in Side::ALL {
                         let way = way(direction, side);
-                        let (points, input): (&mut [Sample], &dyn Fn(&Sample) -> f32) = match kind {
-                            Kind::Uniform => (&mut self.uniform[way], &reduced),
-                            Kind::Breakaway => (&mut self.breakaways[way], &|s| s.input),
-                            Kind::Standstill => (&mut self.standstills[way], &|s| s.input),
+                        let points: &mut [Sample] = match kind {
+                            Kind::Uniform => &mut self.uniform[way],
+                            Kind::Breakaway => &mut self.breakaways[way],
+                            Kind::Standstill => &mut self.standstills[way],
+                        };
+                        let input = |sample: &Sample| match kind {
+                            Kind::Uniform => {
+                                let extra =
+                                    sample.velocity - libm::copysignf(speed, sample.velocity);
+                                sample.input - damping * extra
+                            }
+                            Kind::Breakaway | Kind::Standstill => sample.input,
                         };
                         if let Some(line) = fit(task, points, input) {
                             let _ = self.branches.push(Branch {
@@ -570,7 +583,7 @@ fn event(position: f32, input: f32, stretch: u16) -> Sample {
 }
 
 /// Fits a line to points and marks its inliers.
-fn fit(task: &Task, samples: &mut [Sample], input: &dyn Fn(&Sample) -> f32) -> Option<Line> {
+fn fit(task: &Task, samples: &mut [Sample], input: impl Fn(&Sample) -> f32) -> Option<Line> {
     let mut points: Vec<Point, MOST_POINTS> = Vec::new();
     for sample in samples.iter() {
         let _ = points.push(Point {
@@ -594,6 +607,12 @@ fn fit(task: &Task, samples: &mut [Sample], input: &dyn Fn(&Sample) -> f32) -> O
 }
 
 impl Task<'_> {
+    /// How old the input is that the mechanism feels, s: half a period, for which a sample is held on
+    /// average when something happens, and the winding's lag.
+    fn age(&self) -> f32 {
+        0.5 * self.period + self.lag
+    }
+
     fn side(&self, position: f32) -> Side {
         if position < self.rest {
             Side::Below
@@ -723,7 +742,9 @@ impl Smoother {
         let acceleration = change / ((after - before) as f32 * self.period);
         Some((
             self.mean(task.position, at),
-            self.mean(task.input, at) - acceleration / task.acceleration_gain,
+            self.mean(task.input, at)
+                - rates[1] * task.age()
+                - acceleration / task.acceleration_gain,
         ))
     }
 
@@ -831,7 +852,7 @@ enum Onset {
         /// V/s
         ramp: f32,
     },
-    /// Backward in time, from standstill at constant acceleration.
+    /// Backward in time, from standstill at an acceleration that grows with the settling time.
     Standstill,
 }
 
@@ -839,7 +860,11 @@ impl Onset {
     /// Displacement after `time` s: for a unit of acceleration at the begin, and by the ramp.
     fn shapes(self, time: f32, task: &Task) -> (f32, f32) {
         match self {
-            Self::Standstill => (0.5 * time * time, 0.0),
+            Self::Standstill => {
+                // τ² (e^x − 1 − x) with x = t/τ, as a series: x is small, or τ infinite.
+                let x = time / task.settling_time;
+                (0.5 * time * time * (1.0 + x / 3.0 * (1.0 + x / 4.0)), 0.0)
+            }
             Self::Breakaway { ramp } => {
                 let tau = task.time_constant;
                 // 1 − e^(−t/τ)
