@@ -1,5 +1,7 @@
 //! b₀ from a fast log: eq. 20, the least error of a free run.
 
+use std::ops::Range;
+
 use model_core::identify::golden_section;
 
 use super::{Assembly, Number, Numbers, Series};
@@ -38,7 +40,8 @@ pub(super) struct Found {
 ///
 /// The interval is that of the weighted least squares in ln b₀ that this is at the minimum, its variance
 /// N⁻¹ Σ(block gradient)² N⁻¹ over the blocks, within which residuals may be correlated as they like.
-/// Blocks in which the small step of the sensitivity moves a breakaway do not take part.
+/// What the ratios' own intervals do to b₀ is added, as if the ratios were independent. Blocks in
+/// which the small step of a sensitivity moves a breakaway do not take part.
 pub(super) fn find(
     assembly: &Assembly,
     numbers: &Numbers,
@@ -47,16 +50,16 @@ pub(super) fn find(
 ) -> Option<Found> {
     let block = ((BLOCK_S / log.period) as usize).max(1);
     let mut simulations = 0;
-    let mut simulate = |b0: f64| {
+    let mut simulate = |values: &[f64; 6]| {
         simulations += 1;
-        let mut values = numbers.values();
-        values[5] = b0;
-        let parameters = assembly.parameters(&values, inductance);
+        let parameters = assembly.parameters(values, inductance);
         free_run::simulate(&parameters, log.period, &log.input, log.position[0]).ok()
     };
     let start = numbers.b0.value;
     let mut cost = |logarithm: f32| {
-        simulate(start * f64::from(logarithm).exp()).map_or(f32::INFINITY, |predicted| {
+        let mut values = numbers.values();
+        values[5] = start * f64::from(logarithm).exp();
+        simulate(&values).map_or(f32::INFINITY, |predicted| {
             block_roots(&predicted, &log.position, block)
                 .iter()
                 .sum::<f64>() as f32
@@ -81,31 +84,55 @@ pub(super) fn find(
         search.report(cost(candidate));
     }
     let value = start * f64::from(search.best()?.0).exp();
-    let centre = simulate(value)?;
-    let (above, below) = (
-        simulate(value * STEP.exp())?,
-        simulate(value * (-STEP).exp())?,
-    );
+    let mut at_minimum = numbers.values();
+    at_minimum[5] = value;
+    let centre = simulate(&at_minimum)?;
+    let mut sensitivity = |index: usize, factor: f64| {
+        let moved = |factor: f64| {
+            let mut values = at_minimum;
+            values[index] *= factor;
+            values
+        };
+        let (above, below) = (simulate(&moved(factor))?, simulate(&moved(1.0 / factor))?);
+        Some(Sensitivity::new(&above, &centre, &below))
+    };
+    let own = sensitivity(5, STEP.exp())?;
+    // What a standard deviation of each ratio does to the position.
+    let ratios: Vec<Sensitivity> = numbers.all()[..5]
+        .iter()
+        .enumerate()
+        .filter_map(|(index, number)| {
+            let relative = number.half_width / (NORMAL_975 * number.value);
+            sensitivity(index, 1.0 + relative)
+        })
+        .collect();
     let roots = block_roots(&centre, &log.position, block);
     let (mut normal, mut gradients, mut blocks) = (0.0, 0.0, 0.0);
+    let mut shifts = vec![0.0; ratios.len()];
     for (number, root) in roots.iter().enumerate() {
-        let (mut own, mut gradient, mut bend) = (0.0, 0.0, 0.0);
-        for k in number * block..((number + 1) * block).min(centre.len()) {
-            let [above, below, centre] = [&above, &below, &centre].map(|run| f64::from(run[k]));
-            let sensitivity = (above - below) / (2.0 * STEP);
-            own += sensitivity * sensitivity;
-            gradient += sensitivity * (f64::from(log.position[k]) - centre);
-            bend += ((above + below - 2.0 * centre) / STEP).powi(2);
+        let rows = number * block..((number + 1) * block).min(centre.len());
+        if !own.is_smooth(rows.clone()) {
+            continue;
         }
-        if bend <= own {
-            let weight = 1.0 / root.max(1e-12);
-            normal += weight * own;
-            gradients += (weight * gradient).powi(2);
-            blocks += 1.0;
+        let weight = 1.0 / root.max(1e-12);
+        let residuals = rows
+            .clone()
+            .map(|k| f64::from(log.position[k]) - f64::from(centre[k]));
+        normal += weight * own.product(rows.clone(), own.slope[rows.clone()].iter().copied());
+        gradients += (weight * own.product(rows.clone(), residuals)).powi(2);
+        blocks += 1.0;
+        for (shift, ratio) in shifts.iter_mut().zip(&ratios) {
+            if ratio.is_smooth(rows.clone()) {
+                let slopes = ratio.slope[rows.clone()].iter().copied();
+                *shift += weight * own.product(rows.clone(), slopes);
+            }
         }
     }
     let small_sample = blocks / (blocks - 1.0_f64).max(1.0);
-    let deviation = (small_sample * gradients).sqrt() / normal;
+    // `own` is for STEP of ln b₀, the others for a standard deviation.
+    let by_log = small_sample * gradients;
+    let by_ratios: f64 = shifts.iter().map(|shift| shift * shift).sum();
+    let deviation = STEP * (by_log + by_ratios).sqrt() / normal;
     deviation.is_finite().then_some(Found {
         number: Number {
             value,
@@ -113,6 +140,37 @@ pub(super) fn find(
         },
         simulations,
     })
+}
+
+/// What a step of a number does to the position.
+struct Sensitivity {
+    /// Half of the difference between a step up and a step down.
+    slope: Vec<f64>,
+    /// What of both is not linear.
+    bend: Vec<f64>,
+}
+
+impl Sensitivity {
+    fn new(above: &[f32], centre: &[f32], below: &[f32]) -> Self {
+        let rows = || above.iter().zip(centre).zip(below);
+        let rows = || rows().map(|((a, c), b)| [a, c, b].map(|position| f64::from(*position)));
+        Self {
+            slope: rows().map(|[a, _, b]| 0.5 * (a - b)).collect(),
+            bend: rows().map(|[a, c, b]| a + b - 2.0 * c).collect(),
+        }
+    }
+
+    /// Whether no breakaway moves on these rows.
+    fn is_smooth(&self, rows: Range<usize>) -> bool {
+        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        square(&self.bend[rows.clone()]) <= square(&self.slope[rows])
+    }
+
+    /// Sum of products with the slope.
+    fn product(&self, rows: Range<usize>, other: impl Iterator<Item = f64>) -> f64 {
+        let pairs = self.slope[rows].iter().zip(other);
+        pairs.map(|(slope, other)| slope * other).sum()
+    }
 }
 
 /// Root mean square error of each block.

@@ -8,8 +8,9 @@
 //! (reduced motor) and with its inductance (full motor). Last, all six numbers are polished together on
 //! both logs (`polish`); what the paper's procedure found is kept beside it.
 //!
-//! The ends of the stroke and the open position are the machine file's, which a learning sweep
-//! knows; where the slow log dwells near a declared stop, the stop is moved to where the sensor saw it.
+//! The ends of the stroke and the open position are the machine file's, which a learning sweep knows;
+//! where the logs come to lie near a declared stop again and again, the stop is moved to where
+//! the sensor saw it.
 
 pub mod command;
 pub(crate) mod figure;
@@ -36,6 +37,12 @@ const SMOOTHING_S: f32 = 0.04;
 /// Rounds of ratios and b₀: the ratios want the inertia's part of the input, see
 /// [`Task::acceleration_gain`].
 const ROUNDS: usize = 2;
+
+/// Stretches at the end of the stroke after which a stop is taken to be there.
+const VISITS: usize = 4;
+
+/// Shortest such stretch, s.
+const DWELL_S: f32 = 0.05;
 
 /// Where the identification starts: what is declared.
 #[derive(Debug, Clone)]
@@ -155,7 +162,10 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
     let refuse = |log: &Log, message: &str| InputError::new(&log.path, None, message);
     let (slow_series, fast_series) = (Series::of(slow), Series::of(fast));
     let mut assembly = Assembly::new(start);
-    assembly.seat_stops(&slow_series, start.machine.resolution.unwrap_or(0.0) as f32);
+    assembly.seat_stops(
+        [&slow_series, &fast_series],
+        start.machine.resolution.unwrap_or(0.0) as f32,
+    );
     let mut b0 = assembly.declared_gain(start);
     let mut a1 = assembly.declared_damping(start);
     let mut settling_time = f32::INFINITY;
@@ -256,6 +266,15 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
     })
 }
 
+/// How often a log comes to lie near a place: stretches of [`DWELL_S`] or more.
+fn visits(log: &Series, near: impl Fn(&f32) -> bool) -> usize {
+    let least = (DWELL_S / log.period) as usize;
+    let stretches = log.position.chunk_by(|a, b| near(a) == near(b));
+    stretches
+        .filter(|stretch| near(&stretch[0]) && stretch.len() > least)
+        .count()
+}
+
 /// What to do about a slow log that does not give the ratios.
 fn remedy(refusal: Refusal) -> &'static str {
     match refusal {
@@ -326,21 +345,22 @@ impl Assembly {
         (viscous / self.strength + self.back_emf).max(1.0 / self.declared_gain(start))
     }
 
-    /// Moves a declared stop to where the log dwells next to it.
-    fn seat_stops(&mut self, slow: &Series, resolution: f32) {
+    /// Moves a declared stop to where the logs come to lie next to it, again and again.
+    fn seat_stops(&mut self, logs: [&Series; 2], resolution: f32) {
         let stroke = self.base.upper_stop - self.base.lower_stop;
         if !stroke.is_finite() {
             return;
         }
-        let mut sorted = slow.position.clone();
+        let margin = (2e-3 * stroke).max(3.0 * resolution);
+        let mut sorted: Vec<f32> = logs.iter().flat_map(|log| log.position.clone()).collect();
         sorted.sort_unstable_by(f32::total_cmp);
         let seat = |stop: f32, extreme: f32| {
-            let margin = (2e-3 * stroke).max(3.0 * resolution);
-            let near = |y: &&f32| (**y - extreme).abs() <= margin;
-            let near: Vec<f32> = sorted.iter().filter(near).copied().collect();
-            // A log that only turns round here dwells for less than that.
-            let dwells = near.len() as f32 * slow.period > 1.0;
-            (dwells && (extreme - stop).abs() < 0.03 * stroke).then(|| near[near.len() / 2])
+            let near = |y: &f32| (y - extreme).abs() <= margin;
+            // Where friction holds a single turn of the input, the actuator dwells as well.
+            let visits: usize = logs.iter().map(|log| visits(log, near)).sum();
+            let near: Vec<f32> = sorted.iter().copied().filter(near).collect();
+            let seated = visits >= VISITS && (extreme - stop).abs() < 0.03 * stroke;
+            seated.then(|| near[near.len() / 2])
         };
         let few = sorted.len() / 1000;
         let (lower, upper) = (

@@ -545,13 +545,16 @@ fn combined(value: f64, parts: [(f64, f64); 3]) -> Estimate {
     }
 }
 
-/// Mean of independent estimates, each with the reciprocal of its variance as its weight.
+/// Mean of independent estimates, each with the reciprocal of its variance as its weight; its variance
+/// allows for weights that are estimates themselves (Meier, Biometrics 9, 1953).
 #[derive(Debug, Clone, Copy, Default)]
 struct Mean {
     weights: f64,
     sum: f64,
     /// Σ weight²/ν (Welch and Satterthwaite)
     fourth: f64,
+    /// Σ weight/ν
+    third: f64,
 }
 
 impl Mean {
@@ -561,12 +564,15 @@ impl Mean {
         self.weights += weight;
         self.sum += weight * estimate.value;
         self.fourth += weight * weight / estimate.degrees_of_freedom;
+        self.third += weight / estimate.degrees_of_freedom;
     }
 
     fn estimate(&self) -> Option<Estimate> {
         (self.weights > 0.0).then(|| Estimate {
             value: self.sum / self.weights,
-            variance: 1.0 / self.weights,
+            // 1/W (1 + 4 Σ w (1 − w)/ν) with w the weight's share of their sum W
+            variance: (1.0 + 4.0 * (self.third - self.fourth / self.weights) / self.weights)
+                / self.weights,
             degrees_of_freedom: self.weights * self.weights / self.fourth,
         })
     }

@@ -10,6 +10,12 @@ use crate::numeric::statistics::median;
 /// it takes 98.8 %.
 pub const INLIER_LIMIT: f32 = 2.5;
 
+/// Standard deviation of a normal variable that is cut off at [`INLIER_LIMIT`], over that of the whole.
+const TRUNCATED: f64 = 0.954_6;
+
+/// Rounds after RANSAC in which the inliers' own standard deviation takes and drops points.
+const ROUNDS: usize = 8;
+
 /// Standard deviation of a normal variable over the median of its magnitude.
 const NORMAL_CONSISTENCY: f32 = 1.482_6;
 
@@ -77,6 +83,10 @@ impl Line {
     pub fn at(&self, x: f64) -> f64 {
         self.level + self.slope * (x - self.centre)
     }
+
+    fn residual(&self, point: &Point) -> f32 {
+        (f64::from(point.y) - self.at(f64::from(point.x))) as f32
+    }
 }
 
 /// Fits a line. `scratch` is as long as `points`; afterwards an inlier has `true` in `inlier`, which is
@@ -84,12 +94,13 @@ impl Line {
 ///
 /// Pairs of points are drawn; the pair whose line leaves the smallest median of the residuals'
 /// magnitudes gives their robust standard deviation, 1.4826 (1 + 5/(n − 2)) times that median. The pair
-/// with the most residuals within [`INLIER_LIMIT`] of these standard deviations wins, and least squares
-/// on its inliers end the search.
+/// with the most residuals within [`INLIER_LIMIT`] of these standard deviations wins. Of few points the
+/// smallest median is too small, and points that belong to the line are left out; so least squares on the inliers
+/// and the inlier rule with their standard deviation alternate until the inliers stay the same.
 ///
-/// Variances are those of least squares, times 1 + (m − 1) ρ for groups of m dependent points with
-/// correlation ρ within a group (Moulton, J. Econometrics 32, 1986): many samples of one disturbed
-/// motion are not many observations.
+/// Variances are those of least squares or, where they are larger, the cluster-robust ones G/(G − 2)
+/// Σ (Σ x r)²/(Σ x²)² over G groups (Liang and Zeger, Biometrika 73, 1986): many samples of one
+/// disturbed motion are not many observations.
 ///
 /// `None` with fewer than four points, with inliers from fewer than four groups, or where they do not
 /// spread along x.
@@ -119,14 +130,36 @@ pub fn fit(
     }
     let scratch = &mut scratch[..points.len()];
     let deviation = robust_deviation(points, settings, scratch)?;
-    let limit = INLIER_LIMIT * deviation.max(settings.least_deviation);
+    let mut limit = INLIER_LIMIT * deviation.max(settings.least_deviation);
     let best = consensus(points, settings, limit)?;
+    let mut inliers = mark(points, inlier, limit, |point| best.residual(point));
+    let mut line = least_squares(points, inlier, inliers)?;
+    for _ in 0..ROUNDS {
+        let deviation = (line.deviation / TRUNCATED) as f32;
+        limit = INLIER_LIMIT * deviation.max(settings.least_deviation);
+        let before = inliers;
+        inliers = mark(points, inlier, limit, |point| line.residual(point));
+        line = least_squares(points, inlier, inliers)?;
+        if inliers == before {
+            break;
+        }
+    }
+    Some(line)
+}
+
+/// Marks the points whose residual is within the limit, and counts them.
+fn mark(
+    points: &[Point],
+    inlier: &mut [bool],
+    limit: f32,
+    residual: impl Fn(&Point) -> f32,
+) -> usize {
     let mut inliers = 0;
     for (point, inlier) in points.iter().zip(inlier.iter_mut()) {
-        *inlier = best.residual(point).abs() <= limit;
+        *inlier = residual(point).abs() <= limit;
         inliers += usize::from(*inlier);
     }
-    least_squares(points, inlier, inliers)
+    inliers
 }
 
 /// A line through two points, relative to the first.
@@ -211,38 +244,42 @@ fn least_squares(points: &[Point], inlier: &[bool], inliers: usize) -> Option<Li
     }
     let slope = product / square;
     // Groups are numbered in the order of the points: one ends where the next begins.
-    let (mut residuals, mut between, mut groups) = (0.0, 0.0, 0.0);
-    let mut sum = 0.0;
+    let (mut residuals, mut groups) = (0.0, 0.0);
+    let mut between = [0.0; 2];
+    let mut sums = [0.0; 2];
     let mut group = None;
+    let mut close = |sums: &mut [f64; 2]| {
+        for (square, sum) in between.iter_mut().zip(sums) {
+            *square += *sum * *sum;
+            *sum = 0.0;
+        }
+    };
     for point in taken() {
         if group != Some(point.group) {
-            between += sum * sum;
+            close(&mut sums);
             groups += 1.0;
-            sum = 0.0;
             group = Some(point.group);
         }
-        let residual = f64::from(point.y) - level - slope * (f64::from(point.x) - centre);
+        let x = f64::from(point.x) - centre;
+        let residual = f64::from(point.y) - level - slope * x;
         residuals += residual * residual;
-        sum += residual;
+        sums[0] += residual;
+        sums[1] += x * residual;
     }
-    between += sum * sum;
+    close(&mut sums);
     let freedom = groups - 2.0;
     if freedom < 2.0 || !slope.is_finite() {
         return None;
     }
     let variance = residuals / (count - 2.0);
-    // Σ (group sums)² = Σ residual² (1 + (m − 1) ρ), so that their ratio is the design effect.
-    let design_effect = if residuals > 0.0 {
-        (between / residuals).max(1.0)
-    } else {
-        1.0
-    };
+    let robust = groups / freedom;
+    let [level_between, slope_between] = between;
     Some(Line {
         centre,
         level,
         slope,
-        level_variance: variance * design_effect / count,
-        slope_variance: variance * design_effect / square,
+        level_variance: (variance / count).max(robust * level_between / (count * count)),
+        slope_variance: (variance / square).max(robust * slope_between / (square * square)),
         degrees_of_freedom: freedom,
         deviation: libm::sqrt(variance),
         inliers,
