@@ -24,6 +24,7 @@ pub mod control;
 mod findings;
 pub mod log;
 mod numeric;
+mod piecewise_affine;
 pub mod plant;
 mod search;
 
@@ -46,7 +47,7 @@ impl Check {
 }
 
 /// All tests.
-pub const CHECKS: [Check; 18] = [
+pub const CHECKS: [Check; 19] = [
     check("square_root", numeric::square_root),
     check("transcendental", numeric::transcendental),
     check("rounding", numeric::rounding),
@@ -62,6 +63,7 @@ pub const CHECKS: [Check; 18] = [
     check("pid", control::pid),
     check("plant_sliding", plant::sliding),
     check("plant_events", plant::events),
+    check("piecewise_affine", piecewise_affine::steps),
     check("annealing", search::annealing),
     check("golden_section", search::golden_section),
     check("friction", search::friction),

@@ -9,13 +9,15 @@
 //! * [`modes`]: the affine modes, discretised at the step and at its halves, quarters, …;
 //! * [`mode_store`]: modes that several actuators share;
 //! * [`actuator`]: the step itself, with its events;
-//! * [`karnopp`]: the published velocity-band scheme by Euler steps, for comparison.
+//! * [`karnopp`]: the published velocity-band scheme by Euler steps, for comparison;
+//! * [`piecewise_affine`]: a model without physics, learned from input and output.
 
 pub mod actuator;
 pub mod karnopp;
 pub mod mode_store;
 pub mod modes;
 pub mod parameters;
+pub mod piecewise_affine;
 
 /// Direction of motion, or rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
