@@ -87,7 +87,6 @@ struct Data {
     logs: Vec<Sampled>,
     samples: Vec<(Affine, f64)>,
     limits: (f64, f64),
-    slope: f64,
     plane: Plane,
 }
 
@@ -116,7 +115,6 @@ pub fn identify(train: &[&Log], options: &Options) -> Result<Identified, Failure
         logs,
         samples,
         limits,
-        slope,
         plane,
     };
     let part = Data {
@@ -233,7 +231,10 @@ fn stroke_samples(logs: &[Sampled], limits: (f64, f64)) -> Vec<(Affine, f64)> {
     let margin = AT_END * (limits.1 - limits.0);
     let within = |position: f64| position > limits.0 + margin && position < limits.1 - margin;
     let useful = |(x, growth): &(Affine, f64)| within(x[0]) && within(x[0] + growth);
-    logs.iter().flat_map(Sampled::pairs).filter(useful).collect()
+    logs.iter()
+        .flat_map(Sampled::pairs)
+        .filter(useful)
+        .collect()
 }
 
 /// Slope of the line on which spring and motor balance: of an affine model, with a step at zero
@@ -252,8 +253,18 @@ fn balance(samples: &[(Affine, f64)], limits: (f64, f64)) -> f64 {
 
 impl Data {
     /// The best model with so many clusters, and the free-run cost of the best by least squares.
-    fn fit(&self, clusters: usize, options: &Options, finalists: usize, steps: usize) -> (f64, Fit) {
-        let points: Vec<_> = self.samples.iter().map(|(x, _)| self.plane.point(x)).collect();
+    fn fit(
+        &self,
+        clusters: usize,
+        options: &Options,
+        finalists: usize,
+        steps: usize,
+    ) -> (f64, Fit) {
+        let points: Vec<_> = self
+            .samples
+            .iter()
+            .map(|(x, _)| self.plane.point(x))
+            .collect();
         let problem = Parallel {
             logs: &self.logs,
             fitted: options.reading.fitted(),
@@ -279,7 +290,9 @@ impl Data {
             .into_par_iter()
             .map(|start| self.finish(start, &problem, options, steps))
             .collect();
-        let best = finished.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let best = finished
+            .into_iter()
+            .min_by(|a, b| a.cost.total_cmp(&b.cost));
         (first, best.expect("at least one start"))
     }
 
@@ -291,6 +304,10 @@ impl Data {
         }
         let cells = soft::refine(&self.logs, options.reading, fixed.cells.clone());
         let refined = Fit::new(problem, cells).run(problem, steps);
-        if refined.cost < fixed.cost { refined } else { fixed }
+        if refined.cost < fixed.cost {
+            refined
+        } else {
+            fixed
+        }
     }
 }

@@ -23,7 +23,9 @@ impl Sampled {
         };
         Self {
             input: (0..periods).map(mean).collect(),
-            position: (0..=periods).map(|sample| log.position[sample * rows]).collect(),
+            position: (0..=periods)
+                .map(|sample| log.position[sample * rows])
+                .collect(),
         }
     }
 
@@ -44,8 +46,9 @@ impl Sampled {
     /// input, one) and the change of the position in it.
     pub fn pairs(&self) -> impl Iterator<Item = (Affine, f64)> {
         let inputs = self.input.iter().skip(1);
-        self.position.windows(3).zip(inputs).map(|(at, &input)| {
-            ([at[1], at[1] - at[0], input, 1.0], at[2] - at[1])
-        })
+        self.position
+            .windows(3)
+            .zip(inputs)
+            .map(|(at, &input)| ([at[1], at[1] - at[0], input, 1.0], at[2] - at[1]))
     }
 }

@@ -19,6 +19,7 @@ use crate::gap::{declared, engine};
 use crate::identify::{self, Identified, Start, machine_file};
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::pwa;
 use crate::replay_run::{self, OnBoard};
 use crate::toolchain::Toolchain;
 use crate::{whole_file, workspace};
@@ -52,6 +53,8 @@ pub struct Models {
     pub fitted: Model,
     /// With what the gap loop found.
     pub extended: Model,
+    /// The piecewise affine model.
+    pub piecewise_affine: pwa::identify::Identified,
     /// The ids of what it found.
     pub effects: Vec<String>,
     /// Seconds from logs to models, without the gap loop.
@@ -83,7 +86,13 @@ pub fn models(logs: &stand::Logs, directory: &Path) -> Result<Models, Failure> {
     let start = start()?;
     let began = Instant::now();
     let identified = identify::identify(&start, &logs.slow, &logs.fast)?;
+    let piecewise_affine = pwa::identify::identify(
+        &[&logs.slow, &logs.fast],
+        &pwa::identify::Options::default(),
+    )?;
     let seconds = began.elapsed().as_secs_f64();
+    let file = directory.join("piecewise_affine.toml");
+    pwa::file::save(&file, piecewise_affine.reading, &piecewise_affine.model)?;
     let file = directory.join("identified.toml");
     let text = machine_file::text(
         &start.machine,
@@ -106,6 +115,7 @@ pub fn models(logs: &stand::Logs, directory: &Path) -> Result<Models, Failure> {
         physical,
         fitted,
         extended,
+        piecewise_affine,
         effects: found
             .report
             .outcome
@@ -127,11 +137,35 @@ fn degrees(predicted: &[f64], log: &Log) -> Errors {
     }
 }
 
+/// All models on both logs of steps, in the order of the tables.
+///
+/// # Errors
+/// A model that the core does not take.
+pub fn judge_all(models: &Models, logs: &stand::Logs) -> Result<Vec<Judged>, Failure> {
+    let columns = [
+        (Column::Physical, &models.physical),
+        (Column::Fitted, &models.fitted),
+        (Column::Extended, &models.extended),
+    ];
+    let mut judged: Vec<Judged> = columns
+        .into_iter()
+        .map(|(column, model)| judge(column, model, logs))
+        .collect::<Result<_, _>>()?;
+    let run = |log: &Log| pwa::run::positions(&models.piecewise_affine.model, log);
+    judged.push(Judged::new(
+        Column::PiecewiseAffine,
+        run(&logs.fast)?,
+        run(&logs.validate)?,
+        logs,
+    ));
+    Ok(judged)
+}
+
 /// A model on both logs of steps, as the core steps it.
 ///
 /// # Errors
 /// A model that the core does not take.
-pub fn judge(column: Column, model: &Model, logs: &stand::Logs) -> Result<Judged, Failure> {
+fn judge(column: Column, model: &Model, logs: &stand::Logs) -> Result<Judged, Failure> {
     let run = |log: &Log| -> Result<Vec<f64>, Failure> {
         let tape = implementations::tape(model, log)?;
         Ok(implementations::positions(&replay_run::on_host(&tape)?))
@@ -161,15 +195,7 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     let logs = stand::record(&directory, SEED)?;
     announce("identification, gap loop");
     let models = models(&logs, &directory)?;
-    let columns = [
-        (Column::Physical, &models.physical),
-        (Column::Fitted, &models.fitted),
-        (Column::Extended, &models.extended),
-    ];
-    let judged: Vec<Judged> = columns
-        .into_iter()
-        .map(|(column, model)| judge(column, model, &logs))
-        .collect::<Result<_, _>>()?;
+    let judged = judge_all(&models, &logs)?;
     announce("firmware and emulator");
     let toolchain = Toolchain::set_up()?;
     announce("two models on two emulated boards, in real time");
