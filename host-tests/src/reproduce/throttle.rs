@@ -35,6 +35,9 @@ const MACHINE: &str = "host-tests/machines/intake-throttle-12v.toml";
 /// Seed of the stand's noise and steps.
 const SEED: u64 = 1;
 
+/// From the seed of a stand to that of the next: a stand uses a few.
+const SEEDS_APART: u64 = 10;
+
 /// How far off the start is from the throttle, as factors of inertia, damping and friction: what the
 /// identification gives must come out of the logs.
 const START_OFF: f64 = 2.0;
@@ -178,11 +181,25 @@ fn judge(column: Column, model: &Model, logs: &stand::Logs) -> Result<Judged, Fa
     ))
 }
 
+/// The errors on stands of other seeds.
+fn repeated(repeat: u64, mut announce: impl FnMut(&str)) -> Result<Vec<Vec<Judged>>, Failure> {
+    (1..=repeat)
+        .map(|number| {
+            announce(&format!("stand {number} of {repeat}"));
+            let directory = workspace::results().join(format!("throttle-{number}"));
+            fs::create_dir_all(&directory)
+                .map_err(|error| Failure::system(directory.display(), &error))?;
+            let logs = stand::record(&directory, SEED + SEEDS_APART * number)?;
+            judge_all(&models(&logs, &directory)?, &logs)
+        })
+        .collect()
+}
+
 /// Runs everything, prints the tables, leaves logs, models and report in `target/hil/throttle`.
 ///
 /// # Errors
 /// What is missing on this machine, or what is not in order with the run.
-pub fn run(json: Option<&Path>) -> Result<(), Failure> {
+pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     let directory = workspace::results().join("throttle");
     fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
     let on_terminal = io::stderr().is_terminal();
@@ -196,6 +213,7 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     announce("identification, gap loop");
     let models = models(&logs, &directory)?;
     let judged = judge_all(&models, &logs)?;
+    let repeated = repeated(repeat, announce)?;
     announce("firmware and emulator");
     let toolchain = Toolchain::set_up()?;
     announce("two models on two emulated boards, in real time");
@@ -204,6 +222,7 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
         logs,
         models,
         judged,
+        repeated,
         implemented,
         differing_bits: boards.differing_bits,
         ticks: boards.ticks,
@@ -283,6 +302,7 @@ pub(crate) struct Results {
     logs: stand::Logs,
     models: Models,
     judged: Vec<Judged>,
+    repeated: Vec<Vec<Judged>>,
     implemented: Vec<Implemented>,
     differing_bits: u32,
     ticks: u64,
@@ -293,6 +313,7 @@ impl Results {
     fn entries(&self) -> Vec<Entry> {
         let mut entries = tables::table_1(&self.judged);
         entries.extend(tables::table_2(&self.implemented));
+        entries.extend(tables::table_repeated(&self.repeated));
         let plain = |what: &str, paper, ours, truth, unit: &str| Entry {
             what: what.to_owned(),
             paper,
@@ -355,6 +376,14 @@ impl Results {
             "Table 2: validation, one model in three implementations\n{}\n",
             tables::render(&tables::cells_2(&self.implemented))
         );
+        if !self.repeated.is_empty() {
+            text += &format!(
+                "{} stands of other noise and steps, validation: median, worst; within {}°\n{}\n",
+                self.repeated.len(),
+                tables::LIMIT,
+                tables::render(&tables::cells_repeated(&self.repeated))
+            );
+        }
         text += "Six numbers by the four lines, 95 % interval, and the rig's\n";
         for (name, unit, number, truth) in self.numbers() {
             text += &format!(

@@ -79,6 +79,15 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
     body += "<section>\n<h2>Errors</h2>\n<p class=\"note\">Free run over steps of 40 s; in brackets \
              the paper's. NRMSE: eq. 23; the largest error: eq. 24, 5° at most.</p>\n";
     body += &table(&tables::cells_1(&results.judged));
+    if !results.repeated.is_empty() {
+        body += &format!(
+            "<h3>Stands of other noise and steps</h3>\n<p class=\"note\">{} stands, validation: median, \
+             worst; on how many the largest error is within {}°.</p>\n{}",
+            results.repeated.len(),
+            tables::LIMIT,
+            table(&tables::cells_repeated(&results.repeated))
+        );
+    }
     body += "<h3>One model, three implementations</h3>\n<p class=\"note\">On validation data. \
              Time-continuous: double precision, 2 µs. Time-discrete: single precision, 50 µs, on the \
              host. Real-time: the same in the interrupt of the emulated microcontroller.</p>\n";
