@@ -91,11 +91,13 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
     body += "<h3>One model, three implementations</h3>\n<p class=\"note\">On validation data. \
              Time-continuous: double precision, 2 µs. Time-discrete: single precision, 50 µs, on the \
              host. Real-time: the same in the interrupt of the emulated microcontroller.</p>\n";
-    body += &table(&tables::cells_2(&results.implemented));
+    body += &table(&transposed(&tables::cells_2(&results.implemented)));
     body += &validation(&logs.validate, &results.judged)?.html();
     body += &implementations(&logs.validate, &results.implemented)?.html();
     body += "</section>\n<section>\n<h2>Identification</h2>\n<p class=\"note\">The six numbers of \
-             eq. 7 by the four lines of the characteristic and a fast log, with 95 % intervals.</p>\n";
+             eq. 7 by the four lines of the characteristic and a fast log, with 95 % intervals; the rig's \
+             without its effects. Friction that differs by direction works on them as a weaker \
+             preload.</p>\n";
     body += &numbers(results);
     let svg = figure::draw(
         &Series::of(&logs.slow),
@@ -319,6 +321,14 @@ fn implementations(log: &Log, implemented: &[Implemented]) -> io::Result<Figure>
             "Measured position and three implementations of one model",
         )?,
     })
+}
+
+/// The same cells with columns as rows: many of them fit below each other.
+fn transposed(cells: &[Vec<String>]) -> Vec<Vec<String>> {
+    let columns = cells.first().map_or(0, Vec::len);
+    (0..columns)
+        .map(|column| cells.iter().map(|row| row[column].clone()).collect())
+        .collect()
 }
 
 /// A table of cells; the first row is its head, the first column its names.
