@@ -279,6 +279,13 @@ impl<M: Borrow<Modes>> Actuator<M> {
         (current, end, change.position)
     }
 
+    /// The input that brings the current to zero at the end of the step, with the mode as it is.
+    pub(super) fn input_that_ends_current(&self, state: &State, load: &Load) -> f32 {
+        let unfed = state.current + self.change(state, 0, 0.0, load).current;
+        let fed = state.current + self.change(state, 0, 1.0, load).current;
+        unfed / (unfed - fed)
+    }
+
     /// What a rung adds to the state, without minding events.
     fn change(&self, state: &State, rung: usize, input: f32, load: &Load) -> Change {
         match state.motion {
