@@ -9,14 +9,16 @@ use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use firmware::app::machine;
 use indicatif::ProgressBar;
 use model_core::control::pid;
 use model_core::effect::{Active, Id};
 use model_core::gap::log::{Channel, Log as CoreLog};
+use model_core::gap::replay::WINDOW;
 use model_core::identify::friction;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::karnopp::{self, Karnopp};
-use model_core::plant::parameters::{Drive, Parameters};
+use model_core::plant::parameters::Parameters;
 use model_core::plant::{Directional, State};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
@@ -161,44 +163,16 @@ const BAND: f32 = 0.15;
 /// Sampling period of the logs, s.
 const SAMPLING_S: f64 = 1e-3;
 
-/// A 24 V rotary actuator, stopped by Coulomb friction, with a winding of 1 ms.
+/// The board's actuator in free travel, its friction no higher at breakaway.
 const EMA: Parameters = Parameters {
-    drive: Drive::Voltage {
-        resistance: 1.0,
-        inductance: 1e-3,
-        torque_constant: 0.06,
-    },
-    gain: 1.0,
-    inertia: 1.2e-4,
-    viscous: Directional::both(2e-4),
-    coulomb: Directional::both(0.12),
-    breakaway: Directional::both(0.12),
-    spring: 0.0,
-    spring_rest: 0.0,
-    spring_preload: 0.0,
-    offset: 0.0,
+    breakaway: machine::EMA.plant.coulomb,
     lower_stop: f32::NEG_INFINITY,
     upper_stop: f32::INFINITY,
+    ..machine::EMA.plant
 };
 
-/// A 12 V throttle body referred to its plate: return spring with a limp-home step, two stops.
-const THROTTLE: Parameters = Parameters {
-    drive: Drive::Voltage {
-        resistance: 2.0,
-        inductance: 1.2e-3,
-        torque_constant: 0.38,
-    },
-    inertia: 1.6e-3,
-    viscous: Directional::both(8e-3),
-    coulomb: Directional::both(0.24),
-    breakaway: Directional::both(0.28),
-    spring: 0.25,
-    spring_rest: 0.2,
-    spring_preload: 0.3,
-    lower_stop: 0.02,
-    upper_stop: 1.57,
-    ..EMA
-};
+/// The board's throttle.
+const THROTTLE: Parameters = machine::THROTTLE.plant;
 
 /// Measures, prints the table, writes what was asked for.
 ///
@@ -403,15 +377,11 @@ fn refit(extent: Extent) -> Result<Refit, Failure> {
         seed: 1,
     };
     let (seconds, estimate) = best(extent.long_runs, || {
-        let mut refit = friction::Refit::new(black_box(&task)).map_err(fault)?;
-        loop {
-            if let Some(outcome) = refit.advance() {
-                return outcome.map_err(fault);
-            }
-        }
+        let refit = friction::Refit::new(black_box(&task)).map_err(fault)?;
+        refit.run().map_err(fault)
     })?;
     let evaluations = estimate.annealing_evaluations + estimate.golden_section_evaluations;
-    let replayed = decimal(friction::WINDOW) * estimate.windows as f64;
+    let replayed = decimal(WINDOW) * estimate.windows as f64;
     Ok(Refit {
         seconds,
         evaluations,

@@ -4,17 +4,18 @@
 //! The firmware's application runs here on the host; `cargo hil test` shows that the emulated board
 //! sends the same bits.
 
-use firmware::app::check::{self, Verdict as OnBoard};
+use firmware::app::check;
 use firmware::app::demonstration::{EMULATION, UNDECLARED};
 use firmware::app::experiment::Experiment;
 use firmware::app::machine::{EMA, Machine as Onboard, THROTTLE};
 use host_tests::app_on_host::AppOnHost;
 use host_tests::board_log::{BoardLog, Line, Sample};
-use host_tests::gap::outcome::{Outcome, Verdict};
+use host_tests::gap::outcome::Outcome;
 use host_tests::gap::{declared, engine};
 use host_tests::log::Log;
 use host_tests::machine::{DeclaredEffect, Machine};
 use host_tests::workspace;
+use model_core::gap::select::Verdict;
 
 fn machine(name: &str) -> Machine {
     let path = format!("host-tests/machines/{name}.toml");
@@ -67,7 +68,7 @@ fn the_board_and_the_host_find_the_same_in_the_same_log() {
     let log = app.memory.log(&EMA.converters);
     let board = check::check(&EMA, log).unwrap();
 
-    assert_eq!(board.verdict, OnBoard::EffectsFound);
+    assert_eq!(board.verdict, Verdict::EffectsFound);
     assert_eq!(host.verdict, Verdict::EffectsFound);
     let [found] = &host.effects[..] else {
         panic!("not one effect: {:?}", host.effects);

@@ -10,7 +10,7 @@ use std::fs;
 use host_tests::gap::declared;
 use host_tests::gap::engine::{self, AllCores};
 use host_tests::gap::metrics;
-use host_tests::gap::outcome::{Outcome, Verdict};
+use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 use host_tests::{measured, workspace};
@@ -18,6 +18,7 @@ use model_core::effect::{Active, Id};
 use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Settings};
+use model_core::gap::select::Verdict;
 use rig::{Experiment, Noise, Trajectory};
 
 fn machine() -> Machine {

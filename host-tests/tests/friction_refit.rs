@@ -1,10 +1,10 @@
 //! The friction's re-estimation on the rig: another integrator in `f64`, a position loop, and the
 //! sensors of the board.
 
+use firmware::app::machine::EMA;
 use model_core::gap::log::{Channel, Log};
 use model_core::identify::friction::{Estimate, Refit, Refusal, Task};
-use model_core::plant::Directional;
-use model_core::plant::parameters::{Drive, Parameters};
+use model_core::plant::parameters::Parameters;
 use rig::{Machine, Pid, Plant, Random, Trajectory};
 use std::f64::consts::TAU;
 
@@ -64,33 +64,15 @@ fn track(machine: &Machine, command: impl Fn(f64) -> f64, seed: u64) -> Recordin
     recording
 }
 
-/// The rig's rotary machine, as declared.
+/// The rig's rotary machine, as declared: the board's actuator in free travel.
 const DECLARED: Parameters = Parameters {
-    drive: Drive::Voltage {
-        resistance: 1.0,
-        inductance: 1e-3,
-        torque_constant: 0.06,
-    },
-    gain: 1.0,
-    inertia: 1.2e-4,
-    viscous: Directional::both(2e-4),
-    coulomb: Directional::both(0.12),
-    breakaway: Directional::both(0.15),
-    spring: 0.0,
-    spring_rest: 0.0,
-    spring_preload: 0.0,
-    offset: 0.0,
     lower_stop: f32::NEG_INFINITY,
     upper_stop: f32::INFINITY,
+    ..EMA.plant
 };
 
 fn refit(task: &Task) -> Result<Estimate, Refusal> {
-    let mut refit = Refit::new(task).unwrap();
-    loop {
-        if let Some(outcome) = refit.advance() {
-            return outcome;
-        }
-    }
+    Refit::new(task).unwrap().run()
 }
 
 /// What is in use after the re-estimation.

@@ -3,9 +3,10 @@
 
 use host_tests::gap::outcome::{
     Candidate, Correlations, Cost, ErrorSet, Errors, Estimate, Evidence, FittedParameter,
-    FoundEffect, Outcome, Report, Stages, Unknown, Verdict, Whiteness,
+    FoundEffect, Outcome, Report, Stages, Unknown, Whiteness,
 };
 use host_tests::gap::{report, table};
+use model_core::gap::select::Verdict;
 
 /// A slide driven by a force, 1 kHz: its viscous friction differs with the direction, which the
 /// model before effects does not know. Windows of 0.2 s; the torque residual is decimated by 10.

@@ -5,9 +5,10 @@
 //! nominal. Here are other seeds and another strength.
 
 use host_tests::gap::engine;
-use host_tests::gap::outcome::{Outcome, Verdict};
+use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
+use model_core::gap::select::Verdict;
 use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
 
 /// Strength of the effects, of nominal.

@@ -6,7 +6,7 @@ use model_core::effect::{Active, MOST_PARAMETERS};
 use model_core::gap::log::Log;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, InOrder, Settings};
-use model_core::gap::select::{self, ROUNDS};
+use model_core::gap::select::{self, LEAST_WINDOWS, ROUNDS, Verdict};
 use model_core::gap::workbench::Options;
 
 use super::machine::Machine;
@@ -14,29 +14,6 @@ use super::machine::Machine;
 /// Parameters that are estimated anew before an effect is looked for: those that `[fit]` names in
 /// the machine's file.
 pub const BASE: [Base; 4] = [Base::Inertia, Base::Viscous, Base::Coulomb, Base::Static];
-
-/// The answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "tasks", derive(defmt::Format))]
-pub enum Verdict {
-    /// The machine has all that the log shows.
-    NoMissingEffect,
-    /// Effects of the catalogue.
-    EffectsFound,
-    /// Something, and it is none of the catalogue.
-    UnknownEffect,
-}
-
-impl Verdict {
-    /// Its name in the host's answer.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::NoMissingEffect => "no_missing_effect",
-            Self::EffectsFound => "effects_found",
-            Self::UnknownEffect => "unknown_effect",
-        }
-    }
-}
 
 /// An effect that was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,9 +56,6 @@ pub enum Failed {
     /// The machine cannot be simulated, or the fit left the range in which it can.
     Machine,
 }
-
-/// Fewest windows that a model is chosen and fitted on; the host's limit.
-const LEAST_WINDOWS: usize = 4;
 
 /// Looks in a log for what the machine lacks.
 ///
@@ -127,13 +101,7 @@ pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
             p_value: accepted.p_value,
         });
     Ok(Finding {
-        verdict: if !trace.accepted.is_empty() {
-            Verdict::EffectsFound
-        } else if trace.unknown.is_some() {
-            Verdict::UnknownEffect
-        } else {
-            Verdict::NoMissingEffect
-        },
+        verdict: trace.verdict(),
         effects: effects.collect(),
         unknown: trace
             .unknown

@@ -6,17 +6,17 @@ use super::conversion::Converters;
 use super::record::Sample;
 use super::timing::{CONTROL_PERIOD, STEPS_PER_SECOND};
 
-/// Samples that are kept: 10 s. At three counts of two bytes each that is 60,000 of the chip's
+/// Samples that the session keeps: 10 s. At three counts of two bytes each that is 60,000 of the chip's
 /// 131,072 bytes of RAM; what is left is the stack's, most of it for the check.
 pub const MEMORY_SAMPLES: usize = 10 * STEPS_PER_SECOND as usize;
 
-/// A ring of samples without a gap: the newest overwrites the oldest, and a sample that does not
-/// follow the one before begins a new log.
+/// A ring of the last `N` samples without a gap: the newest overwrites the oldest, and a sample that
+/// does not follow the one before begins a new log.
 #[derive(Debug)]
-pub struct Memory {
-    duty: [i16; MEMORY_SAMPLES],
-    position: [i16; MEMORY_SAMPLES],
-    current: [i16; MEMORY_SAMPLES],
+pub struct Memory<const N: usize = MEMORY_SAMPLES> {
+    duty: [i16; N],
+    position: [i16; N],
+    current: [i16; N],
     /// Where the next sample goes.
     next: usize,
     samples: usize,
@@ -24,13 +24,13 @@ pub struct Memory {
     expected: u32,
 }
 
-impl Memory {
+impl<const N: usize> Memory<N> {
     /// Empty.
     pub const fn new() -> Self {
         Self {
-            duty: [0; MEMORY_SAMPLES],
-            position: [0; MEMORY_SAMPLES],
-            current: [0; MEMORY_SAMPLES],
+            duty: [0; N],
+            position: [0; N],
+            current: [0; N],
             next: 0,
             samples: 0,
             expected: 0,
@@ -52,8 +52,8 @@ impl Memory {
         self.duty[self.next] = sample.duty;
         self.position[self.next] = sample.position;
         self.current[self.next] = sample.current;
-        self.next = (self.next + 1) % MEMORY_SAMPLES;
-        self.samples = (self.samples + 1).min(MEMORY_SAMPLES);
+        self.next = (self.next + 1) % N;
+        self.samples = (self.samples + 1).min(N);
     }
 
     /// Samples kept.
@@ -72,13 +72,13 @@ impl Memory {
         }
     }
 
-    fn channel<'a>(&self, counts: &'a [i16; MEMORY_SAMPLES], unit: f32) -> Channel<'a> {
+    fn channel<'a>(&self, counts: &'a [i16; N], unit: f32) -> Channel<'a> {
         let (newer, older) = counts[..self.samples].split_at(self.next);
         Channel::Counts { older, newer, unit }
     }
 }
 
-impl Default for Memory {
+impl<const N: usize> Default for Memory<N> {
     fn default() -> Self {
         Self::new()
     }

@@ -30,16 +30,12 @@ impl From<InvalidParameter> for Failed {
 /// # Errors
 /// A machine or a log that gives no estimate.
 pub fn refit(machine: &Machine, log: Log) -> Result<Estimate, Failed> {
-    let mut refit = Refit::new(&Task {
+    let refit = Refit::new(&Task {
         declared: machine.plant,
         log,
         resolution: machine.converters.position.unit(),
         present: machine.plant.coulomb.forward,
         seed: SEED,
     })?;
-    loop {
-        if let Some(outcome) = refit.advance() {
-            return outcome.map_err(Failed::Log);
-        }
-    }
+    refit.run().map_err(Failed::Log)
 }

@@ -7,7 +7,9 @@
 
 use core::hint::black_box;
 
+use firmware::app::timing::CONTROL_PERIOD;
 use firmware::board::emulated::{self, stopwatch};
+use firmware::on_target::control::GAINS;
 use firmware::on_target::log::{self, Recording};
 use firmware::on_target::{CHECKS, plant};
 use model_core::control::pid;
@@ -104,16 +106,7 @@ fn plants() {
 }
 
 fn controller() {
-    let parameters = pid::Parameters {
-        proportional: 17.0,
-        integral: 60.0,
-        derivative: 0.25,
-        derivative_filter_time: 3e-3,
-        output_minimum: -24.0,
-        output_maximum: 24.0,
-        ..pid::Parameters::default()
-    };
-    let controller = defmt::unwrap!(parameters.build(log::PERIOD).ok());
+    let controller = defmt::unwrap!(GAINS.build(CONTROL_PERIOD).ok());
     let mut state = pid::State::default();
     count("pid", &[0.5; RUNS], |measured| {
         let _ = black_box(controller.step(&mut state, 0.6, measured));
@@ -128,7 +121,7 @@ fn refit() {
     let task = Task {
         declared: plant::EMA,
         log: recording.log(),
-        resolution: log::POSITION_COUNT,
+        resolution: log::CONVERTERS.position.unit(),
         present: 0.12,
         seed: 1,
     };

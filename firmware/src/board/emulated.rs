@@ -11,21 +11,21 @@ use cortex_m::peripheral::Peripherals;
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_semihosting as _;
-use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_executor::InterruptExecutor;
 use systick_timer::SystickDriver;
 
 use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work};
 use crate::app::control::Control;
 use crate::app::emulate::Emulation;
+use crate::app::experiment::Experiment;
+use crate::app::record::Recording;
+use crate::app::session::{self, Session};
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
 
 /// Core clock of the emulated machine, Hz.
 const CORE_CLOCK: u32 = 168_000_000;
-
-/// Nanoseconds that an instruction takes: `-icount shift=3`.
-const INSTRUCTION: u64 = 8;
 
 /// SysTick counts in a plant period.
 const TICK_COUNTS: u32 = CORE_CLOCK / 1_000_000 * PLANT_PERIOD_US;
@@ -46,7 +46,7 @@ pub struct Emulated {
 
 impl Emulated {
     /// The board, the first time it is asked for.
-    pub fn take() -> Option<Self> {
+    fn take() -> Option<Self> {
         Peripherals::take().map(|core| Self { core })
     }
 }
@@ -66,11 +66,7 @@ impl Board for Emulated {
         wiring: &'static Wiring,
     ) {
         let period = PLANT_PERIOD_US * 1000;
-        PLANT.put(Plant::new(
-            emulation,
-            wiring,
-            (stopwatch::nanoseconds, period),
-        ));
+        PLANT.put(Plant::new(emulation, wiring, period));
         interrupts::start_control(control, stopwatch::nanoseconds, &mut self.core.SCB);
         // SAFETY: no critical section depends on priorities.
         unsafe { self.core.SCB.set_priority(SystemHandler::SysTick, 0x00) }
@@ -79,25 +75,27 @@ impl Board for Emulated {
     }
 
     fn work() -> Work {
+        let instruction = u64::from(stopwatch::INSTRUCTION);
         let loads = interrupts::loads();
         Work {
-            all: embassy_time::Instant::now().as_micros() * 1000 / INSTRUCTION,
-            interrupts: (loads.plant.sum() + loads.control.sum()) / INSTRUCTION,
+            all: embassy_time::Instant::now().as_micros() * 1000 / instruction,
+            interrupts: (loads.plant.sum() + loads.control.sum()) / instruction,
         }
     }
 }
 
 #[exception]
 fn SysTick() {
-    let now = stopwatch::nanoseconds();
+    let start = stopwatch::nanoseconds();
     CLOCK.systick_interrupt();
-    PLANT.with(|plant| plant.tick(now));
+    PLANT.with(|plant| plant.tick(start));
+    interrupts::account_plant(stopwatch::nanoseconds().wrapping_sub(start));
 }
 
 /// TIM2, which in the emulated machine counts nanoseconds. Unlike a count of SysTick interrupts it
 /// loses nothing while they are masked.
 pub mod stopwatch {
-    /// Nanoseconds that an instruction takes, whichever it is.
+    /// Nanoseconds that an instruction takes, whichever it is: `-icount shift=3`.
     pub const INSTRUCTION: u32 = 8;
 
     const TIM2: usize = 0x4000_0000;
@@ -137,13 +135,17 @@ const SESSION_LINE: Line = Line(81);
 static RECORD_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 static SESSION_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
-/// Runs the tasks that `init` spawns: through the first spawner above those through the second one,
-/// and both below the control step.
+/// Runs the experiments, with the recording's executor above the session's and both below the control
+/// step, and at last `end` with what [`Session::run`] says of them.
 ///
 /// Idle, it spins. embassy's executor for a main thread sleeps by WFE, which makes QEMU leave
 /// translated code each time round and takes it several times as long. WFI would cost nothing, but
 /// QEMU then lets host time pass for the sleep, and no two runs are the same.
-pub fn run(mut board: Emulated, init: impl FnOnce(&mut Emulated, SendSpawner, SendSpawner)) -> ! {
+///
+/// # Panics
+/// If it is called twice.
+pub fn run(experiments: &'static [Experiment], end: fn(bool) -> !) -> ! {
+    let mut board = defmt::unwrap!(Emulated::take());
     // SAFETY: no critical section depends on priorities.
     unsafe {
         board.core.NVIC.set_priority(RECORD_LINE, 0x80);
@@ -151,12 +153,25 @@ pub fn run(mut board: Emulated, init: impl FnOnce(&mut Emulated, SendSpawner, Se
     }
     let above = RECORD_EXECUTOR.start(RECORD_LINE);
     let below = SESSION_EXECUTOR.start(SESSION_LINE);
-    init(&mut board, above, below);
+    let (session, recording) = session::start(&mut board);
+    above.spawn(defmt::unwrap!(record(recording)));
+    below.spawn(defmt::unwrap!(perform(session, experiments, end)));
     #[expect(
         clippy::empty_loop,
         reason = "a spin loop's YIELD costs QEMU what WFE does"
     )]
     loop {}
+}
+
+#[embassy_executor::task]
+async fn record(recording: Recording) -> ! {
+    session::record(recording).await
+}
+
+#[embassy_executor::task]
+async fn perform(mut session: Session, experiments: &'static [Experiment], end: fn(bool) -> !) {
+    let sound = session.run::<Emulated>(experiments).await;
+    end(sound)
 }
 
 /// Without a device's vector table every line comes here.

@@ -25,7 +25,7 @@ use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use cortex_m::peripheral::{DCB, DWT, Peripherals};
 use cortex_m_rt::exception;
 use defmt_rtt as _;
-use embassy_executor::{Executor, InterruptExecutor, SendSpawner, Spawner};
+use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::dac::{Dac, DualValue};
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -40,6 +40,9 @@ use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work};
 use crate::app::control::Control;
 use crate::app::emulate::Emulation;
+use crate::app::experiment::Experiment;
+use crate::app::record::Recording;
+use crate::app::session::{self, Session};
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
 
@@ -54,7 +57,7 @@ const CRYSTAL: (Hertz, rcc::PllPreDiv) = if cfg!(feature = "crystal-12mhz") {
 const CORE_CLOCK: u32 = 168_000_000;
 
 /// Core cycles in a plant period.
-pub const PERIOD_CYCLES: u32 = CORE_CLOCK / 1_000_000 * PLANT_PERIOD_US;
+const PERIOD_CYCLES: u32 = CORE_CLOCK / 1_000_000 * PLANT_PERIOD_US;
 
 /// 2 MHz · 168 / 2 for the core, / 7 = 48 MHz for what needs that; timers at 84 and 168 MHz.
 fn configuration() -> Config {
@@ -105,7 +108,7 @@ pub struct Stm32f405 {
 impl Stm32f405 {
     /// The board with its clocks running and its outputs safe, the first time it is asked for.
     /// Without its crystal it waits here for ever.
-    pub fn take() -> Option<Self> {
+    fn take() -> Option<Self> {
         let mut core = Peripherals::take()?;
         let chip = embassy_stm32::init(configuration());
         let bridge_enable = Output::new(chip.PC8, Level::Low, Speed::Low);
@@ -126,7 +129,7 @@ impl Stm32f405 {
     }
 
     /// Ends in the safe state, and tells a debug probe whether everything was in order.
-    pub fn exit(sound: bool) -> ! {
+    fn exit(sound: bool) -> ! {
         cortex_m::interrupt::disable();
         make_safe();
         if DCB::is_debugger_attached() {
@@ -154,7 +157,7 @@ impl Board for Stm32f405 {
         timer.start();
         PLANT.put(PlantInterrupt {
             timer,
-            plant: Plant::new(emulation, wiring, (DWT::cycle_count, PERIOD_CYCLES)),
+            plant: Plant::new(emulation, wiring, PERIOD_CYCLES),
             wiring,
             sensor,
         });
@@ -174,26 +177,54 @@ impl Board for Stm32f405 {
 
 #[embassy_stm32::interrupt]
 fn TIM7() {
-    let now = DWT::cycle_count();
+    let start = DWT::cycle_count();
     PLANT.with(|interrupt| {
         interrupt.timer.clear_update_interrupt();
-        interrupt.plant.tick(now);
+        interrupt.plant.tick(start);
         let [rising, falling] = interrupt.wiring.tracks();
         interrupt.sensor.set(DualValue::Bit12Right(rising, falling));
     });
+    interrupts::account_plant(DWT::cycle_count().wrapping_sub(start));
 }
 
 static RECORD_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
-/// Runs the tasks that `init` spawns: through the first spawner above those through the second one,
-/// and both below the control step.
-pub fn run(mut board: Stm32f405, init: impl FnOnce(&mut Stm32f405, SendSpawner, Spawner)) -> ! {
+/// Runs the experiments, with the recording's executor above the session's and both below the control
+/// step, logs how long the interrupts took and ends in the safe state. A debug probe is told whether
+/// everything was in order.
+///
+/// # Panics
+/// If it is called twice.
+pub fn run(experiments: &'static [Experiment]) -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+    let mut board = defmt::unwrap!(Stm32f405::take());
     interrupt::CAN2_SCE.set_priority(Priority::P12);
     let above = RECORD_EXECUTOR.start(interrupt::CAN2_SCE);
-    EXECUTOR
-        .init(Executor::new())
-        .run(|below| init(&mut board, above, below))
+    EXECUTOR.init(Executor::new()).run(|below| {
+        let (session, recording) = session::start(&mut board);
+        above.spawn(defmt::unwrap!(record(recording)));
+        below.spawn(defmt::unwrap!(perform(session, experiments)));
+    })
+}
+
+#[embassy_executor::task]
+async fn record(recording: Recording) -> ! {
+    session::record(recording).await
+}
+
+#[embassy_executor::task]
+async fn perform(mut session: Session, experiments: &'static [Experiment]) {
+    let sound = session.run::<Stm32f405>(experiments).await;
+    let loads = interrupts::loads();
+    defmt::info!(
+        "load plant_worst_cycles={=u32} plant_mean_cycles={=u32} control_worst_cycles={=u32} control_mean_cycles={=u32} period_cycles={=u32}",
+        loads.plant.worst(),
+        loads.plant.mean(),
+        loads.control.worst(),
+        loads.control.mean(),
+        PERIOD_CYCLES
+    );
+    Stm32f405::exit(sound)
 }
 
 #[embassy_stm32::interrupt]

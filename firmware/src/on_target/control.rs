@@ -5,8 +5,20 @@ use model_core::numeric::random::Random;
 use model_core::signal::{ramp, sine, step, sweep, triangle};
 
 use super::Findings;
+use crate::app::timing::CONTROL_PERIOD;
 
-const PERIOD: f32 = 1e-3;
+/// A position loop of the actuator.
+pub const GAINS: pid::Parameters = pid::Parameters {
+    proportional: 17.0,
+    integral: 60.0,
+    derivative: 0.25,
+    derivative_filter_time: 3e-3,
+    set_point_weight: 1.0,
+    derivative_set_point_weight: 0.0,
+    output_minimum: -24.0,
+    output_maximum: 24.0,
+    anti_windup: pid::AntiWindup::ConditionalIntegration,
+};
 
 pub(super) fn pid(findings: &mut Findings) {
     let ways = [
@@ -16,16 +28,11 @@ pub(super) fn pid(findings: &mut Findings) {
     ];
     for anti_windup in ways {
         let parameters = pid::Parameters {
-            proportional: 17.0,
-            integral: 60.0,
-            derivative: 0.25,
-            derivative_filter_time: 3e-3,
-            output_minimum: -24.0,
-            output_maximum: 24.0,
             anti_windup,
-            ..pid::Parameters::default()
+            ..GAINS
         };
-        let Some(controller) = findings.sound(parameters.build(PERIOD), "gains are taken") else {
+        let Some(controller) = findings.sound(parameters.build(CONTROL_PERIOD), "gains are taken")
+        else {
             return;
         };
         let mut random = Random::new(11, 1);
@@ -45,7 +52,7 @@ pub(super) fn pid(findings: &mut Findings) {
         integral: 10.0,
         ..pid::Parameters::default()
     };
-    if let Some(controller) = findings.sound(plain.build(PERIOD), "gains are taken") {
+    if let Some(controller) = findings.sound(plain.build(CONTROL_PERIOD), "gains are taken") {
         let mut state = pid::State::default();
         let last = (0..=100).fold(0.0, |_, _| {
             controller.step(&mut state, 1.0, 0.0).unwrap_or(1e9)
@@ -87,11 +94,11 @@ pub(super) fn signals(findings: &mut Findings) {
     };
     let claim = "a signal's parameters are taken";
     let (Some(sine), Some(triangle), Some(sweep), Some(ramp), Some(step)) = (
-        findings.sound(sine.build(PERIOD), claim),
-        findings.sound(triangle.build(PERIOD), claim),
-        findings.sound(sweep.build(PERIOD), claim),
-        findings.sound(ramp.build(PERIOD), claim),
-        findings.sound(step.build(PERIOD), claim),
+        findings.sound(sine.build(CONTROL_PERIOD), claim),
+        findings.sound(triangle.build(CONTROL_PERIOD), claim),
+        findings.sound(sweep.build(CONTROL_PERIOD), claim),
+        findings.sound(ramp.build(CONTROL_PERIOD), claim),
+        findings.sound(step.build(CONTROL_PERIOD), claim),
     ) else {
         return;
     };

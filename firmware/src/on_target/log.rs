@@ -1,43 +1,30 @@
-//! A log as the board keeps it: counts of its sensors and its bridge.
+//! A log as the board keeps it: counts of its sensors and its bridge, in its ring.
 
 use model_core::control::pid;
-use model_core::gap::log::{Channel, Log};
+use model_core::gap::log::Log;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::parameters::Parameters;
 use model_core::signal::triangle;
 
-/// Sampling period, s.
-pub const PERIOD: f32 = 1e-3;
+use super::control::GAINS;
+use crate::app::conversion::Converters;
+use crate::app::machine::EMA;
+use crate::app::memory::Memory;
+use crate::app::record::Sample;
+use crate::app::timing::CONTROL_PERIOD;
+use crate::app::wiring::Truth;
 
-/// One count of the encoder, rad.
-pub const POSITION_COUNT: f32 = core::f32::consts::TAU / 16384.0;
-
-/// One count of the current sensor, A.
-const CURRENT_COUNT: f32 = 25.0 / 2048.0;
-
-/// One count of the bridge's voltage, V.
-const INPUT_COUNT: f32 = 24.0 / 4200.0;
+/// Sensors and bridge of the log.
+pub const CONVERTERS: Converters = EMA.converters;
 
 /// A log of `N` samples.
-pub struct Recording<const N: usize> {
-    input: [i16; N],
-    position: [i16; N],
-    current: [i16; N],
-}
-
-fn counts(value: f32, unit: f32) -> i16 {
-    libm::rintf(value / unit) as i16
-}
+pub struct Recording<const N: usize>(Memory<N>);
 
 impl<const N: usize> Recording<N> {
     /// With nothing in it.
     pub const fn new() -> Self {
-        Self {
-            input: [0; N],
-            position: [0; N],
-            current: [0; N],
-        }
+        Self(Memory::new())
     }
 
     /// Records the declared actuator with another Coulomb friction, its position loop following a
@@ -50,32 +37,37 @@ impl<const N: usize> Recording<N> {
             frequency: 1.3,
             phase: 0.0,
         };
-        let gains = pid::Parameters {
-            proportional: 17.0,
-            integral: 60.0,
-            derivative: 0.25,
-            derivative_filter_time: 3e-3,
-            output_minimum: -24.0,
-            output_maximum: 24.0,
-            ..pid::Parameters::default()
-        };
         let (Ok(mut actuator), Ok(command), Ok(controller)) = (
-            Actuator::build(declared, PERIOD),
-            command.build(PERIOD),
-            gains.build(PERIOD),
+            Actuator::build(declared, CONTROL_PERIOD),
+            command.build(CONTROL_PERIOD),
+            GAINS.build(CONTROL_PERIOD),
         ) else {
             return false;
         };
         actuator.set_friction(coulomb, ratio * coulomb);
+        // The drive overwrites samples at rest, so that the ring ends in its middle.
+        let at_rest = N as u32 / 3;
+        for sequence in 0..at_rest {
+            self.0.push(&sample(sequence, 0.0, [0; 3]));
+        }
         let mut state = State::default();
         let mut loop_state = pid::State::default();
-        for sample in 0..N {
-            self.position[sample] = counts(state.position.value(), POSITION_COUNT);
-            self.current[sample] = counts(state.current, CURRENT_COUNT);
-            let measured = f32::from(self.position[sample]) * POSITION_COUNT;
-            let input = controller.step(&mut loop_state, command.at(sample as u32), measured);
-            self.input[sample] = counts(input.unwrap_or(0.0), INPUT_COUNT);
-            let held = f32::from(self.input[sample]) * INPUT_COUNT;
+        for tick in 0..N as u32 {
+            let (Some(position), Some(current)) = (
+                CONVERTERS.position.counts(state.position.value()),
+                CONVERTERS.current.counts(state.current),
+            ) else {
+                return false;
+            };
+            let command = command.at(tick);
+            let measured = CONVERTERS.position.value(position);
+            let input = controller.step(&mut loop_state, command, measured);
+            let Some(duty) = input.ok().and_then(|input| CONVERTERS.bridge.counts(input)) else {
+                return false;
+            };
+            self.0
+                .push(&sample(at_rest + tick, command, [duty, position, current]));
+            let held = CONVERTERS.bridge.value(duty);
             if actuator.step(&mut state, held).is_err() {
                 return false;
             }
@@ -83,21 +75,21 @@ impl<const N: usize> Recording<N> {
         true
     }
 
-    /// The log, as it lies in a ring whose end is past its middle.
+    /// The log.
     pub fn log(&self) -> Log<'_> {
-        Log {
-            period: PERIOD,
-            input: ring(&self.input, INPUT_COUNT),
-            position: ring(&self.position, POSITION_COUNT),
-            current: Some(ring(&self.current, CURRENT_COUNT)),
-            velocity: None,
-        }
+        self.0.log(&CONVERTERS)
     }
 }
 
-fn ring(counts: &[i16], unit: f32) -> Channel<'_> {
-    let (older, newer) = counts.split_at(counts.len() * 2 / 3);
-    Channel::Counts { older, newer, unit }
+fn sample(sequence: u32, command: f32, [duty, position, current]: [i16; 3]) -> Sample {
+    Sample {
+        sequence,
+        command,
+        duty,
+        position,
+        current,
+        truth: Truth::default(),
+    }
 }
 
 impl<const N: usize> Default for Recording<N> {

@@ -20,7 +20,7 @@
 //! `f64` is software on the target and hardware on the host. Both round `+ − × ÷` as IEEE 754 says,
 //! so constructors and sums over windows may use it; it only costs time.
 
-mod control;
+pub mod control;
 mod findings;
 pub mod log;
 mod numeric;

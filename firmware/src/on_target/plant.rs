@@ -1,53 +1,25 @@
 //! The plants: in a mode, and through every kind of event.
 
 use model_core::plant::actuator::Actuator;
-use model_core::plant::parameters::{Drive, Parameters};
-use model_core::plant::{Directional, Motion, State};
+use model_core::plant::parameters::Parameters;
+use model_core::plant::{Motion, State};
 use model_core::signal::sweep;
 
 use super::Findings;
+use crate::app::machine;
 
 /// Step of the plants, s.
 pub const PERIOD: f32 = 1e-4;
 
-/// A 24 V rotary actuator that friction stops, without stops or spring.
+/// The board's actuator in free travel.
 pub const EMA: Parameters = Parameters {
-    drive: Drive::Voltage {
-        resistance: 1.0,
-        inductance: 1e-3,
-        torque_constant: 0.06,
-    },
-    gain: 1.0,
-    inertia: 1.2e-4,
-    viscous: Directional::both(2e-4),
-    coulomb: Directional::both(0.12),
-    breakaway: Directional::both(0.15),
-    spring: 0.0,
-    spring_rest: 0.0,
-    spring_preload: 0.0,
-    offset: 0.0,
     lower_stop: f32::NEG_INFINITY,
     upper_stop: f32::INFINITY,
+    ..machine::EMA.plant
 };
 
-/// A 12 V throttle body: return spring with a limp-home step, two stops.
-pub const THROTTLE: Parameters = Parameters {
-    drive: Drive::Voltage {
-        resistance: 2.0,
-        inductance: 1.2e-3,
-        torque_constant: 0.38,
-    },
-    inertia: 1.6e-3,
-    viscous: Directional::both(8e-3),
-    coulomb: Directional::both(0.24),
-    breakaway: Directional::both(0.28),
-    spring: 0.25,
-    spring_rest: 0.2,
-    spring_preload: 0.3,
-    lower_stop: 0.02,
-    upper_stop: 1.57,
-    ..EMA
-};
+/// The board's throttle: return spring with a limp-home step, two stops.
+pub const THROTTLE: Parameters = machine::THROTTLE.plant;
 
 fn take(findings: &mut Findings, state: &State) {
     findings.single(state.current);

@@ -73,19 +73,14 @@ pub(super) fn friction(findings: &mut Findings) {
     let task = Task {
         declared: plant::EMA,
         log: recording.log(),
-        resolution: log::POSITION_COUNT,
+        resolution: log::CONVERTERS.position.unit(),
         present: 0.12,
         seed: 1,
     };
-    let Some(mut refit) = findings.sound(Refit::new(&task), "the task is taken") else {
+    let Some(refit) = findings.sound(Refit::new(&task), "the task is taken") else {
         return;
     };
-    let outcome = loop {
-        if let Some(outcome) = refit.advance() {
-            break outcome;
-        }
-    };
-    if let Some(estimate) = findings.sound(outcome, "a friction is found") {
+    if let Some(estimate) = findings.sound(refit.run(), "a friction is found") {
         findings.single(estimate.coulomb);
         findings.single(estimate.cost);
         findings.single(estimate.present_cost);

@@ -6,7 +6,7 @@ use std::time::Instant;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, MARGIN, Schedule, Settings};
-use model_core::gap::select;
+use model_core::gap::select::{self, LEAST_WINDOWS};
 use model_core::gap::workbench::Options;
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use super::answer::{Spread, candidate, fitted, found};
 use super::declared::{base_parameters, model};
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
-use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Stages, Unknown, Verdict};
+use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Stages, Unknown};
 use super::series::Series;
 use super::whiteness::whiteness;
 use crate::error::InputError;
@@ -23,8 +23,7 @@ use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::{Coordinate, Machine};
 
-/// Fewest windows that a model can be chosen and fitted on, and judged on.
-const LEAST_TRAIN_WINDOWS: usize = 4;
+/// Fewest windows that a model can be judged on.
 const LEAST_VALIDATE_WINDOWS: usize = 1;
 
 /// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
@@ -81,7 +80,7 @@ pub fn run(
         logs: &logs,
         settings: Settings::new(period as f32, machine.resolution.unwrap_or(0.0) as f32),
     };
-    check_logs(&train[0].path, &data, &declared, LEAST_TRAIN_WINDOWS)?;
+    check_logs(&train[0].path, &data, &declared, LEAST_WINDOWS)?;
     let left_range = || {
         Failure::other(
             "the fit left the range in which the machine can be simulated; \
@@ -148,13 +147,7 @@ pub fn run(
 
     let outcome = Outcome {
         machine: machine.name.clone(),
-        verdict: if !trace.accepted.is_empty() {
-            Verdict::EffectsFound
-        } else if trace.unknown.is_some() {
-            Verdict::UnknownEffect
-        } else {
-            Verdict::NoMissingEffect
-        },
+        verdict: trace.verdict(),
         effects: found(&trace, &spread, &declared, rotary),
         unknown: trace.unknown.as_ref().map(|unknown| Unknown {
             depends_on: unknown.kind.variable().to_owned(),

@@ -1,6 +1,7 @@
 //! What `cargo hil gap` found: the JSON of the contract, and the evidence behind it for the report.
 
-use serde::Serialize;
+use model_core::gap::select::Verdict;
+use serde::{Serialize, Serializer};
 
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
 #[derive(Debug, Clone, Serialize)]
@@ -8,6 +9,7 @@ pub struct Outcome {
     /// The name in the machine file.
     pub machine: String,
     /// What the tracing concludes.
+    #[serde(serialize_with = "name")]
     pub verdict: Verdict,
     /// The effects that were accepted, in the order in which they were.
     pub effects: Vec<FoundEffect>,
@@ -25,16 +27,9 @@ pub struct Outcome {
     pub cost: Cost,
 }
 
-/// The conclusion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The residual holds nothing that a candidate, named or learned, predicts on held-out data.
-    NoMissingEffect,
-    /// At least one effect of the catalogue was accepted.
-    EffectsFound,
-    /// The residual is structured and no effect of the catalogue explains it.
-    UnknownEffect,
+/// A verdict is its name.
+fn name<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(verdict.name())
 }
 
 /// One accepted effect.

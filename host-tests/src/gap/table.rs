@@ -2,8 +2,10 @@
 
 pub(super) mod quantity;
 
+use model_core::gap::select::Verdict;
+
 use self::quantity::{Scale, change, estimate, given, prefixed_estimate, probability, significant};
-use super::outcome::{Candidate, ErrorSet, Errors, Outcome, Report, Stages, Verdict};
+use super::outcome::{Candidate, ErrorSet, Errors, Outcome, Report, Stages};
 
 /// Columns that the table takes at most, unless a single word is longer.
 pub const WIDTH: usize = 100;

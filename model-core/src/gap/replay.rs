@@ -37,8 +37,8 @@ pub struct Settings {
     pub current_weight: f32,
 }
 
-/// Length of a replay window by which models are judged, s.
-const WINDOW: f32 = 0.2;
+/// Length of a replay window by which models are judged, and friction is estimated anew, s.
+pub const WINDOW: f32 = 0.2;
 
 /// Samples on either side of a restart that its state is smoothed over, until the tracing has
 /// chosen.

@@ -21,6 +21,9 @@ use heapless::Vec;
 /// Rounds of the selection: most effects that one run adds.
 pub const ROUNDS: usize = 4;
 
+/// Fewest windows that a model can be chosen and fitted on.
+pub const LEAST_WINDOWS: usize = 4;
+
 /// Candidates refitted in a round.
 const SHORTLIST: usize = 8;
 
@@ -142,6 +145,29 @@ pub struct Accepted {
     pub equivalent: Vec<Id, MOST_CANDIDATES>,
 }
 
+/// What a tracing concludes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Verdict {
+    /// The residual holds nothing that a candidate, named or learned, predicts on held-out data.
+    NoMissingEffect,
+    /// At least one effect of the catalogue was accepted.
+    EffectsFound,
+    /// The residual is structured and no effect of the catalogue explains it.
+    UnknownEffect,
+}
+
+impl Verdict {
+    /// Its name in logs and answers.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NoMissingEffect => "no_missing_effect",
+            Self::EffectsFound => "effects_found",
+            Self::UnknownEffect => "unknown_effect",
+        }
+    }
+}
+
 /// The result of the tracing.
 #[derive(Debug, Clone)]
 pub struct Trace {
@@ -157,6 +183,19 @@ pub struct Trace {
     pub settings: Settings,
     /// Windows of the judging length simulated.
     pub simulated: u64,
+}
+
+impl Trace {
+    /// What it concludes.
+    pub fn verdict(&self) -> Verdict {
+        if !self.accepted.is_empty() {
+            Verdict::EffectsFound
+        } else if self.unknown.is_some() {
+            Verdict::UnknownEffect
+        } else {
+            Verdict::NoMissingEffect
+        }
+    }
 }
 
 /// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every

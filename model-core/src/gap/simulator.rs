@@ -195,13 +195,6 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Current of a winding at its steady value: what a replay starts from where none was measured.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        match self.drive {
-            Drive::Voltage {
-                resistance,
-                torque_constant,
-                ..
-            } => (self.gain * input - torque_constant * velocity) / resistance,
-            Drive::Torque => self.gain * input,
-        }
+        self.drive.steady_current(self.gain, velocity, input)
     }
 }

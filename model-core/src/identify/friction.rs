@@ -31,14 +31,12 @@
 use super::annealing::{self, Annealing};
 use super::golden_section::{self, GoldenSection};
 use crate::gap::log::{Channel, Log};
+use crate::gap::replay::{WINDOW, samples};
 use crate::numeric::invalid_parameter::{InvalidParameter, require};
 use crate::plant::State;
 use crate::plant::actuator::Actuator;
 use crate::plant::parameters::{Drive, Parameters};
 use heapless::Vec;
-
-/// Length of a window, s.
-pub const WINDOW: f32 = 0.2;
 
 /// Most windows that take part: 12.8 s, the first ones of a longer log. Each takes 12 bytes.
 pub const MOST_WINDOWS: usize = 64;
@@ -140,7 +138,8 @@ impl core::error::Error for Refusal {}
 /// A re-estimation under way.
 ///
 /// It never waits and never runs long: a call of [`Refit::advance`] replays one window, so that a
-/// task beside a live plant can let others run, or drop the work, between any two.
+/// task beside a live plant can let others run, or drop the work, between any two. Where nothing waits
+/// for it, [`Refit::run`] goes to the end.
 ///
 /// ```
 /// use model_core::gap::log::{Channel, Log};
@@ -176,13 +175,7 @@ impl core::error::Error for Refusal {}
 /// let log = Log { period: 1e-3, input, position, current: None, velocity: None };
 ///
 /// let task = Task { declared, log, resolution: 0.0, present: 0.12, seed: 1 };
-/// let mut refit = Refit::new(&task)?;
-/// let outcome = loop {
-///     if let Some(outcome) = refit.advance() {
-///         break outcome;
-///     }
-/// };
-/// let estimate = outcome?;
+/// let estimate = Refit::new(&task)?.run()?;
 /// assert!((estimate.coulomb - 0.18).abs() < 0.0018);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
@@ -257,6 +250,18 @@ impl<'a> Refit<'a> {
                 best: None,
             },
         })
+    }
+
+    /// Works until there is an outcome.
+    ///
+    /// # Errors
+    /// Why there is no estimate.
+    pub fn run(mut self) -> Result<Estimate, Refusal> {
+        loop {
+            if let Some(outcome) = self.advance() {
+                return outcome;
+            }
+        }
     }
 
     /// Works on one window. `None` while there is more to do, then the outcome.
@@ -465,7 +470,7 @@ impl<'a> Replay<'a> {
         if !matches!(declared.drive, Drive::Voltage { inductance, .. } if inductance > 0.0) {
             log.current = None;
         }
-        let window = ((WINDOW / log.period + 0.5) as usize).max(1);
+        let window = samples(WINDOW, log.period, 1);
         let windows = log.samples().saturating_sub(2 * HALF_WIDTH + 1) / window;
         Ok(Self {
             log,

@@ -18,6 +18,21 @@ pub enum Drive {
     Torque,
 }
 
+impl Drive {
+    /// Current that the winding settles on at this velocity, m/s or rad/s, and this input of so many
+    /// V, N·m or N a unit; with a torque input, the torque.
+    pub fn steady_current(&self, gain: f32, velocity: f32, input: f32) -> f32 {
+        match *self {
+            Self::Voltage {
+                resistance,
+                torque_constant,
+                ..
+            } => (gain * input - torque_constant * velocity) / resistance,
+            Self::Torque => gain * input,
+        }
+    }
+}
+
 /// A brushed-DC actuator in SI units, referred to the coordinate of the position.
 ///
 /// `rad` and `m` are both served: torque and inertia stand for force and mass.
@@ -153,13 +168,6 @@ impl Parameters {
     /// Current that the winding settles on at this velocity and input; with a torque input, the
     /// torque.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        match self.drive {
-            Drive::Voltage {
-                resistance,
-                torque_constant,
-                ..
-            } => (self.gain * input - torque_constant * velocity) / resistance,
-            Drive::Torque => self.gain * input,
-        }
+        self.drive.steady_current(self.gain, velocity, input)
     }
 }
