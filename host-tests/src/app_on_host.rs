@@ -8,6 +8,7 @@ use firmware::app::memory::Memory;
 use firmware::app::record::{Outcome, Progress, Recorder, Recording, Sample};
 use firmware::app::timing::QUEUED_SAMPLES;
 use firmware::app::wiring::Wiring;
+use firmware::app::work::{ControlWork, PlantWork};
 use heapless::spsc::{Producer, Queue};
 
 /// The interrupts' work, and the ends that the tasks hold.

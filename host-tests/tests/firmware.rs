@@ -11,6 +11,7 @@ use firmware::app::record::{Outcome, Sample};
 use firmware::app::refit;
 use firmware::app::timing::{PLANT_PERIOD, QUEUED_SAMPLES, TICKS_PER_CONTROL};
 use firmware::app::wiring::{Fault, Truth};
+use firmware::app::work::PlantWork;
 use host_tests::app_on_host::AppOnHost;
 use model_core::gap::log::Channel;
 use model_core::identify::friction::Refusal;

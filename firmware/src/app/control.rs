@@ -7,6 +7,7 @@ use super::conversion::Converters;
 use super::profile::Profile;
 use super::record::{Recorder, Sample};
 use super::wiring::{Fault, Wiring};
+use super::work::ControlWork;
 
 /// A loop to run from now on.
 #[derive(Debug, Clone)]
@@ -48,10 +49,12 @@ impl Control {
             steps: 0,
         }
     }
+}
 
+impl ControlWork for Control {
     /// Measurement in, duty out, sample to the queue while it is recorded. Behind that the loop goes
     /// on, so that the actuator moves while its log is evaluated.
-    pub fn step(&mut self) {
+    fn step(&mut self) {
         if self.wiring.take_restart() {
             self.setup = self.setups.dequeue();
             self.state = pid::State::default();

@@ -14,6 +14,7 @@ use super::experiment::Wear;
 use super::timing::TICKS_PER_CONTROL;
 use super::tracks::Tracks;
 use super::wiring::{Fault, Measurement, Truth, Wiring};
+use super::work::PlantWork;
 
 /// A plant to emulate from now on.
 #[derive(Debug, Clone)]
@@ -53,12 +54,11 @@ impl Emulation {
             ticks: 0,
         }
     }
+}
 
-    /// One plant period. True if a control step is due: it has until the next tick.
-    ///
+impl PlantWork for Emulation {
     /// A control step that is still due, and an input that the plant refuses, trip the latch.
-    #[must_use]
-    pub fn tick(&mut self) -> bool {
+    fn tick(&mut self) -> bool {
         self.wiring.count_tick();
         if self.wiring.control_due() {
             self.wiring.trip(Fault::MissedDeadline);

@@ -8,12 +8,14 @@
 //!
 //! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by
 //! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
-//! What there is to run: the [`demonstration`], and the [`failures`].
+//! What there is to run: the [`demonstration`], and the [`failures`]. In an image of its own an
+//! emulated engine controller, [`ecu`], is in the place of the loop.
 
 pub mod check;
 pub mod control;
 pub mod conversion;
 pub mod demonstration;
+pub mod ecu;
 pub mod emulate;
 #[cfg(feature = "tasks")]
 pub mod evaluate;
@@ -29,3 +31,4 @@ pub mod session;
 pub mod timing;
 pub mod tracks;
 pub mod wiring;
+pub mod work;

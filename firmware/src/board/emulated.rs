@@ -16,13 +16,12 @@ use systick_timer::SystickDriver;
 
 use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work};
-use crate::app::control::Control;
-use crate::app::emulate::Emulation;
 use crate::app::experiment::Experiment;
 use crate::app::record::Recording;
 use crate::app::session::{self, Session};
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
+use crate::app::work::{ControlWork, PlantWork};
 
 /// Core clock of the emulated machine, Hz.
 const CORE_CLOCK: u32 = 168_000_000;
@@ -61,8 +60,8 @@ impl Board for Emulated {
 
     fn start(
         &mut self,
-        emulation: &'static mut Emulation,
-        control: &'static mut Control,
+        emulation: &'static mut dyn PlantWork,
+        control: &'static mut dyn ControlWork,
         wiring: &'static Wiring,
     ) {
         let period = PLANT_PERIOD_US * 1000;

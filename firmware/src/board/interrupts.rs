@@ -9,9 +9,8 @@ use cortex_m_rt::exception;
 
 use super::deadline::Deadline;
 use super::load::Load;
-use crate::app::control::Control;
-use crate::app::emulate::Emulation;
 use crate::app::wiring::{Fault, Wiring};
+use crate::app::work::{ControlWork, PlantWork};
 
 /// Work of an interrupt, which takes it out, runs it with nothing masked, and puts it back.
 pub(super) struct Slot<T>(Mutex<Cell<Option<T>>>);
@@ -69,7 +68,7 @@ pub(super) type Clock = fn() -> u32;
 
 /// Work of the plant interrupt.
 pub(super) struct Plant {
-    emulation: &'static mut Emulation,
+    emulation: &'static mut dyn PlantWork,
     wiring: &'static Wiring,
     deadline: Deadline,
 }
@@ -77,7 +76,7 @@ pub(super) struct Plant {
 impl Plant {
     /// With the period in counts of the clock.
     pub fn new(
-        emulation: &'static mut Emulation,
+        emulation: &'static mut dyn PlantWork,
         wiring: &'static Wiring,
         period_counts: u32,
     ) -> Self {
@@ -105,10 +104,10 @@ pub(super) fn account_plant(duration: u32) {
     account(|loads| loads.plant.add(duration));
 }
 
-static CONTROL: Slot<(&'static mut Control, Clock)> = Slot::new();
+static CONTROL: Slot<(&'static mut dyn ControlWork, Clock)> = Slot::new();
 
 /// Gives the control interrupt, PendSV, its work and its priority, the second of the two.
-pub(super) fn start_control(control: &'static mut Control, clock: Clock, core: &mut SCB) {
+pub(super) fn start_control(control: &'static mut dyn ControlWork, clock: Clock, core: &mut SCB) {
     CONTROL.put((control, clock));
     // SAFETY: no critical section depends on priorities.
     unsafe { core.set_priority(SystemHandler::PendSV, 0x40) }

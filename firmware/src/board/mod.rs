@@ -1,8 +1,7 @@
 //! The boards, the only files that know hardware, and what they share.
 
-use crate::app::control::Control;
-use crate::app::emulate::Emulation;
 use crate::app::wiring::Wiring;
+use crate::app::work::{ControlWork, PlantWork};
 
 pub mod deadline;
 #[cfg(all(feature = "emulated", target_os = "none"))]
@@ -23,14 +22,14 @@ pub trait Board {
 
     /// Gives the interrupts their work and starts the clock. Called once.
     ///
-    /// From then on the board calls [`Emulation::tick`] every
+    /// From then on the board calls [`PlantWork::tick`] every
     /// [`PLANT_PERIOD_US`](crate::app::timing::PLANT_PERIOD_US) in its most urgent interrupt, and
-    /// [`Control::step`] in the next one whenever the tick says so. A tick that comes late by half
+    /// [`ControlWork::step`] in the next one whenever the tick says so. A tick that comes late by half
     /// a period or more, or not at all, it reports to the fault latch of `wiring`.
     fn start(
         &mut self,
-        emulation: &'static mut Emulation,
-        control: &'static mut Control,
+        emulation: &'static mut dyn PlantWork,
+        control: &'static mut dyn ControlWork,
         wiring: &'static Wiring,
     );
 

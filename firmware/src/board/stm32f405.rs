@@ -38,13 +38,12 @@ use static_cell::StaticCell;
 
 use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work};
-use crate::app::control::Control;
-use crate::app::emulate::Emulation;
 use crate::app::experiment::Experiment;
 use crate::app::record::Recording;
 use crate::app::session::{self, Session};
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
+use crate::app::work::{ControlWork, PlantWork};
 
 /// The crystal, and what divides its frequency to 2 MHz.
 const CRYSTAL: (Hertz, rcc::PllPreDiv) = if cfg!(feature = "crystal-12mhz") {
@@ -144,8 +143,8 @@ impl Board for Stm32f405 {
 
     fn start(
         &mut self,
-        emulation: &'static mut Emulation,
-        control: &'static mut Control,
+        emulation: &'static mut dyn PlantWork,
+        control: &'static mut dyn ControlWork,
         wiring: &'static Wiring,
     ) {
         let (timer, sensor) = defmt::unwrap!(self.idle.take(), "started twice");
