@@ -12,7 +12,7 @@ use crate::gap::{self, engine, report};
 use crate::log::Log;
 use crate::machine::Machine;
 use crate::on_target_run;
-use crate::onboard::Onboard;
+use crate::onboard::outcome::Onboard;
 use crate::workspace;
 
 /// The machine file that declares the emulated actuator, from the workspace's root.

@@ -35,7 +35,7 @@ enum Command {
     Gap(gap::command::Args),
     /// Run the emulated board and compare it with this host and with the truth
     #[command(after_help = "Example: cargo hil onboard --json onboard.json")]
-    Onboard(onboard::Args),
+    Onboard(onboard::command::Args),
     /// Turn a board's defmt log into lines, and its samples into CSV
     #[command(
         after_help = "Example: cargo hil decode target/firmware/thumbv7em-none-eabihf/release/emulated target/hil/emulated.defmt --csv board.csv"
@@ -65,7 +65,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         None => hil::run(),
         Some(Command::Test(args)) => check::run(&args),
         Some(Command::Gap(args)) => gap::command::run(&args),
-        Some(Command::Onboard(args)) => onboard::run(&args),
+        Some(Command::Onboard(args)) => onboard::command::run(&args),
         Some(Command::Decode(args)) => decode::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
     }

@@ -107,6 +107,18 @@ fn direction_dependent_friction_is_found_in_the_boards_log() {
     assert!(errors.after.position_rms < 0.1 * errors.before.position_rms);
 }
 
+#[track_caller]
+fn assert_nothing_is_found(machine: &Machine, experiment: &Experiment) {
+    let outcome = traced(machine, experiment);
+    assert_eq!(
+        outcome.verdict,
+        Verdict::NoMissingEffect,
+        "{:?} {:?}",
+        outcome.effects,
+        outcome.unknown
+    );
+}
+
 #[test]
 fn nothing_is_found_once_the_friction_is_declared() {
     let mut machine = machine("ema-24v");
@@ -121,24 +133,10 @@ fn nothing_is_found_once_the_friction_is_declared() {
         .into(),
         line: 1,
     }];
-    let outcome = traced(&machine, &UNDECLARED);
-    assert_eq!(
-        outcome.verdict,
-        Verdict::NoMissingEffect,
-        "{:?} {:?}",
-        outcome.effects,
-        outcome.unknown
-    );
+    assert_nothing_is_found(&machine, &UNDECLARED);
 }
 
 #[test]
 fn nothing_is_found_in_a_throttle_that_is_what_it_is_declared_to_be() {
-    let outcome = traced(&machine("throttle-12v"), &EMULATION);
-    assert_eq!(
-        outcome.verdict,
-        Verdict::NoMissingEffect,
-        "{:?} {:?}",
-        outcome.effects,
-        outcome.unknown
-    );
+    assert_nothing_is_found(&machine("throttle-12v"), &EMULATION);
 }

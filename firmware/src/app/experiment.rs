@@ -67,12 +67,26 @@ pub enum Evaluation {
 
 /// Why an experiment cannot begin: a parameter, and what it has to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "tasks", derive(defmt::Format))]
 pub enum Refused {
     /// The plant's.
     Plant(ParameterError),
     /// The controller's, or a command's.
     Control(InvalidParameter),
+}
+
+#[cfg(feature = "tasks")]
+impl defmt::Format for Refused {
+    fn format(&self, formatter: defmt::Formatter) {
+        match self {
+            Self::Plant(ParameterError {
+                parameter,
+                requirement,
+            }) => defmt::write!(formatter, "{=str} must be {=str}", parameter, requirement),
+            Self::Control(InvalidParameter { name, requirement }) => {
+                defmt::write!(formatter, "{=str} {=str}", name, requirement);
+            }
+        }
+    }
 }
 
 impl From<ParameterError> for Refused {

@@ -1,0 +1,44 @@
+//! The command line of `cargo hil onboard`.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+
+use super::outcome::Onboard;
+use crate::board_run;
+use crate::failure::Failure;
+use crate::on_target_run;
+use crate::whole_file;
+
+/// What `cargo hil onboard` takes.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Write the result to this file as JSON
+    #[arg(long, value_name = "F")]
+    json: Option<PathBuf>,
+}
+
+/// Runs the board, prints a table, writes what was asked for.
+///
+/// # Errors
+/// What is missing on this machine; a board that differs from this host, once that is reported; a
+/// result that cannot be written.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let on_terminal = io::stderr().is_terminal();
+    let mut announce = |step: &str| {
+        if on_terminal {
+            eprintln!("{step} ...");
+        }
+    };
+    let run = board_run::run(&mut announce)?;
+    announce("instruction counts");
+    let counts = on_target_run::run(&run.toolchain)?.counts;
+    let onboard = Onboard::read(&run, &counts)?;
+    if let Some(path) = &args.json {
+        whole_file::write_json(path, &onboard)
+            .map_err(|error| Failure::system(path.display(), &error))?;
+    }
+    io::stdout()
+        .write_all(onboard.table().as_bytes())
+        .map_err(|error| Failure::system("standard output", &error))?;
+    run.require_parity()
+}

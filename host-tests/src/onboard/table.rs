@@ -1,0 +1,117 @@
+//! The answer as a terminal shows it.
+
+use std::fmt::Write as _;
+
+use super::outcome::Onboard;
+use crate::image::{FLASH, RAM};
+
+impl Onboard {
+    /// For people.
+    pub fn table(&self) -> String {
+        let Self {
+            parity,
+            refit,
+            gap,
+            instructions_per_step: steps,
+            image,
+            ..
+        } = self;
+        let experiments: Vec<String> = parity
+            .experiments
+            .iter()
+            .map(|experiment| format!("{} of {}", experiment.samples, experiment.name))
+            .collect();
+        let cost = |instructions: u64, seconds: f64, ticks: u32, missed: u32| {
+            format!(
+                "{:.3e} instructions, {seconds:.2} s at 168 MHz and one a cycle; {ticks} plant ticks \
+                 meanwhile, {missed} missed",
+                instructions as f64
+            )
+        };
+        let rows = [
+            (
+                "parity",
+                format!(
+                    "{} samples ({}), {} bits differ from this host",
+                    parity.samples,
+                    experiments.join(", "),
+                    parity.differing_bits
+                ),
+            ),
+            (
+                "refit",
+                format!(
+                    "{} {} -> {:.5} N·m, really {} ({:+.2} %), {} evaluations of {} samples",
+                    refit.parameter,
+                    refit.present,
+                    refit.estimate,
+                    refit.truth,
+                    100.0 * (refit.estimate / refit.truth - 1.0),
+                    refit.evaluations,
+                    refit.samples
+                ),
+            ),
+            (
+                "",
+                cost(
+                    refit.instructions,
+                    refit.seconds,
+                    refit.ticks,
+                    refit.missed_ticks,
+                ),
+            ),
+            (
+                "check",
+                format!(
+                    "{} ({}): position {:.3} -> {:.3} mrad rms over {} samples",
+                    gap.verdict,
+                    gap.effects.join(", "),
+                    1e3 * gap.position_rms_before,
+                    1e3 * gap.position_rms_after,
+                    gap.samples
+                ),
+            ),
+            (
+                "",
+                cost(gap.instructions, gap.seconds, gap.ticks, gap.missed_ticks),
+            ),
+            (
+                "evaluations",
+                if parity.same_evaluations {
+                    "the same numbers as on this host, bit for bit".to_owned()
+                } else {
+                    "other numbers than on this host".to_owned()
+                },
+            ),
+            (
+                "instructions",
+                format!(
+                    "a step of the actuator {}, of the throttle {}, of the PID {}; a sample of the \
+                     refit {}",
+                    steps.ema, steps.throttle, steps.pid, steps.refit_sample
+                ),
+            ),
+            (
+                "image",
+                format!(
+                    "{:.1} of {} KB flash, {:.1} of {} KB RAM ({:.1} KB for the stack)",
+                    kilobytes(image.flash_bytes),
+                    FLASH / 1024,
+                    kilobytes(image.ram_bytes),
+                    RAM / 1024,
+                    kilobytes(image.ram_room_bytes)
+                ),
+            ),
+        ];
+        let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        rows.iter().fold(String::new(), |mut text, (name, value)| {
+            // A string takes everything.
+            let _ = writeln!(text, "{name:width$}  {value}");
+            text
+        })
+    }
+}
+
+fn kilobytes(bytes: u64) -> f64 {
+    bytes as f64 / 1024.0
+}
