@@ -4,16 +4,23 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use firmware::app::ecu::calibration::{Calibration, SUPPLY};
 use firmware::app::ecu::code::Code;
-use firmware::app::ecu::loopback::{self, Command};
-use firmware::app::ecu::schedule::{HEALTHY, PEDAL, Pedal, Report, TRIALS, Trial};
+use firmware::app::ecu::observation::Readings;
+use firmware::app::ecu::schedule::{PEDAL, Pedal, TRIALS, Trial};
+use firmware::app::ecu::{Demand, Ecu, loopback};
 use firmware::app::machine::{Machine, THROTTLE};
+use firmware::app::timing::{PLANT_PERIOD, TICKS_PER_CONTROL};
+use firmware::app::tracks;
 use firmware::app::wiring::Fault as Latched;
+use firmware::app::work::PlantWork;
 use host_tests::ecu_on_host::EcuOnHost;
+use host_tests::workspace;
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::{Drive, Parameters};
+use model_core::plant::potentiometer::TrackFault;
 use model_core::plant::rise_time::with_rise_time;
-use model_core::plant::throttle::{Fault, Settings};
+use model_core::plant::throttle::{Fault, Settings, Side, Throttle};
 
 /// Supply, V, and what the pedal does.
 const POINTS: [(f32, Pedal); 4] = [
@@ -62,7 +69,7 @@ fn machines() -> [Machine; 3] {
         },
         ..THROTTLE.plant
     };
-    let slow = with_rise_time(&THROTTLE.plant, 0.1, 12.0, 50e-6).unwrap();
+    let slow = with_rise_time(&THROTTLE.plant, 0.1, 12.0, PLANT_PERIOD).unwrap();
     [THROTTLE.plant, reduced, slow].map(|plant| {
         let mut machine = Machine { plant, ..THROTTLE };
         // The loop's derivative cancels the mechanical time constant, which grows with the inertia.
@@ -137,4 +144,190 @@ fn nothing_is_found_in_a_sound_throttle() {
     }
     println!("{} alarms in {runs} runs of 15 s", alarms.len());
     assert!(alarms.is_empty(), "{alarms:#?}");
+}
+
+/// The board's run on this host.
+fn board() -> EcuOnHost {
+    let settings = loopback::complementary(loopback::SEED);
+    EcuOnHost::new(&THROTTLE, &settings, 12.0, &TRIALS, PEDAL)
+}
+
+#[test]
+fn the_board_says_what_this_host_does() {
+    let golden = workspace::root().join("firmware/src/bin/emulated_ecu.log");
+    let golden = std::fs::read_to_string(golden).unwrap();
+    let mut expected = golden.lines();
+    let mut ecu = board();
+    for trial in &TRIALS {
+        let report = ecu.next_report();
+        let learned = report.learned.unwrap();
+        let [closed, open] = learned.first_track_millivolts();
+        let [from_closed, from_open] = learned.returns;
+        assert_eq!(
+            expected.next(),
+            Some(&*format!(
+                "INFO learned trial={} closed_mv={closed} open_mv={open} limp_home_permille={} \
+                 from_closed_ms={from_closed} from_open_ms={from_open}",
+                trial.name,
+                learned.limp_home_permille()
+            ))
+        );
+        assert_eq!(
+            expected.next(),
+            Some(&*format!(
+                "INFO found trial={} code={} after_ms={}",
+                trial.name,
+                report.code.map_or("none", Code::name),
+                report.steps
+            ))
+        );
+    }
+    assert_eq!(expected.next(), Some("INFO end trials=18"));
+    assert_eq!(expected.next(), None);
+}
+
+/// A controller at a throttle body, with nothing in between.
+struct Bench {
+    ecu: Ecu,
+    throttle: Throttle,
+    bridge: Bridge,
+}
+
+impl Bench {
+    fn new(settings: &Settings) -> Self {
+        let calibration = Calibration::new(&THROTTLE, &settings.tracks).unwrap();
+        Self {
+            ecu: Ecu::new(calibration),
+            throttle: Throttle::build(settings, PLANT_PERIOD).unwrap(),
+            bridge: Bridge::Freewheel,
+        }
+    }
+
+    /// So many milliseconds with the key and the pedal as they are.
+    fn run(&mut self, milliseconds: u32, demand: Demand) {
+        for _ in 0..milliseconds {
+            for _ in 0..TICKS_PER_CONTROL {
+                self.throttle.step(self.bridge, 12.0).unwrap();
+            }
+            let current = self.throttle.current();
+            let readings = Readings {
+                tracks: self.throttle.shares().map(tracks::code),
+                current: THROTTLE.converters.current.counts(current).unwrap(),
+                supply: SUPPLY.counts(12.0).unwrap(),
+            };
+            self.bridge = self.ecu.step(&readings, &demand);
+        }
+    }
+
+    fn position(&self) -> f32 {
+        self.throttle.state().position.value()
+    }
+}
+
+const KEY_ON: Demand = Demand {
+    key_on: true,
+    pedal: 0.6,
+};
+
+#[test]
+fn at_key_on_stops_and_limp_home_are_learned_and_then_the_pedal_is_followed() {
+    for settings in [loopback::complementary(7), loopback::half_slope(7)] {
+        let mut bench = Bench::new(&settings);
+        bench.run(3000, KEY_ON);
+        assert_eq!(bench.ecu.code(), None);
+        let learned = bench.ecu.learned().unwrap();
+        // 5 mV of noise over 32 readings: 0.9 mV, and half a count of the converter is 0.6 mV.
+        for (ends, track) in learned.ends.iter().zip(settings.tracks) {
+            for (share, stop) in [(ends.closed, 0.02), (ends.open, 1.57)] {
+                let volts = track.offset + track.gain * stop;
+                assert!((5.0 * share - volts).abs() < 5e-3, "{share} for {volts} V");
+            }
+        }
+        let limp_home = (0.2 - 0.02) / 1.55;
+        assert!((learned.limp_home - limp_home).abs() < 2e-3);
+        let asked = 0.02 + 1.55 * KEY_ON.pedal;
+        // As near as the loop's friction lets it: breakaway · R / (k K_p) = 59 mrad.
+        assert!((bench.position() - asked).abs() < 0.06);
+    }
+}
+
+#[test]
+fn a_code_switches_the_bridge_off_and_key_off_forgets_it() {
+    let mut bench = Bench::new(&loopback::complementary(3));
+    bench.run(3000, KEY_ON);
+    let fault = Fault::Track(Side::First, TrackFault::ShortedHigh);
+    bench.throttle.inject(fault).unwrap();
+    bench.run(30, KEY_ON);
+    assert_eq!(bench.ecu.code(), Some(Code::FirstTrackHigh));
+    bench.run(1000, KEY_ON);
+    assert_eq!(bench.bridge, Bridge::Freewheel);
+    assert_eq!(bench.position(), 0.2, "limp-home");
+    // The fault goes, the code stays as long as the key is on.
+    bench.throttle.heal();
+    bench.run(100, KEY_ON);
+    assert_eq!(bench.ecu.code(), Some(Code::FirstTrackHigh));
+    bench.run(1, Demand::default());
+    assert_eq!(bench.bridge, Bridge::Brake, "a soft way down");
+    bench.run(100, Demand::default());
+    assert_eq!(bench.bridge, Bridge::Freewheel);
+    bench.run(3000, KEY_ON);
+    assert_eq!(bench.ecu.code(), None);
+    assert!(bench.ecu.learned().is_some());
+}
+
+#[test]
+fn a_fault_that_is_there_at_key_on_is_found_before_the_pedal_is_followed() {
+    for (fault, code) in [
+        (Fault::SpringBroken, Code::SpringReturn),
+        (Fault::FrictionRaised(1.8), Code::SpringReturn),
+        (Fault::PlateJammed, Code::PlateStuck),
+        (Fault::MotorOpen, Code::OpenLoad),
+        (Fault::MotorShorted(0.2), Code::ShortCircuit),
+        (
+            Fault::Track(Side::Second, TrackFault::Open),
+            Code::SecondTrackLow,
+        ),
+    ] {
+        for seed in 1..=5 {
+            let mut bench = Bench::new(&loopback::complementary(seed));
+            bench.throttle.inject(fault).unwrap();
+            bench.run(5000, KEY_ON);
+            assert_eq!(bench.ecu.code(), Some(code), "{fault:?}");
+            assert_eq!(bench.ecu.learned(), None);
+            assert_eq!(bench.bridge, Bridge::Freewheel);
+        }
+    }
+}
+
+#[test]
+fn a_control_step_that_is_not_done_by_the_next_tick_switches_the_bridge_off() {
+    let mut ecu = board();
+    for _ in 0..TICKS_PER_CONTROL * 2500 {
+        ecu.tick();
+    }
+    assert!(matches!(ecu.wires.bridge(), Bridge::Drive { .. }));
+    while !ecu.emulation.tick() {}
+    for _ in 0..20_000 {
+        let _ = ecu.emulation.tick();
+    }
+    assert_eq!(ecu.wiring.fault(), Some(Latched::MissedDeadline));
+    assert!(matches!(ecu.wires.bridge(), Bridge::Drive { .. }));
+    assert_eq!(ecu.wiring.truth().position, 0.2, "limp-home all the same");
+}
+
+#[test]
+fn a_command_that_makes_no_sense_is_counted_and_changes_nothing() {
+    const NONSENSE: [Trial; 1] = [Trial {
+        name: "nonsense",
+        fault: Some((Fault::FrictionRaised(f32::NAN), Code::FrictionHigh)),
+        within: 2000,
+    }];
+    let settings = loopback::complementary(1);
+    let mut ecu = EcuOnHost::new(&THROTTLE, &settings, f32::NAN, &NONSENSE, PEDAL);
+    let report = ecu.next_report();
+    assert_eq!(report.code, None);
+    assert!(!report.sound, "what was to be found was not");
+    // The supply, and the fault.
+    assert_eq!(ecu.wires.refused(), 2);
+    assert_eq!(ecu.wiring.fault(), None);
 }

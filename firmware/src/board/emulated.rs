@@ -16,6 +16,8 @@ use systick_timer::SystickDriver;
 
 use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work};
+use crate::app::ecu;
+use crate::app::ecu::session::Trials;
 use crate::app::experiment::Experiment;
 use crate::app::record::Recording;
 use crate::app::session::{self, Session};
@@ -155,11 +157,36 @@ pub fn run(experiments: &'static [Experiment], end: fn(bool) -> !) -> ! {
     let (session, recording) = session::start(&mut board);
     above.spawn(defmt::unwrap!(record(recording)));
     below.spawn(defmt::unwrap!(perform(session, experiments, end)));
+    idle()
+}
+
+/// Runs the trials of the emulated engine controller, with an executor below the control step for
+/// their log, and at last `end` with what [`Trials::run`] says of them.
+///
+/// # Panics
+/// If it is called twice, or after [`run`].
+pub fn run_trials(end: fn(bool) -> !) -> ! {
+    let mut board = defmt::unwrap!(Emulated::take());
+    // SAFETY: no critical section depends on priorities.
+    unsafe { board.core.NVIC.set_priority(SESSION_LINE, 0xC0) }
+    let below = SESSION_EXECUTOR.start(SESSION_LINE);
+    let trials = ecu::session::start(&mut board);
+    below.spawn(defmt::unwrap!(try_out(trials, end)));
+    idle()
+}
+
+fn idle() -> ! {
     #[expect(
         clippy::empty_loop,
         reason = "a spin loop's YIELD costs QEMU what WFE does"
     )]
     loop {}
+}
+
+#[embassy_executor::task]
+async fn try_out(mut trials: Trials, end: fn(bool) -> !) {
+    let sound = trials.run().await;
+    end(sound)
 }
 
 #[embassy_executor::task]

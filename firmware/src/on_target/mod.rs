@@ -26,6 +26,7 @@ pub mod log;
 mod numeric;
 pub mod plant;
 mod search;
+mod throttle;
 
 pub use findings::Findings;
 
@@ -46,7 +47,7 @@ impl Check {
 }
 
 /// All tests.
-pub const CHECKS: [Check; 18] = [
+pub const CHECKS: [Check; 20] = [
     check("square_root", numeric::square_root),
     check("transcendental", numeric::transcendental),
     check("rounding", numeric::rounding),
@@ -62,6 +63,8 @@ pub const CHECKS: [Check; 18] = [
     check("pid", control::pid),
     check("plant_sliding", plant::sliding),
     check("plant_events", plant::events),
+    check("throttle_body", throttle::body),
+    check("throttle_rise", throttle::rise),
     check("annealing", search::annealing),
     check("golden_section", search::golden_section),
     check("friction", search::friction),

@@ -28,7 +28,7 @@ static EMULATION: StaticCell<Emulation> = StaticCell::new();
 static CONTROLLER: StaticCell<Controller> = StaticCell::new();
 
 /// What logs.
-pub struct Session {
+pub struct Trials {
     reports: Consumer<'static, Report>,
 }
 
@@ -36,7 +36,7 @@ pub struct Session {
 ///
 /// # Panics
 /// If it is called twice, or the throttle's numbers are out of their ranges.
-pub fn start(board: &mut impl Board) -> Session {
+pub fn start(board: &mut impl Board) -> Trials {
     let settings = loopback::complementary(loopback::SEED);
     let (commands, commanded) = COMMAND_QUEUE.take().split();
     let (reporter, reports) = REPORT_QUEUE.take().split();
@@ -52,10 +52,10 @@ pub fn start(board: &mut impl Board) -> Session {
         (&WIRES, &WIRING),
     ));
     board.start(emulation, controller, &WIRING);
-    Session { reports }
+    Trials { reports }
 }
 
-impl Session {
+impl Trials {
     /// Logs the trials to the last. True if each fault was found by its code in time, nothing was
     /// found where nothing was, and no deadline was missed.
     pub async fn run(&mut self) -> bool {
