@@ -116,11 +116,11 @@ fn each_fault_is_found_by_its_code_in_time_at_every_operating_point() {
     assert_eq!(unsound, "");
 }
 
-/// A drive of a quarter of a minute, nothing wrong.
+/// A drive with nothing wrong.
 const SOUND: [Trial; 1] = [Trial {
     name: "none",
     fault: None,
-    within: 15_000,
+    within: 8000,
 }];
 
 #[test]
@@ -129,7 +129,7 @@ fn nothing_is_found_in_a_sound_throttle() {
     let mut alarms = Vec::new();
     for machine in &machines() {
         for (supply, pedal) in POINTS {
-            for seed in 201..206 {
+            for seed in 201..=220 {
                 for body in &bodies(machine, seed) {
                     let mut ecu = EcuOnHost::new(machine, body, supply, &SOUND, pedal);
                     let report = ecu.next_report();
@@ -142,7 +142,7 @@ fn nothing_is_found_in_a_sound_throttle() {
             }
         }
     }
-    println!("{} alarms in {runs} runs of 15 s", alarms.len());
+    println!("{} alarms in {runs} runs of 8 s", alarms.len());
     assert!(alarms.is_empty(), "{alarms:#?}");
 }
 

@@ -186,6 +186,15 @@ fn idle() -> ! {
 #[embassy_executor::task]
 async fn try_out(mut trials: Trials, end: fn(bool) -> !) {
     let sound = trials.run().await;
+    let loads = interrupts::loads();
+    let instructions = |duration: u32| duration / stopwatch::INSTRUCTION;
+    defmt::info!(
+        "cost plant_worst={=u32} plant_mean={=u32} control_worst={=u32} control_mean={=u32} instructions",
+        instructions(loads.plant.worst()),
+        instructions(loads.plant.mean()),
+        instructions(loads.control.worst()),
+        instructions(loads.control.mean())
+    );
     end(sound)
 }
 

@@ -53,7 +53,9 @@ pub(super) fn body(findings: &mut Findings) {
             findings.single(state.velocity.value());
             findings.single(state.position.value());
             findings.single(throttle.current());
-            throttle.shares().map(|share| findings.single(share));
+            for share in throttle.shares() {
+                findings.single(share);
+            }
         }
     };
     drive(&mut throttle, findings);

@@ -28,7 +28,7 @@ pub enum RiseTimeError {
     OutOfRange {
         /// With the smallest inertia.
         shortest: f32,
-        /// With the largest inertia that reaches the end in 200,000 steps.
+        /// With the largest inertia, or the longest that is followed.
         longest: f32,
     },
 }
@@ -92,8 +92,7 @@ pub fn rise_time(parameters: &Parameters, voltage: f32, period: f32) -> Result<f
 /// The parameters with the inertia that gives this rise time, s, at this voltage.
 ///
 /// # Errors
-/// [`RiseTimeError`]; where only the inertia would have to be out of reach, with the range that is
-/// within.
+/// [`RiseTimeError`]; for a time that no inertia within reach gives, with the times that it gives.
 pub fn with_rise_time(
     parameters: &Parameters,
     target: f32,

@@ -9,14 +9,11 @@ use model_core::plant::parameters::Drive;
 use model_core::plant::potentiometer::{REFERENCE, Track};
 
 use crate::app::conversion::Converter;
-use crate::app::machine::Machine;
+use crate::app::machine::{FULL_DUTY, Machine};
 use crate::app::timing::CONTROL_PERIOD;
 
 /// Sensor of the supply: 12 bits behind a divider by four.
 pub const SUPPLY: Converter = Converter::new(4.0 * REFERENCE / 4095.0, 4095);
-
-/// Counts of the timer behind the bridge at full duty: 168 MHz, centre-aligned at 20 kHz.
-pub const FULL_DUTY: i16 = 4200;
 
 /// The bridge's duty, in shares of the supply.
 pub const DUTY: Converter = Converter::new(1.0 / FULL_DUTY as f32, FULL_DUTY);

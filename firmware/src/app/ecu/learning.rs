@@ -27,8 +27,9 @@ const LIMP_HOME: [f32; 2] = [0.04, 0.02];
 const STOP: f32 = 0.04;
 
 /// Legs of the sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Leg {
+    #[default]
     Settle,
     Close,
     ReturnFromClosed,
@@ -71,8 +72,8 @@ pub enum Progress {
     Failed(Code),
 }
 
-/// The sweep.
-#[derive(Debug, Clone, PartialEq)]
+/// The sweep; the default at its beginning.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Learning {
     leg: Leg,
     steps: u32,
@@ -85,20 +86,6 @@ pub struct Learning {
 }
 
 impl Learning {
-    /// From the beginning.
-    pub const fn new() -> Self {
-        Self {
-            leg: Leg::Settle,
-            steps: 0,
-            sums: [0.0; 2],
-            readings: 0,
-            closed: [0.0; 2],
-            open: [0.0; 2],
-            limp_home: [0.0; 2],
-            returns: [0; 2],
-        }
-    }
-
     /// One control step.
     pub fn advance(&mut self, seen: &Observation, calibration: &Calibration) -> Progress {
         self.steps += 1;

@@ -9,11 +9,11 @@ use model_core::plant::potentiometer::Track;
 use model_core::plant::throttle::{Fault, Settings, Throttle};
 
 use super::Ecu;
-use super::calibration::{DUTY, FULL_DUTY, SUPPLY};
+use super::calibration::{DUTY, SUPPLY};
 use super::observation::Readings;
 use super::schedule::{Report, Schedule};
 use crate::app::conversion::Converter;
-use crate::app::machine::THROTTLE;
+use crate::app::machine::{FULL_DUTY, THROTTLE};
 use crate::app::timing::TICKS_PER_CONTROL;
 use crate::app::tracks::code;
 use crate::app::wiring::{self, Measurement, Truth, Wiring};

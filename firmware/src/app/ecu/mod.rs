@@ -6,7 +6,7 @@
 //! the stops and tests the spring ([`learning`]), then it follows the pedal by the position loop and
 //! judges ([`diagnosis`]) what it sees ([`observation`]). The first [`code`] stays until key-off, and
 //! takes the plate to limp-home: the bridge freewheels. [`loopback`] joins it to the throttle body,
-//! [`schedule`] injects fault after fault and [`session`] logs what comes of it.
+//! [`schedule`] injects fault after fault and `session` logs what comes of it.
 
 pub mod calibration;
 pub mod code;
@@ -80,7 +80,7 @@ impl Ecu {
             phase: Phase::Off(SOFT_STEPS),
             learned: None,
             code: None,
-            seen: Observation::new(),
+            seen: Observation::default(),
             diagnosis: Diagnosis::default(),
             position_loop: pid::State::default(),
             bridge: Bridge::Freewheel,
@@ -121,7 +121,7 @@ impl Ecu {
 
     fn key_on(&mut self) {
         *self = Self {
-            phase: Phase::Learning(Learning::new()),
+            phase: Phase::Learning(Learning::default()),
             ..Self::new(self.calibration)
         };
     }
@@ -161,7 +161,7 @@ impl Ecu {
 
     fn follow(&mut self, pedal: f32) -> Bridge {
         let position = self.seen.positions[0];
-        let asked = pedal.max(PEDAL[0]).min(PEDAL[1]);
+        let asked = pedal.clamp(PEDAL[0], PEDAL[1]);
         let surely = self.seen.voltage.is_some_and(|voltage| {
             voltage > self.calibration.opening || voltage < self.calibration.closing
         });
@@ -176,7 +176,7 @@ impl Ecu {
             .calibration
             .position_loop
             .step(&mut self.position_loop, asked, position);
-        // The readings are counts: they are finite, and so is what comes of them.
+        // The readings are counts and finite: a refusal is the pedal's, which is not a number.
         step.map_or(Bridge::Freewheel, |volts| self.drive(volts))
     }
 

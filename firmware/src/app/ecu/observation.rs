@@ -30,8 +30,8 @@ const JUMP: f32 = 0.05;
 /// Control steps over which noise is averaged.
 const NOISE: f32 = 32.0;
 
-/// The controller's view of the throttle.
-#[derive(Debug, Clone, PartialEq)]
+/// The controller's view of the throttle; the default before the first readings.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observation {
     /// Shares of the reference.
     pub shares: [f32; 2],
@@ -57,23 +57,6 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// Nothing read yet.
-    pub const fn new() -> Self {
-        Self {
-            shares: [0.0; 2],
-            positions: [0.0; 2],
-            velocity: 0.0,
-            acceleration: 0.0,
-            current: 0.0,
-            voltage: None,
-            supply: 0.0,
-            noise: [0.0; 2],
-            still: 0,
-            anchor: 0.0,
-            before: None,
-        }
-    }
-
     /// Takes readings. `voltage` is what stood at the bridge since the last ones, in shares of the
     /// supply; none with its switches off.
     pub fn take(
@@ -99,7 +82,7 @@ impl Observation {
             let bend = now[side] - 2.0 * last[side] + older[side];
             *noise += (bend.abs().min(JUMP) - *noise) / NOISE;
         }
-        let moved = (now[0] - last[0]).max(-FASTEST).min(FASTEST);
+        let moved = (now[0] - last[0]).clamp(-FASTEST, FASTEST);
         let change = (moved / CONTROL_PERIOD - self.velocity) / FILTER;
         self.velocity += change;
         self.acceleration = change / CONTROL_PERIOD;

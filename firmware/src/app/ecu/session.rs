@@ -74,6 +74,10 @@ impl Trials {
             defmt::error!("fault: {}; the bridge is off", fault);
             sound = false;
         }
+        if WIRES.refused() > 0 {
+            defmt::error!("commands refused: {=u32}", WIRES.refused());
+            sound = false;
+        }
         defmt::info!("end trials={=usize}", TRIALS.len());
         defmt::info!(
             "deadlines ticks={=u32} missed={=u32}",
