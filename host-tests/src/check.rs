@@ -15,6 +15,7 @@ use crate::figures::{self, Comparison, Figures};
 use crate::image::Size;
 use crate::measured::SKIPPED;
 use crate::on_target_run;
+use crate::replay_run;
 use crate::toolchain::{Build, Toolchain};
 use crate::workspace;
 
@@ -91,16 +92,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     say(&format!(
         "every test passed, bit for bit as on this host; instructions {counted}"
     ));
+    announce("a recorded drive on the emulated board");
+    let replay = replay_run::check(&board.toolchain)?;
+    say(&format!(
+        "{} rows, bit for bit as on this host",
+        replay.rows.len()
+    ));
     announce("firmware for a real board");
     let real = board.toolchain.build(REAL_BOARD)?;
     check_warnings(&real)?;
     let real_size = Size::read(&real.elf)?.fitting()?;
-    announce("sizes and lints of both images");
-    let images = [(board_run::BOARD, board.size), (REAL_BOARD, real_size)];
+    announce("sizes and lints of the images");
+    let images = [
+        (board_run::BOARD, board.size),
+        (replay_run::PROGRAM, replay.size),
+        (REAL_BOARD, real_size),
+    ];
     let mut linted = true;
     for (image, size) in images {
         check_size(&board.toolchain, image, size, args.bless)?;
-        linted &= board.toolchain.lint(image)?;
+    }
+    for board_feature in [board_run::BOARD, REAL_BOARD] {
+        linted &= board.toolchain.lint(board_feature)?;
     }
     if !linted {
         say("this compiler has no clippy: the images' builds were looked at for warnings instead");

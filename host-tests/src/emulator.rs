@@ -44,10 +44,30 @@ pub struct Run {
 /// An emulator that cannot be run, an image that has not ended after `limit` of the host's time or
 /// that ends with another status than 0, or a damaged log.
 pub fn run(elf: &Path, limit: Duration) -> Result<Run, Failure> {
+    start(elf, limit, &[])
+}
+
+/// As [`run`], with the bytes of a file in the board's memory before it starts.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(
+    elf: &Path,
+    (file, address): (&Path, u64),
+    limit: Duration,
+) -> Result<Run, Failure> {
+    // A comma would end the name; doubled it stands for itself.
+    let name = file.display().to_string().replace(',', ",,");
+    let loader = format!("loader,file={name},addr={address:#x},force-raw=on");
+    start(elf, limit, &["-device", &loader])
+}
+
+fn start(elf: &Path, limit: Duration, more: &[&str]) -> Result<Run, Failure> {
     let dictionary = Dictionary::read(elf)?;
     let mut emulator = Command::new(EMULATOR)
         .args(ARGUMENTS)
         .arg(elf)
+        .args(more)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{self, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use firmware::app::demonstration::UNDECLARED;
 
@@ -47,7 +47,7 @@ pub fn run() -> Result<(), Failure> {
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
     let log = Log {
         // As the report is to name it, on whatever machine.
-        path: shown(&csv(UNDECLARED.name)).into(),
+        path: workspace::shown(&csv(UNDECLARED.name)).into(),
         ..Log::read(&csv(UNDECLARED.name))?
     };
     let found = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ())?;
@@ -59,8 +59,8 @@ pub fn run() -> Result<(), Failure> {
     text += &format!(
         "built with   {}\nlogs         {}\nreport       {}\n",
         run.toolchain.route().describe(),
-        shown(&directory.join("*.csv")),
-        shown(&directory.join("index.html"))
+        workspace::shown(&directory.join("*.csv")),
+        workspace::shown(&directory.join("index.html"))
     );
     io::stdout()
         .write_all(text.as_bytes())
@@ -70,10 +70,4 @@ pub fn run() -> Result<(), Failure> {
 /// Where an experiment's log is left.
 fn csv(experiment: &str) -> PathBuf {
     workspace::results().join(experiment).with_extension("csv")
-}
-
-/// A path as it is the same on every machine.
-fn shown(path: &Path) -> String {
-    let inside = path.strip_prefix(workspace::root()).unwrap_or(path);
-    inside.display().to_string()
 }

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::figures::Figures;
 
 /// Flash of the STM32F405RG, bytes.
-pub const FLASH: u64 = 1024 * 1024;
+pub const FLASH: u64 = 640 * 1024;
 
 /// SRAM of the STM32F405RG without the core-coupled memory, bytes.
 pub const RAM: u64 = 128 * 1024;
@@ -135,7 +135,7 @@ mod tests {
         };
         assert_eq!(
             size.to_string(),
-            "48.0 KB of flash (976.0 left), 3.5 KB of RAM (124.5 left for the stack)"
+            "48.0 KB of flash (592.0 left), 3.5 KB of RAM (124.5 left for the stack)"
         );
     }
 }

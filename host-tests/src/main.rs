@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
-use host_tests::{bench, check, decode, gap, hil, onboard};
+use host_tests::{bench, check, decode, gap, hil, identify, onboard, reproduce};
 
 /// Firmware and model of an electromechanical actuator, closed on each other
 ///
@@ -33,6 +33,14 @@ enum Command {
         after_help = "Example: cargo hil gap --machine ema.toml --train a.csv --validate b.csv"
     )]
     Gap(gap::command::Args),
+    /// Identify an actuator with friction and a return spring from a slow and a fast log
+    #[command(
+        after_help = "Example: cargo hil identify --machine host-tests/machines/intake-throttle-12v.toml --slow triangle.csv --fast steps.csv --machine-out identified.toml"
+    )]
+    Identify(identify::command::Args),
+    /// Reproduce the results of a paper, ours beside them
+    #[command(after_help = "Example: cargo hil reproduce throttle --json throttle.json")]
+    Reproduce(reproduce::Args),
     /// Run the emulated board and compare it with this host and with the truth
     #[command(after_help = "Example: cargo hil onboard --json onboard.json")]
     Onboard(onboard::command::Args),
@@ -65,7 +73,9 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         None => hil::run(),
         Some(Command::Test(args)) => check::run(&args),
         Some(Command::Gap(args)) => gap::command::run(&args),
+        Some(Command::Identify(args)) => identify::command::run(&args),
         Some(Command::Onboard(args)) => onboard::command::run(&args),
+        Some(Command::Reproduce(args)) => reproduce::run(&args),
         Some(Command::Decode(args)) => decode::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
     }

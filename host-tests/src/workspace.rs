@@ -1,6 +1,6 @@
 //! Where things are in the user's clone.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The workspace's root.
 pub fn root() -> PathBuf {
@@ -16,4 +16,10 @@ pub fn root() -> PathBuf {
 /// Where `cargo hil` leaves its results.
 pub fn results() -> PathBuf {
     root().join("target/hil")
+}
+
+/// A path as it is the same on every machine.
+pub fn shown(path: &Path) -> String {
+    let inside = path.strip_prefix(root()).unwrap_or(path);
+    inside.display().to_string()
 }

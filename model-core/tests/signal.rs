@@ -1,6 +1,6 @@
 //! Accuracy of the test signals over long times, against exact rational arithmetic.
 
-use model_core::signal::{ramp, sine, step, sweep, triangle};
+use model_core::signal::{aprts, growing_triangle, ramp, sine, step, sweep, triangle};
 use std::f64::consts::TAU;
 
 /// One hour at 10 kHz.
@@ -224,4 +224,139 @@ fn bad_parameters_are_named() {
         duration: 1.0,
     };
     assert_eq!(sweep.build(0.1).unwrap_err().name, "final_frequency");
+}
+
+/// Over 20 000 steps: the levels fill their range evenly and know nothing of the level before, the
+/// holds keep their bounds and their mean.
+#[test]
+fn aprts_draws_levels_and_holds_as_promised() {
+    let parameters = aprts::Parameters {
+        lower: -2.0,
+        upper: 6.0,
+        shortest_hold: 0.02,
+        longest_hold: 0.1,
+        seed: 5,
+    };
+    let signal = parameters.build(1e-3).unwrap();
+    let mut levels = vec![signal.at(0)];
+    let mut switches = Vec::new();
+    for tick in 1..1_200_000 {
+        let level = signal.at(tick);
+        if level != *levels.last().unwrap() {
+            levels.push(level);
+            switches.push(tick);
+        }
+    }
+    let holds: Vec<u32> = switches.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(holds.iter().all(|hold| (20..=100).contains(hold)));
+    assert!(holds.contains(&21) || holds.contains(&20));
+    assert!(holds.contains(&99) || holds.contains(&100));
+    let mean = f64::from(holds.iter().sum::<u32>()) / holds.len() as f64;
+    assert!((mean - 60.0).abs() < 0.01, "{mean}");
+
+    assert!(levels.iter().all(|level| (-2.0..=6.0).contains(level)));
+    let n = levels.len() as f64;
+    let share = |x: &f32| (f64::from(*x) + 2.0) / 8.0 - 0.5;
+    let moment = |lag: usize| {
+        let pairs = levels.iter().zip(&levels[lag..]);
+        pairs.map(|(a, b)| share(a) * share(b)).sum::<f64>() / n
+    };
+    // Five standard errors: of the mean, the variance and the covariance of uniform numbers.
+    assert!(levels.iter().map(share).sum::<f64>().abs() / n < 5.0 * (1.0 / 12.0 / n).sqrt());
+    assert!((moment(0) - 1.0 / 12.0).abs() < 5.0 * (1.0 / 180.0 / n).sqrt());
+    for lag in 1..5 {
+        assert!(moment(lag).abs() < 5.0 / 12.0 / n.sqrt(), "lag {lag}");
+    }
+
+    let same = parameters.build(1e-3).unwrap();
+    let other = aprts::Parameters {
+        seed: 6,
+        ..parameters
+    };
+    let other = other.build(1e-3).unwrap();
+    assert!((0..1000).all(|tick| same.at(tick) == signal.at(tick)));
+    assert!((0..1000).any(|tick| other.at(tick) != signal.at(tick)));
+}
+
+#[test]
+fn growing_triangle_keeps_its_slope_and_starts_over() {
+    let signal = growing_triangle::Parameters {
+        offset: -3.0,
+        amplitude: 3.0,
+        first: 10,
+        last: 18,
+        duration: 60.0,
+    }
+    .build(1e-3)
+    .unwrap();
+    // 2 (18·19 − 10·9) quarters of 119 ticks; 1/18 of 3 V each.
+    let (ticks, slope) = (504 * 119, 3.0 / 18.0 / 119.0);
+    let mut turns = 0;
+    let mut rising = true;
+    for tick in 1..=ticks {
+        let step = signal.at(tick) - signal.at(tick - 1);
+        assert!((step.abs() - slope).abs() < 1e-6, "{tick}: {step}");
+        if (step > 0.0) != rising {
+            rising = !rising;
+            turns += 1;
+        }
+    }
+    assert_eq!(turns, 18);
+    assert_eq!(signal.at(ticks), signal.at(0));
+    assert_eq!(signal.at(ticks + 1000), signal.at(1000));
+}
+
+#[test]
+fn bad_parameters_of_steps_and_growing_triangles_are_named() {
+    let steps = aprts::Parameters {
+        lower: 0.0,
+        upper: 1.0,
+        shortest_hold: 0.1,
+        longest_hold: 0.2,
+        seed: 0,
+    };
+    let name = |parameters: aprts::Parameters| parameters.build(1e-2).unwrap_err().name;
+    let (upper, lower) = (f32::NAN, f32::INFINITY);
+    assert_eq!(name(aprts::Parameters { upper, ..steps }), "upper");
+    assert_eq!(name(aprts::Parameters { lower, ..steps }), "lower");
+    let shortest_hold = 1e-3;
+    assert_eq!(
+        name(aprts::Parameters {
+            shortest_hold,
+            ..steps
+        }),
+        "shortest_hold"
+    );
+    let longest_hold = 0.05;
+    assert_eq!(
+        name(aprts::Parameters {
+            longest_hold,
+            ..steps
+        }),
+        "longest_hold"
+    );
+    let triangle = growing_triangle::Parameters {
+        offset: 0.0,
+        amplitude: 1.0,
+        first: 1,
+        last: 4,
+        duration: 1.0,
+    };
+    let name = |parameters: growing_triangle::Parameters| parameters.build(1e-2).unwrap_err().name;
+    let (first, last, duration) = (5, 0, 0.1);
+    assert_eq!(
+        name(growing_triangle::Parameters { last, ..triangle }),
+        "last"
+    );
+    assert_eq!(
+        name(growing_triangle::Parameters { first, ..triangle }),
+        "first"
+    );
+    assert_eq!(
+        name(growing_triangle::Parameters {
+            duration,
+            ..triangle
+        }),
+        "duration"
+    );
 }

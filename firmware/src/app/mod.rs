@@ -8,6 +8,8 @@
 //!
 //! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by
 //! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
+//! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
+//! and `playback`.
 //! What there is to run: the [`demonstration`], and the [`failures`]. In an image of its own an
 //! emulated engine controller, [`ecu`], is in the place of the loop.
 
@@ -23,11 +25,15 @@ pub mod experiment;
 pub mod failures;
 pub mod machine;
 pub mod memory;
+#[cfg(feature = "tasks")]
+pub mod playback;
 pub mod profile;
 pub mod record;
 pub mod refit;
+pub mod replay;
 #[cfg(feature = "tasks")]
 pub mod session;
+pub mod tape;
 pub mod timing;
 pub mod tracks;
 pub mod wiring;

@@ -52,7 +52,7 @@ pub fn start(board: &mut impl Board) -> (Session, Recording) {
     let emulation = EMULATION.init(Emulation::new(next_plant, &WIRING));
     let recorder = Recorder::new(producer, &PROGRESS);
     let control = CONTROL.init(Control::new(next_controller, &WIRING, recorder));
-    board.start(emulation, control, &WIRING);
+    board.start(emulation, Some(control), &WIRING);
     let session = Session {
         plants,
         controllers,

@@ -11,14 +11,15 @@ use cortex_m::peripheral::Peripherals;
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_semihosting as _;
-use embassy_executor::InterruptExecutor;
+use embassy_executor::{InterruptExecutor, SendSpawner};
 use systick_timer::SystickDriver;
 
 use super::interrupts::{self, Plant, Slot};
-use super::{Board, Work};
+use super::{Board, Work, tape_flash};
 use crate::app::ecu;
 use crate::app::ecu::session::Trials;
 use crate::app::experiment::Experiment;
+use crate::app::playback::{self, Player};
 use crate::app::record::Recording;
 use crate::app::session::{self, Session};
 use crate::app::timing::PLANT_PERIOD_US;
@@ -50,6 +51,18 @@ impl Emulated {
     fn take() -> Option<Self> {
         Peripherals::take().map(|core| Self { core })
     }
+
+    /// Starts the two executors for tasks, both below the control step: one above the other.
+    fn start_executors(&mut self) -> (SendSpawner, SendSpawner) {
+        // SAFETY: no critical section depends on priorities.
+        unsafe {
+            self.core.NVIC.set_priority(RECORD_LINE, 0x80);
+            self.core.NVIC.set_priority(SESSION_LINE, 0xC0);
+        }
+        let above = RECORD_EXECUTOR.start(RECORD_LINE);
+        let below = SESSION_EXECUTOR.start(SESSION_LINE);
+        (above, below)
+    }
 }
 
 /// Ends the emulation with status 0, or 1 if something was not in order.
@@ -62,12 +75,12 @@ impl Board for Emulated {
 
     fn start(
         &mut self,
-        emulation: &'static mut dyn PlantWork,
-        control: &'static mut dyn ControlWork,
+        plant: &'static mut dyn PlantWork,
+        control: Option<&'static mut dyn ControlWork>,
         wiring: &'static Wiring,
     ) {
         let period = PLANT_PERIOD_US * 1000;
-        PLANT.put(Plant::new(emulation, wiring, period));
+        PLANT.put(Plant::new(plant, wiring, period));
         interrupts::start_control(control, stopwatch::nanoseconds, &mut self.core.SCB);
         // SAFETY: no critical section depends on priorities.
         unsafe { self.core.SCB.set_priority(SystemHandler::SysTick, 0x00) }
@@ -136,45 +149,51 @@ const SESSION_LINE: Line = Line(81);
 static RECORD_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 static SESSION_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
-/// Runs the experiments, with the recording's executor above the session's and both below the control
-/// step, and at last `end` with what [`Session::run`] says of them.
-///
-/// Idle, it spins. embassy's executor for a main thread sleeps by WFE, which makes QEMU leave
-/// translated code each time round and takes it several times as long. WFI would cost nothing, but
-/// QEMU then lets host time pass for the sleep, and no two runs are the same.
+/// Runs the experiments, with the recording's executor above the session's, and at last `end` with
+/// what [`Session::run`] says of them.
 ///
 /// # Panics
 /// If it is called twice.
 pub fn run(experiments: &'static [Experiment], end: fn(bool) -> !) -> ! {
     let mut board = defmt::unwrap!(Emulated::take());
-    // SAFETY: no critical section depends on priorities.
-    unsafe {
-        board.core.NVIC.set_priority(RECORD_LINE, 0x80);
-        board.core.NVIC.set_priority(SESSION_LINE, 0xC0);
-    }
-    let above = RECORD_EXECUTOR.start(RECORD_LINE);
-    let below = SESSION_EXECUTOR.start(SESSION_LINE);
+    let (above, below) = board.start_executors();
     let (session, recording) = session::start(&mut board);
     above.spawn(defmt::unwrap!(record(recording)));
     below.spawn(defmt::unwrap!(perform(session, experiments, end)));
     idle()
 }
 
-/// Runs the trials of the emulated engine controller, with an executor below the control step for
-/// their log, and at last `end` with what [`Trials::run`] says of them.
+/// Runs the trials of the emulated engine controller, and at last `end` with what [`Trials::run`]
+/// says of them.
 ///
 /// # Panics
-/// If it is called twice, or after [`run`].
+/// If it is called twice.
 pub fn run_trials(end: fn(bool) -> !) -> ! {
     let mut board = defmt::unwrap!(Emulated::take());
-    // SAFETY: no critical section depends on priorities.
-    unsafe { board.core.NVIC.set_priority(SESSION_LINE, 0xC0) }
-    let below = SESSION_EXECUTOR.start(SESSION_LINE);
+    let (above, _) = board.start_executors();
     let trials = ecu::session::start(&mut board);
-    below.spawn(defmt::unwrap!(try_out(trials, end)));
+    above.spawn(defmt::unwrap!(try_out(trials, end)));
     idle()
 }
 
+/// Plays the recorded drive behind the program, and at last `end` with what [`Player::run`] says of
+/// it; false where there is nothing to play.
+///
+/// # Panics
+/// If it is called twice.
+pub fn play(end: fn(bool) -> !) -> ! {
+    let mut board = defmt::unwrap!(Emulated::take());
+    let (above, _) = board.start_executors();
+    match playback::start(&mut board, tape_flash::bytes()) {
+        Some(player) => above.spawn(defmt::unwrap!(log_replay(player, end))),
+        None => end(false),
+    }
+    idle()
+}
+
+/// Idle, it spins. embassy's executor for a main thread sleeps by WFE, which makes QEMU leave
+/// translated code each time round and takes it several times as long. WFI would cost nothing, but
+/// QEMU then lets host time pass for the sleep, and no two runs are the same.
 fn idle() -> ! {
     #[expect(
         clippy::empty_loop,
@@ -196,6 +215,11 @@ async fn try_out(mut trials: Trials, end: fn(bool) -> !) {
         instructions(loads.control.mean())
     );
     end(sound)
+}
+
+#[embassy_executor::task]
+async fn log_replay(player: Player, end: fn(bool) -> !) {
+    end(player.run().await)
 }
 
 #[embassy_executor::task]

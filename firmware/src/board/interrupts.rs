@@ -68,7 +68,7 @@ pub(super) type Clock = fn() -> u32;
 
 /// Work of the plant interrupt.
 pub(super) struct Plant {
-    emulation: &'static mut dyn PlantWork,
+    plant: &'static mut dyn PlantWork,
     wiring: &'static Wiring,
     deadline: Deadline,
 }
@@ -76,12 +76,12 @@ pub(super) struct Plant {
 impl Plant {
     /// With the period in counts of the clock.
     pub fn new(
-        emulation: &'static mut dyn PlantWork,
+        plant: &'static mut dyn PlantWork,
         wiring: &'static Wiring,
         period_counts: u32,
     ) -> Self {
         Self {
-            emulation,
+            plant,
             wiring,
             deadline: Deadline::new(period_counts),
         }
@@ -92,7 +92,7 @@ impl Plant {
         if self.deadline.missed(start) {
             self.wiring.trip(Fault::MissedDeadline);
         }
-        if self.emulation.tick() {
+        if self.plant.tick() {
             SCB::set_pendsv();
         }
     }
@@ -107,8 +107,14 @@ pub(super) fn account_plant(duration: u32) {
 static CONTROL: Slot<(&'static mut dyn ControlWork, Clock)> = Slot::new();
 
 /// Gives the control interrupt, PendSV, its work and its priority, the second of the two.
-pub(super) fn start_control(control: &'static mut dyn ControlWork, clock: Clock, core: &mut SCB) {
-    CONTROL.put((control, clock));
+pub(super) fn start_control(
+    control: Option<&'static mut dyn ControlWork>,
+    clock: Clock,
+    core: &mut SCB,
+) {
+    if let Some(control) = control {
+        CONTROL.put((control, clock));
+    }
     // SAFETY: no critical section depends on priorities.
     unsafe { core.set_priority(SystemHandler::PendSV, 0x40) }
 }

@@ -11,6 +11,8 @@ pub mod interrupts;
 pub mod load;
 #[cfg(all(feature = "stm32f405", target_os = "none"))]
 pub mod stm32f405;
+#[cfg(target_os = "none")]
+pub mod tape_flash;
 
 #[cfg(all(feature = "emulated", feature = "stm32f405"))]
 compile_error!("an image is for one board: choose the feature `emulated` or `stm32f405`");
@@ -24,12 +26,13 @@ pub trait Board {
     ///
     /// From then on the board calls [`PlantWork::tick`] every
     /// [`PLANT_PERIOD_US`](crate::app::timing::PLANT_PERIOD_US) in its most urgent interrupt, and
-    /// [`ControlWork::step`] in the next one whenever the tick says so. A tick that comes late by half
-    /// a period or more, or not at all, it reports to the fault latch of `wiring`.
+    /// [`ControlWork::step`], where there is a control, in the next one whenever the tick says so. A
+    /// tick that comes late by half a period or more, or not at all, it reports to the fault latch of
+    /// `wiring`.
     fn start(
         &mut self,
-        emulation: &'static mut dyn PlantWork,
-        control: &'static mut dyn ControlWork,
+        plant: &'static mut dyn PlantWork,
+        control: Option<&'static mut dyn ControlWork>,
         wiring: &'static Wiring,
     );
 

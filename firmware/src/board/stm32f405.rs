@@ -143,8 +143,8 @@ impl Board for Stm32f405 {
 
     fn start(
         &mut self,
-        emulation: &'static mut dyn PlantWork,
-        control: &'static mut dyn ControlWork,
+        plant: &'static mut dyn PlantWork,
+        control: Option<&'static mut dyn ControlWork>,
         wiring: &'static Wiring,
     ) {
         let (timer, sensor) = defmt::unwrap!(self.idle.take(), "started twice");
@@ -156,7 +156,7 @@ impl Board for Stm32f405 {
         timer.start();
         PLANT.put(PlantInterrupt {
             timer,
-            plant: Plant::new(emulation, wiring, PERIOD_CYCLES),
+            plant: Plant::new(plant, wiring, PERIOD_CYCLES),
             wiring,
             sensor,
         });

@@ -87,6 +87,17 @@ pub enum Effect {
         /// rad or m, positive.
         width: f64,
     },
+    /// Friction that yields before it slides: bristles of Canudas de Wit, Olsson, Åström and
+    /// Lischinsky (*A New Model for Control of Systems with Friction*, IEEE Trans. Autom. Control
+    /// 40, 1995: LuGre). Static friction falls to Coulomb's as exp(−(v / speed)²).
+    Presliding {
+        /// 1/σ₀, rad/(N·m) or m/N; 0 is rigid.
+        compliance: f64,
+        /// σ₁, N·m·s/rad or N·s/m.
+        damping: f64,
+        /// v_s, rad/s or m/s, positive.
+        speed: f64,
+    },
 }
 
 /// Which effect, without its strength.
@@ -116,11 +127,13 @@ pub enum EffectKind {
     SpeedBand,
     /// [`Effect::RoughSpot`]
     RoughSpot,
+    /// [`Effect::Presliding`]
+    Presliding,
 }
 
 impl EffectKind {
     /// Every kind that a rig can carry.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::AsymmetricCoulomb,
         Self::AsymmetricViscous,
         Self::OffsetTorque,
@@ -133,6 +146,7 @@ impl EffectKind {
         Self::SensorDelay,
         Self::SpeedBand,
         Self::RoughSpot,
+        Self::Presliding,
     ];
 
     /// The id in the catalogue of effects. `None` for [`EffectKind::SpeedBand`], which is there to
@@ -150,6 +164,7 @@ impl EffectKind {
             Self::InputDelay => Some("input_delay"),
             Self::SensorDelay => Some("sensor_delay"),
             Self::RoughSpot => Some("position_dependent_friction"),
+            Self::Presliding => Some("presliding"),
             Self::SpeedBand => None,
         }
     }
@@ -199,6 +214,15 @@ impl Effect {
                 centre: machine.centre() + 0.3 * machine.amplitude(),
                 width: 0.15 * machine.amplitude(),
             },
+            EffectKind::Presliding => {
+                // Half the critical damping of the inertia on its bristles.
+                let compliance = 2e-3 * machine.amplitude() / coulomb;
+                Self::Presliding {
+                    compliance,
+                    damping: (machine.inertia / compliance).sqrt(),
+                    speed: 5e-3 * machine.speed,
+                }
+            }
         }
     }
 
@@ -232,6 +256,10 @@ impl Effect {
             }
             | Self::RoughSpot {
                 torque: strength, ..
+            }
+            | Self::Presliding {
+                compliance: strength,
+                ..
             } => *strength *= factor,
         }
         self
@@ -268,6 +296,7 @@ impl Effect {
             Self::SensorDelay { .. } => EffectKind::SensorDelay,
             Self::SpeedBand { .. } => EffectKind::SpeedBand,
             Self::RoughSpot { .. } => EffectKind::RoughSpot,
+            Self::Presliding { .. } => EffectKind::Presliding,
         }
     }
 }

@@ -15,6 +15,8 @@ pub enum Excitation {
     Position(Trajectory),
     /// The input itself is prescribed, evaluated at each row.
     Input(Trajectory),
+    /// The input itself is prescribed, one value a row; 0 after the last.
+    Recorded(Vec<f64>),
 }
 
 /// White noise of the sensors, standard deviations.
@@ -38,6 +40,14 @@ impl Noise {
         position: 0.0,
         current: 0.02,
     };
+
+    /// A potentiometer's track: one count of the machine's converter, and [`Noise::SHUNT`].
+    pub fn potentiometer(machine: &Machine) -> Self {
+        Self {
+            position: machine.resolution,
+            ..Self::SHUNT
+        }
+    }
 }
 
 /// One run on the bench. Build it with [`Experiment::tracking`] or [`Experiment::driven`], change
@@ -82,6 +92,16 @@ impl Experiment {
         }
     }
 
+    /// The input is `input`, one value a row at `sample_rate`: shunt noise, no effect.
+    pub fn replaying(machine: Machine, input: Vec<f64>, sample_rate: f64) -> Self {
+        Self {
+            seconds: input.len() as f64 / sample_rate,
+            sample_rate,
+            excitation: Excitation::Recorded(input),
+            ..Self::tracking(machine, Trajectory::Constant(0.0))
+        }
+    }
+
     /// With these effects, in place of those it had.
     pub fn with_effects(mut self, effects: &[Effect]) -> Self {
         self.effects = effects.to_vec();
@@ -118,7 +138,7 @@ impl Experiment {
         let start = match (&machine.spring, &self.excitation) {
             (Some(spring), _) => spring.rest,
             (None, Excitation::Position(trajectory)) => trajectory.at(0.0),
-            (None, Excitation::Input(_)) => 0.0,
+            (None, Excitation::Input(_) | Excitation::Recorded(_)) => 0.0,
         };
         let mut plant = Plant::new(machine, &self.effects);
         plant.place(start, 0.0);
@@ -159,6 +179,11 @@ impl Experiment {
                 }
                 Excitation::Input(trajectory) => trajectory
                     .at(time)
+                    .clamp(-machine.input_limit, machine.input_limit),
+                Excitation::Recorded(values) => values
+                    .get(row)
+                    .copied()
+                    .unwrap_or(0.0)
                     .clamp(-machine.input_limit, machine.input_limit),
             };
             log.time.push(time);

@@ -6,6 +6,9 @@
 //! static friction, the position passes the spring's rest, the position reaches a stop. At zero
 //! velocity the machine sticks, truly, unless the load exceeds static friction: a sticking
 //! machine has velocity 0 and a constant position, and only its current moves on.
+//!
+//! With [`Effect::Presliding`] friction is a smooth load of bristles instead, and the machine is
+//! held by a stop or by the spring's preload alone.
 
 use crate::effect::Effect;
 use crate::machine::{Machine, Motor, Stops};
@@ -32,6 +35,17 @@ enum Motion {
     Sliding(f64),
 }
 
+/// LuGre's bristles.
+#[derive(Debug, Clone, Copy)]
+struct Bristles {
+    /// σ₀, N·m/rad or N/m.
+    stiffness: f64,
+    /// σ₁, N·m·s/rad or N·s/m.
+    damping: f64,
+    /// v_s, rad/s or m/s.
+    speed: f64,
+}
+
 /// A machine with its effects, in motion. Delays are not the plant's: the
 /// [`Experiment`](crate::Experiment) has them.
 #[derive(Debug, Clone)]
@@ -52,6 +66,9 @@ pub struct Plant {
     preload: f64,
     stops: Stops,
     load_ratio: f64,
+    bristles: Option<Bristles>,
+    /// Mean deflection z of the bristles, rad or m.
+    deflection: f64,
     /// Effects that cost a transcendental function each.
     shaped: Vec<Effect>,
     step: f64,
@@ -62,7 +79,8 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// A machine with its effects, at standstill at 0. Several effects of one kind add up.
+    /// A machine with its effects, at standstill at 0. Several effects of one kind
+    /// add up, but of [`Effect::Presliding`] the last one counts.
     pub fn new(machine: &Machine, effects: &[Effect]) -> Self {
         let spring = machine.spring;
         let mut plant = Self {
@@ -84,6 +102,8 @@ impl Plant {
                 upper: f64::INFINITY,
             }),
             load_ratio: 0.0,
+            bristles: None,
+            deflection: 0.0,
             shaped: Vec::new(),
             step: STEP,
             state: State::default(),
@@ -108,6 +128,20 @@ impl Plant {
                 | Effect::Cogging { .. }
                 | Effect::SpeedBand { .. }
                 | Effect::RoughSpot { .. } => plant.shaped.push(effect),
+                Effect::Presliding {
+                    compliance: 0.0, ..
+                } => {}
+                Effect::Presliding {
+                    compliance,
+                    damping,
+                    speed,
+                } => {
+                    plant.bristles = Some(Bristles {
+                        stiffness: 1.0 / compliance,
+                        damping,
+                        speed,
+                    });
+                }
                 Effect::InputDelay { .. } | Effect::SensorDelay { .. } => {}
             }
         }
@@ -128,6 +162,7 @@ impl Plant {
             velocity,
             position,
         };
+        self.deflection = 0.0;
         self.motion = if velocity == 0.0 {
             Motion::Stuck
         } else {
@@ -146,7 +181,7 @@ impl Plant {
         self.state
     }
 
-    /// Whether friction, the preload or a stop holds it.
+    /// Whether friction, the preload or a stop holds it; bristles never do.
     pub fn is_stuck(&self) -> bool {
         self.motion == Motion::Stuck
     }
@@ -181,6 +216,10 @@ impl Plant {
         // the next step, or events would follow each other without time passing.
         let mut held = false;
         while left > 0.0 {
+            if let Some(bristles) = self.bristles {
+                left -= self.yield_to(input, left, bristles);
+                continue;
+            }
             left -= match self.motion {
                 Motion::Stuck => self.stick(input, left, &mut held),
                 Motion::Sliding(direction) => self.slide(input, left, direction, &mut held),
@@ -224,7 +263,8 @@ impl Plant {
         if end.velocity * direction <= 0.0 {
             meet(share_of(start.velocity, end.velocity, 0.0), Event::Halt);
         }
-        if (end.position - self.rest) * self.side < 0.0 {
+        // A machine that leaves the rest and is back within the step has halted before.
+        if direction * self.side < 0.0 && (end.position - self.rest) * self.side < 0.0 {
             meet(passed(self.rest), Event::Rest);
         }
         if end.position >= self.stops.upper && direction > 0.0 {
@@ -257,6 +297,113 @@ impl Plant {
             }
         }
         taken
+    }
+
+    /// Advances a machine on bristles until an event, at most by `length`; returns the time it
+    /// took.
+    fn yield_to(&mut self, input: f64, length: f64, bristles: Bristles) -> f64 {
+        let start = self.state;
+        if start.velocity == 0.0 {
+            let load = self.load(input, start) - bristles.stiffness * self.deflection;
+            let preload = if self.side == 0.0 { self.preload } else { 0.0 };
+            let against_stop = (load > 0.0 && start.position >= self.stops.upper)
+                || (load < 0.0 && start.position <= self.stops.lower);
+            if against_stop || (preload > 0.0 && load.abs() <= preload) {
+                self.motion = Motion::Stuck;
+                self.state.current = self.locked_current(input, start.current, length);
+                return length;
+            }
+            if preload > 0.0 {
+                self.side = load.signum();
+            }
+        }
+        let (end, deflection) = self.bristle_midpoint(input, length, bristles);
+        self.motion = Motion::Sliding(end.velocity.signum());
+        let rest = ((end.position - self.rest) * self.side < 0.0)
+            .then(|| share_of(start.position, end.position, self.rest));
+        let stop = if end.position > self.stops.upper {
+            Some(self.stops.upper)
+        } else if end.position < self.stops.lower {
+            Some(self.stops.lower)
+        } else {
+            None
+        };
+        let share = match (rest, stop) {
+            (None, None) => {
+                self.state = end;
+                self.deflection = deflection;
+                return length;
+            }
+            (rest, stop) => {
+                let stop = stop.map_or(1.0, |stop| share_of(start.position, end.position, stop));
+                rest.unwrap_or(1.0).min(stop)
+            }
+        };
+        let taken = share * length;
+        (self.state, self.deflection) = self.bristle_midpoint(input, taken, bristles);
+        if let Some(stop) = stop {
+            self.state.position = stop;
+            self.state.velocity = 0.0;
+        }
+        if rest.is_some() {
+            // As in `halt`: what the load covers within a step of the spring's rest is rest.
+            let acceleration =
+                (self.preload + self.motor_load(input, self.state).abs()) / self.inertia;
+            self.state.position = self.rest;
+            self.side = if self.state.velocity.abs() <= 2.0 * acceleration * self.step {
+                self.state.velocity = 0.0;
+                0.0
+            } else {
+                self.state.velocity.signum()
+            };
+        }
+        taken
+    }
+
+    /// The state and the deflection `length` seconds on, without an event (explicit midpoint
+    /// rule).
+    #[inline]
+    fn bristle_midpoint(&self, input: f64, length: f64, bristles: Bristles) -> (State, f64) {
+        let start = self.state;
+        let half = 0.5 * length;
+        let rates = self.bristle_rates(input, start, self.deflection, bristles);
+        let middle = State {
+            current: start.current + half * rates.0,
+            velocity: start.velocity + half * rates.1,
+            position: start.position + half * start.velocity,
+        };
+        let rates = self.bristle_rates(input, middle, self.deflection + half * rates.2, bristles);
+        let end = State {
+            current: start.current + length * rates.0,
+            velocity: start.velocity + length * rates.1,
+            position: start.position + length * middle.velocity,
+        };
+        (end, self.deflection + length * rates.2)
+    }
+
+    /// di/dt, dv/dt and dz/dt on bristles: dz/dt = v − σ₀ |v| z / g(v), load −(σ₀ z + σ₁ dz/dt).
+    #[inline]
+    fn bristle_rates(
+        &self,
+        input: f64,
+        state: State,
+        deflection: f64,
+        bristles: Bristles,
+    ) -> (f64, f64, f64) {
+        let direction = state.velocity.signum();
+        let level = self.coulomb
+            + (self.static_friction - self.coulomb) * bell(state.velocity / bristles.speed);
+        let steady = self.kinetic_friction(level, input, state, direction);
+        let deflection_rate =
+            state.velocity - bristles.stiffness * state.velocity.abs() * deflection / steady;
+        let friction = bristles.stiffness * deflection
+            + bristles.damping * deflection_rate
+            + self.viscous(direction) * state.velocity;
+        (
+            self.current_rate(input, state),
+            (self.load(input, state) - friction) / self.inertia,
+            deflection_rate,
+        )
     }
 
     /// Velocity has reached zero: stick there, and on the spring's rest if the machine cannot get
@@ -335,7 +482,17 @@ impl Plant {
     /// di/dt in A/s and dv/dt in rad/s² or m/s², sliding one way.
     #[inline]
     fn rates(&self, input: f64, state: State, direction: f64) -> (f64, f64) {
-        let current_rate = match self.motor {
+        let friction = direction * self.sliding_friction(input, state, direction);
+        (
+            self.current_rate(input, state),
+            (self.load(input, state) - friction) / self.inertia,
+        )
+    }
+
+    /// di/dt, A/s; 0 for a machine without a winding or without inductance.
+    #[inline]
+    fn current_rate(&self, input: f64, state: State) -> f64 {
+        match self.motor {
             Motor::Winding {
                 resistance,
                 inductance,
@@ -344,12 +501,7 @@ impl Plant {
                 (input - resistance * state.current - torque_constant * state.velocity) / inductance
             }
             _ => 0.0,
-        };
-        let friction = direction * self.sliding_friction(input, state, direction);
-        (
-            current_rate,
-            (self.load(input, state) - friction) / self.inertia,
-        )
+        }
     }
 
     /// Load of the motor.
@@ -396,12 +548,25 @@ impl Plant {
     #[inline]
     fn sliding_friction(&self, input: f64, state: State, direction: f64) -> f64 {
         let speed = direction * state.velocity;
-        let viscous = if direction > 0.0 {
+        self.kinetic_friction(self.coulomb, input, state, direction)
+            + self.viscous(direction) * speed
+    }
+
+    /// Viscous friction for a motion in `direction`.
+    #[inline]
+    fn viscous(&self, direction: f64) -> f64 {
+        if direction > 0.0 {
             self.viscous_forward
         } else {
             self.viscous_backward
-        };
-        let mut friction = self.dry_friction(self.coulomb, input, state, direction);
+        }
+    }
+
+    /// Friction against a motion in `direction` from `level` up, but the viscous one.
+    #[inline]
+    fn kinetic_friction(&self, level: f64, input: f64, state: State, direction: f64) -> f64 {
+        let speed = direction * state.velocity;
+        let mut friction = self.dry_friction(level, input, state, direction);
         for effect in &self.shaped {
             friction += match effect {
                 Effect::Stribeck { drop, speed: scale } => drop * (-speed / scale).exp(),
@@ -413,7 +578,7 @@ impl Plant {
                 _ => 0.0,
             };
         }
-        friction + viscous * speed
+        friction
     }
 
     /// Friction to be overcome from standstill. It is never below the sliding friction there: a

@@ -424,3 +424,69 @@ fn effects_of_friction_hold_at_standstill_too() {
         }
     }
 }
+
+/// Bristles pushed one way, overdamped: dz/dx = 1 − σ₀ z/g, so that σ₀ z holds the load at
+/// x = −(g/σ₀) ln(1 − load/g); unloaded, dz/dx = 1 + σ₀ z/g the other way.
+#[test]
+fn presliding_yields_by_its_compliance_and_springs_back() {
+    let machine = Machine {
+        coulomb: 12.0,
+        static_friction: 12.0,
+        ..bare_slide()
+    };
+    let bristles = Effect::Presliding {
+        compliance: 1e-4,
+        damping: 1000.0,
+        speed: 1e-3,
+    };
+    let mut plant = Plant::new(&machine, &[bristles]);
+    plant.advance(5.0, 3.0);
+    let pushed = -12.0 * 1e-4 * (1.0_f64 - 5.0 / 12.0).ln();
+    assert_close(plant.state().position, pushed, 1e-9);
+    plant.advance(0.0, 3.0);
+    let back = 12.0 * 1e-4 * (1.0_f64 + 5.0 / 12.0).ln();
+    assert_close(plant.state().position, pushed - back, 1e-9);
+}
+
+/// Far above v_s bristles slide with Coulomb friction: (13 − 10)/2 m/s².
+#[test]
+fn presliding_slides_with_coulomb_friction() {
+    let machine = Machine {
+        coulomb: 10.0,
+        static_friction: 12.0,
+        ..bare_slide()
+    };
+    let bristles = Effect::Presliding {
+        compliance: 1e-5,
+        damping: 300.0,
+        speed: 1e-3,
+    };
+    let mut plant = Plant::new(&machine, &[bristles]);
+    for load in 0..1100 {
+        plant.advance(0.01 * f64::from(load), 2e-3);
+    }
+    assert!(plant.state().position < 1e-3, "holds below F_s");
+    plant.advance(13.0, 0.5);
+    let start = plant.state().velocity;
+    plant.advance(13.0, 1.0);
+    assert_close(plant.state().velocity - start, 1.5, 1e-4);
+}
+
+/// Bristles know stops and the preload: the intake throttle rests open, closes, and opens again.
+#[test]
+fn presliding_respects_stops_and_preload() {
+    let machine = Machine::intake_throttle();
+    let bristles = Effect::nominal(rig::EffectKind::Presliding, &machine);
+    let mut plant = Plant::new(&machine, &[bristles]);
+    plant.place(1.57, 0.0);
+    plant.advance(12.0, 0.2);
+    assert_eq!(plant.state().position, 1.57);
+    // 2 V are 0.38 N·m, below the preload of 0.4 N·m.
+    plant.advance(-2.0, 0.2);
+    assert_eq!(plant.state().position, 1.57);
+    plant.advance(-12.0, 0.5);
+    assert_eq!(plant.state().position, 0.0);
+    plant.advance(0.0, 2.0);
+    assert_eq!(plant.state().position, 1.57);
+    assert!(plant.is_stuck());
+}

@@ -2,11 +2,14 @@
 
 use rig::{Effect, EffectKind, Experiment, Machine, Motor, Noise, Random, Trajectory};
 
-fn machines() -> [Machine; 3] {
+fn machines() -> [Machine; 6] {
     [
         Machine::rotary_ema(),
         Machine::force_slide(),
         Machine::throttle(),
+        Machine::intake_throttle(),
+        Machine::swirl_flap(),
+        Machine::egr_valve(),
     ]
 }
 

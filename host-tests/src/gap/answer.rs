@@ -16,7 +16,7 @@ use model_core::unit::Dimension;
 use super::engine::AllCores;
 use super::metrics::decimal;
 use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect};
-use super::table::quantity::probability;
+use crate::quantity::probability;
 
 /// Why a candidate was taken or refused, in words.
 pub(super) fn candidate(look: &Consideration) -> Candidate {

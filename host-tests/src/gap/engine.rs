@@ -51,6 +51,15 @@ impl Schedule for AllCores {
     }
 }
 
+/// What a tracing gives.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The answer and its evidence.
+    pub report: Report,
+    /// The model with the effects, everything refitted.
+    pub model: Model,
+}
+
 /// Traces the training logs, then opens the validation logs.
 ///
 /// `validate` is called once, when nothing is left to be chosen or fitted.
@@ -62,8 +71,21 @@ pub fn run(
     machine: &Machine,
     train: &[Log],
     validate: impl FnOnce() -> Result<Vec<Log>, Failure>,
-    mut progress: impl FnMut(&str),
+    progress: impl FnMut(&str),
 ) -> Result<Report, Failure> {
+    trace(machine, train, validate, progress).map(|found| found.report)
+}
+
+/// As [`run`], with the model that was found.
+///
+/// # Errors
+/// As [`run`].
+pub fn trace(
+    machine: &Machine,
+    train: &[Log],
+    validate: impl FnOnce() -> Result<Vec<Log>, Failure>,
+    mut progress: impl FnMut(&str),
+) -> Result<Found, Failure> {
     let started = Instant::now();
     let declared = model(machine)?;
     let base = base_parameters(machine);
@@ -166,12 +188,16 @@ pub fn run(
             samples: logs.iter().map(CoreLog::samples).sum(),
         },
     };
-    Ok(Report {
+    let report = Report {
         outcome,
         coordinate: machine.coordinate.unit().to_owned(),
         load_unit: machine.coordinate.load_unit().to_owned(),
         train: train_evidence,
         validate: validate_evidence,
+    };
+    Ok(Found {
+        report,
+        model: trace.after.model,
     })
 }
 

@@ -1,24 +1,20 @@
 //! The result as a page: one HTML file that needs nothing beside it, with the evidence drawn.
 
 mod figures;
-mod plot;
-mod series;
 
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-use self::figures::Figure;
-use self::series::{difference, extent, rms};
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
-use super::table::quantity::{
-    Scale, change, estimate, given, prefixed_estimate, probability, significant,
-};
 use super::table::{
     ErrorCells, Headline, cost, error_legend, error_rows, is_extended, rounds, whiteness,
 };
-
-const STYLE: &str = include_str!("report/style.css");
+use crate::page::series::{difference, extent, rms};
+use crate::page::{self, escape};
+use crate::quantity::{
+    Scale, change, estimate, given, prefixed_estimate, probability, significant,
+};
 
 /// Writes `index.html` into `directory`, which is created where it is missing. The page holds its
 /// style and its drawings; it asks for no script, font or other file.
@@ -54,16 +50,9 @@ fn page(report: &Report) -> io::Result<String> {
         }
     }
     body += &selection(&outcome.candidates);
-    let machine = escape(&outcome.machine);
-    Ok(format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta \
-         name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{machine}: \
-         missing effects</title>\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n<main>\n{body}\
-         <footer><p>{}</p><p>{}</p></footer>\n</main>\n</body>\n</html>\n",
-        plot::theme(),
-        escape(&whiteness(outcome)),
-        escape(&cost(outcome)),
-    ))
+    let title = format!("{}: missing effects", outcome.machine);
+    let footer = [whiteness(outcome), cost(outcome)];
+    Ok(page::page(&title, &body, &footer))
 }
 
 fn header(report: &Report) -> String {
@@ -257,27 +246,12 @@ fn log(
         text += "<p>The log is too short to draw.</p>\n";
     }
     for figure in &figures {
-        text += &drawn(figure);
+        text += &figure.html();
     }
     if !others.is_empty() {
         text += &all_logs(report, title, std::iter::once(first).chain(others));
     }
     Ok(text + "</section>\n")
-}
-
-fn drawn(figure: &Figure) -> String {
-    let keys: String = figure
-        .keys
-        .iter()
-        .map(|(class, name)| format!("<span class=\"{class}\">{name}</span>"))
-        .collect();
-    format!(
-        "<figure>\n<figcaption><b>{}</b> {}\n<div class=\"keys\">{keys}</div></figcaption>\n{}\
-         </figure>\n",
-        escape(&figure.statement),
-        escape(&figure.method),
-        figure.svg
-    )
 }
 
 /// The logs of one kind in numbers.
@@ -388,24 +362,6 @@ fn considered(candidate: &Candidate, best: f64) -> String {
         escape(&candidate.p_value.map_or("–".into(), probability)),
         escape(&candidate.reason),
     )
-}
-
-/// Text as HTML and its attributes hold it.
-fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            '\'' => escaped += "&#39;",
-            // No control character but white space may stand in a page.
-            c if c.is_control() && !c.is_whitespace() => {}
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 /// The text with its first letter in upper case, as the start of a sentence.

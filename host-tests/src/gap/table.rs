@@ -1,11 +1,11 @@
 //! The result as a terminal shows it: plain text, at most [`WIDTH`] columns.
 
-pub(super) mod quantity;
-
 use model_core::gap::select::Verdict;
 
-use self::quantity::{Scale, change, estimate, given, prefixed_estimate, probability, significant};
 use super::outcome::{Candidate, ErrorSet, Errors, Outcome, Report, Stages};
+use crate::quantity::{
+    Scale, change, estimate, given, prefixed_estimate, probability, significant,
+};
 
 /// Columns that the table takes at most, unless a single word is longer.
 pub const WIDTH: usize = 100;

@@ -10,6 +10,7 @@ pub const KNOTS: usize = 10;
 /// What a map depends on and how it acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Kind {
     /// A torque over position, the same in both directions.
     PositionTorque,
@@ -77,6 +78,7 @@ pub struct Ranges {
 
 /// A piecewise linear torque or friction level over one variable, constant beyond its ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LearnedMap {
     /// What it depends on and how it acts.
     pub kind: Kind,

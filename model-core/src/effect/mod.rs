@@ -140,6 +140,7 @@ macro_rules! catalogue {
         /// An effect of the catalogue.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         pub enum Id {
             $(#[doc = concat!("See [`", stringify!($module), "`].")] $name),*
         }
@@ -238,6 +239,7 @@ impl Id {
 
 /// An effect in a model: which, and the values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Active {
     /// Which effect.
     pub id: Id,

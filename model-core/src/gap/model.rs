@@ -120,6 +120,7 @@ impl Base {
 
 /// A declared actuator and the effects that it has.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Model {
     /// The actuator without effects.
     pub plant: Parameters,

@@ -4,5 +4,7 @@
 //! embedded task can simulate, sleep or serve others in between.
 
 pub mod annealing;
+pub mod characteristic;
 pub mod friction;
 pub mod golden_section;
+pub mod line;

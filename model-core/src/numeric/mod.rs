@@ -9,6 +9,7 @@ pub mod normal;
 pub mod random;
 pub mod sine;
 pub mod statistics;
+pub mod student;
 pub mod sum;
 pub mod triangle;
 pub mod wilcoxon;

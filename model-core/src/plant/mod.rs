@@ -53,6 +53,7 @@ impl Motion {
 /// A value for each direction of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Directional {
     /// While the position grows.
     pub forward: f32,

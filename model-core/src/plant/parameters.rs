@@ -4,6 +4,7 @@ use super::Directional;
 
 /// What the input is.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Drive {
     /// The input drives the winding of a brushed DC motor.
     Voltage {
@@ -37,6 +38,7 @@ impl Drive {
 ///
 /// `rad` and `m` are both served: torque and inertia stand for force and mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Parameters {
     /// What the input is.
     pub drive: Drive,

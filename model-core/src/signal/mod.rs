@@ -5,6 +5,8 @@
 //! itself, which is the only error of time itself. Values and offsets have the unit of whatever the
 //! signal drives.
 
+pub mod aprts;
+pub mod growing_triangle;
 pub mod ramp;
 pub mod sine;
 pub mod step;

@@ -51,7 +51,7 @@ pub fn start(board: &mut impl Board) -> Trials {
         reporter,
         (&WIRES, &WIRING),
     ));
-    board.start(emulation, controller, &WIRING);
+    board.start(emulation, Some(controller), &WIRING);
     Trials { reports }
 }
 

@@ -4,15 +4,15 @@ use std::io;
 
 use plotters::style::RGBColor;
 
-use super::escape;
-use super::plot::{self, AFTER, BEFORE, COLUMNS, GUIDE, Layer, MEASURED, Mark, Panel};
-use super::series::{
+use crate::gap::outcome::{Evidence, Report};
+use crate::gap::table::is_extended;
+use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, GUIDE, Layer, MEASURED, Mark, Panel};
+use crate::page::series::{
     Point, autocorrelation, binned_mean, bulk, difference, envelope, extent, histogram, mean,
     points, rms, thin, worst_stretch,
 };
-use crate::gap::outcome::{Evidence, Report};
-use crate::gap::table::is_extended;
-use crate::gap::table::quantity::{Scale, change};
+use crate::page::{Figure, escape};
+use crate::quantity::{Scale, change};
 
 /// Logs and torque residuals with fewer samples are not drawn.
 const SHORTEST: usize = 8;
@@ -28,18 +28,6 @@ const LAGS: usize = 100;
 const BARS: usize = 48;
 /// Share of the torque residuals that a cloud shows: a few spikes would flatten the rest.
 const SHOWN: f64 = 0.998;
-
-/// A picture and what it says.
-pub(super) struct Figure {
-    /// One sentence: what there is to see.
-    pub statement: String,
-    /// How it was made.
-    pub method: String,
-    /// The keys of the colours, as classes of the style sheet, and what they stand for.
-    pub keys: Vec<(&'static str, &'static str)>,
-    /// The `<svg>` element.
-    pub svg: String,
-}
 
 /// One model on one log.
 struct Model<'a> {

@@ -2,7 +2,7 @@
 
 /// A unit and the factor that takes an SI value to it.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::gap) struct Scale {
+pub(crate) struct Scale {
     /// Multiplies the SI value.
     pub factor: f64,
     /// The unit with its prefix.
@@ -60,7 +60,7 @@ impl Scale {
 
 /// `value` to `digits` significant digits: `0.0520`, `0.106`, `1234`, and with an exponent below
 /// 1e-4 and from 1e6. An error that is not a number comes from a replay that left every bound.
-pub(in crate::gap) fn significant(value: f64, digits: usize) -> String {
+pub(crate) fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "diverged".into();
     }
@@ -77,7 +77,7 @@ pub(in crate::gap) fn significant(value: f64, digits: usize) -> String {
 }
 
 /// A value from a file: as many digits as it was given with, at most six.
-pub(in crate::gap) fn given(value: f64) -> String {
+pub(crate) fn given(value: f64) -> String {
     let text = significant(value, 6);
     let (mantissa, power) = text.split_at(text.find('e').unwrap_or(text.len()));
     let mantissa = if mantissa.contains('.') {
@@ -89,14 +89,14 @@ pub(in crate::gap) fn given(value: f64) -> String {
 }
 
 /// As [`estimate`], with a prefix on the unit where that reads better: `504 ± 21 µs`.
-pub(in crate::gap) fn prefixed_estimate(value: f64, std: f64, unit: &str) -> String {
+pub(crate) fn prefixed_estimate(value: f64, std: f64, unit: &str) -> String {
     let scale = Scale::of(unit, [value]);
     estimate(value * scale.factor, std * scale.factor, &scale.unit)
 }
 
 /// `value ± std unit`, the deviation to two digits and the value to the same place:
 /// `166.0 ± 1.1 N·s/m`, `(1.203 ± 0.013)e-4 kg·m²`.
-pub(in crate::gap) fn estimate(value: f64, std: f64, unit: &str) -> String {
+pub(crate) fn estimate(value: f64, std: f64, unit: &str) -> String {
     if !value.is_finite() || !std.is_finite() {
         let value = if value.is_finite() {
             significant(value, 4)
@@ -134,7 +134,7 @@ pub(in crate::gap) fn estimate(value: f64, std: f64, unit: &str) -> String {
 }
 
 /// A probability to two digits, below 0.001 with a power of ten.
-pub(in crate::gap) fn probability(p: f64) -> String {
+pub(crate) fn probability(p: f64) -> String {
     match p {
         _ if !p.is_finite() => "–".into(),
         0.0 => format!("<{:.0e}", f64::MIN_POSITIVE),
@@ -145,7 +145,7 @@ pub(in crate::gap) fn probability(p: f64) -> String {
 
 /// The relative change from one value to another, in percent and signed: `-54 %`. `None` where
 /// there is nothing to compare with.
-pub(in crate::gap) fn change(from: f64, to: f64) -> Option<String> {
+pub(crate) fn change(from: f64, to: f64) -> Option<String> {
     let percent = 100.0 * (to - from) / from.abs();
     if !percent.is_finite() {
         return None;

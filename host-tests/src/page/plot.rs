@@ -9,22 +9,25 @@ use plotters::prelude::*;
 use super::series::Point;
 
 /// Measured data.
-pub(super) const MEASURED: RGBColor = RGBColor(0x4A, 0x55, 0x63);
+pub(crate) const MEASURED: RGBColor = RGBColor(0x4A, 0x55, 0x63);
 /// The model before effects.
-pub(super) const BEFORE: RGBColor = RGBColor(0xC4, 0x52, 0x2E);
+pub(crate) const BEFORE: RGBColor = RGBColor(0xC4, 0x52, 0x2E);
 /// The model with its effects.
-pub(super) const AFTER: RGBColor = RGBColor(0x1F, 0x6A, 0xA5);
+pub(crate) const AFTER: RGBColor = RGBColor(0x1F, 0x6A, 0xA5);
+/// A model of another kind.
+pub(crate) const OTHER: RGBColor = RGBColor(0x4F, 0x83, 0x2F);
 /// Bounds and restarts.
-pub(super) const GUIDE: RGBColor = RGBColor(0x8A, 0x94, 0xA3);
+pub(crate) const GUIDE: RGBColor = RGBColor(0x8A, 0x94, 0xA3);
 const TITLE: RGBColor = RGBColor(0x1C, 0x23, 0x2E);
 const LABEL: RGBColor = RGBColor(0x5B, 0x66, 0x76);
 const GRID: RGBColor = RGBColor(0xE4, 0xE8, 0xED);
 
 /// Every colour of a drawing: its name in the style sheet, on white, on black.
-const PALETTE: [(&str, RGBColor, &str); 7] = [
+const PALETTE: [(&str, RGBColor, &str); 8] = [
     ("measured", MEASURED, "#B8C0CC"),
     ("before", BEFORE, "#F08A62"),
     ("after", AFTER, "#62AEE8"),
+    ("other", OTHER, "#93C572"),
     ("guide", GUIDE, "#7C8796"),
     ("title", TITLE, "#E8ECF1"),
     ("label", LABEL, "#A3ADBA"),
@@ -35,7 +38,7 @@ const PALETTE: [(&str, RGBColor, &str); 7] = [
 /// coordinates, so this is a resolution of half a pixel.
 const WIDTH: u32 = 2000;
 /// Columns that a curve over the whole width is thinned to.
-pub(super) const COLUMNS: usize = 900;
+pub(crate) const COLUMNS: usize = 900;
 const FONT: (&str, u32) = ("sans-serif", 26);
 const LEFT: u32 = 110;
 const TOP: u32 = 62;
@@ -43,7 +46,7 @@ const BOTTOM: u32 = 82;
 const BOTTOM_UNTITLED: u32 = 50;
 
 /// One set of axes.
-pub(super) struct Panel {
+pub(crate) struct Panel {
     /// What the vertical axis shows, with its unit.
     pub title: String,
     /// What the horizontal axis shows, with its unit; empty above a panel with the same axis.
@@ -57,7 +60,7 @@ pub(super) struct Panel {
 }
 
 /// Marks of one kind and colour.
-pub(super) struct Layer {
+pub(crate) struct Layer {
     /// How the points become marks.
     pub mark: Mark,
     /// Their colour, one of the palette.
@@ -70,7 +73,7 @@ pub(super) struct Layer {
 
 /// How points become marks.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mark {
+pub(crate) enum Mark {
     /// A curve of this width.
     Line(u32),
     /// A filled circle of this radius for each point.
@@ -99,7 +102,7 @@ impl Panel {
 
 /// The style sheet's share for drawings: the palette as custom properties, light and dark, and
 /// rules that let it override the colours in the SVG.
-pub(super) fn theme() -> String {
+pub(crate) fn theme() -> String {
     let (mut light, mut dark, mut rules) = (String::new(), String::new(), String::new());
     for (name, RGBColor(r, g, b), on_black) in PALETTE {
         let colour = format!("#{r:02X}{g:02X}{b:02X}");
@@ -121,7 +124,7 @@ pub(super) fn theme() -> String {
 
 /// Rows of panels as one `<svg>` element. Each row comes with its height in drawing units;
 /// `description` (already escaped) is for readers who cannot see it.
-pub(super) fn draw(rows: &[(u32, Vec<Panel>)], description: &str) -> io::Result<String> {
+pub(crate) fn draw(rows: &[(u32, Vec<Panel>)], description: &str) -> io::Result<String> {
     let height = rows.iter().map(|(height, _)| height).sum();
     let mut svg = String::new();
     {
@@ -272,6 +275,7 @@ mod tests {
             layers: vec![
                 layer(Mark::Line(3), MEASURED),
                 layer(Mark::Dot(3), BEFORE),
+                layer(Mark::Dot(3), OTHER),
                 layer(Mark::Bar, AFTER),
                 layer(Mark::Area, AFTER),
                 layer(Mark::Across, GUIDE),

@@ -4,10 +4,10 @@
 //! diverged does not take the picture with it.
 
 /// A point of a picture.
-pub(super) type Point = (f64, f64);
+pub(crate) type Point = (f64, f64);
 
 /// The points of two series of samples.
-pub(super) fn points(x: &[f32], y: &[f32]) -> Vec<Point> {
+pub(crate) fn points(x: &[f32], y: &[f32]) -> Vec<Point> {
     x.iter()
         .zip(y)
         .map(|(&x, &y)| (f64::from(x), f64::from(y)))
@@ -16,13 +16,13 @@ pub(super) fn points(x: &[f32], y: &[f32]) -> Vec<Point> {
 }
 
 /// `model − measured`, sample by sample.
-pub(super) fn difference(model: &[f32], measured: &[f32]) -> Vec<f32> {
+pub(crate) fn difference(model: &[f32], measured: &[f32]) -> Vec<f32> {
     model.iter().zip(measured).map(|(m, y)| m - y).collect()
 }
 
 /// At most two points for each of `columns` equal stretches: the lowest and the highest, in order
 /// of time. A spike of one sample survives.
-pub(super) fn envelope(points: &[Point], columns: usize) -> Vec<Point> {
+pub(crate) fn envelope(points: &[Point], columns: usize) -> Vec<Point> {
     if points.len() <= 2 * columns {
         return points.to_vec();
     }
@@ -49,7 +49,7 @@ pub(super) fn envelope(points: &[Point], columns: usize) -> Vec<Point> {
 
 /// At most `limit` points of a cloud: one for each occupied cell of a grid, made coarser until
 /// they are few enough. Outliers have a cell to themselves and stay.
-pub(super) fn thin(points: &[Point], limit: usize) -> Vec<Point> {
+pub(crate) fn thin(points: &[Point], limit: usize) -> Vec<Point> {
     let (x, y) = (
         extent(points.iter().map(|p| p.0)),
         extent(points.iter().map(|p| p.1)),
@@ -80,7 +80,7 @@ pub(super) fn thin(points: &[Point], limit: usize) -> Vec<Point> {
 }
 
 /// Mean of y in `bins` equal stretches of x. A stretch with fewer than `least` points is left out.
-pub(super) fn binned_mean(points: &[Point], bins: usize, least: usize) -> Vec<Point> {
+pub(crate) fn binned_mean(points: &[Point], bins: usize, least: usize) -> Vec<Point> {
     let Some((low, high)) = extent(points.iter().map(|p| p.0)).filter(|(low, high)| high > low)
     else {
         return Vec::new();
@@ -101,7 +101,7 @@ pub(super) fn binned_mean(points: &[Point], bins: usize, least: usize) -> Vec<Po
 
 /// Autocorrelation at lags `1..=lags` by direct summation: r(k) = Σ eₜ eₜ₊ₖ / Σ eₜ² with the mean
 /// taken off e (the biased estimate, never above 1). Empty for a constant series.
-pub(super) fn autocorrelation(series: &[f64], lags: usize) -> Vec<f64> {
+pub(crate) fn autocorrelation(series: &[f64], lags: usize) -> Vec<f64> {
     let mean = mean(series);
     let e: Vec<f64> = series.iter().map(|value| value - mean).collect();
     let energy: f64 = e.iter().map(|e| e * e).sum();
@@ -115,7 +115,7 @@ pub(super) fn autocorrelation(series: &[f64], lags: usize) -> Vec<f64> {
 
 /// Share of the values in each of `bins` equal stretches of `range`; a value beyond an end counts
 /// in the bin there.
-pub(super) fn histogram(values: &[f64], (low, high): (f64, f64), bins: usize) -> Vec<f64> {
+pub(crate) fn histogram(values: &[f64], (low, high): (f64, f64), bins: usize) -> Vec<f64> {
     let mut shares = vec![0.0; bins];
     for value in values {
         let bin = ((value - low) / (high - low) * bins as f64).max(0.0) as usize;
@@ -125,7 +125,7 @@ pub(super) fn histogram(values: &[f64], (low, high): (f64, f64), bins: usize) ->
 }
 
 /// Smallest and largest finite value.
-pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values
         .into_iter()
         .filter(|value| value.is_finite())
@@ -136,7 +136,7 @@ pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)
 }
 
 /// The stretch that holds the middle `share` of the values.
-pub(super) fn bulk(values: &[f64], share: f64) -> Option<(f64, f64)> {
+pub(crate) fn bulk(values: &[f64], share: f64) -> Option<(f64, f64)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let last = sorted.len().checked_sub(1)?;
@@ -145,7 +145,7 @@ pub(super) fn bulk(values: &[f64], share: f64) -> Option<(f64, f64)> {
 }
 
 /// Where a stretch of `length` samples has the largest sum of squares.
-pub(super) fn worst_stretch(error: &[f32], length: usize) -> usize {
+pub(crate) fn worst_stretch(error: &[f32], length: usize) -> usize {
     let square = |e: &f32| {
         if e.is_finite() {
             f64::from(*e).powi(2)
@@ -166,7 +166,7 @@ pub(super) fn worst_stretch(error: &[f32], length: usize) -> usize {
 }
 
 /// Arithmetic mean; 0 of nothing.
-pub(super) fn mean(values: &[f64]) -> f64 {
+pub(crate) fn mean(values: &[f64]) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
@@ -174,7 +174,7 @@ pub(super) fn mean(values: &[f64]) -> f64 {
 }
 
 /// Root mean square; 0 of nothing. What diverged stays visible: one infinite value makes it so.
-pub(super) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, count) = values
         .into_iter()
         .fold((0.0, 0usize), |(sum, count), v| (sum + v * v, count + 1));

@@ -1,0 +1,52 @@
+//! `cargo hil reproduce`: the results of a paper, ours beside them.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::failure::Failure;
+
+pub mod throttle;
+
+/// What `cargo hil reproduce` takes.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Whose results
+    pub paper: Paper,
+    /// Write the results to this file as JSON
+    #[arg(long, value_name = "F")]
+    pub json: Option<PathBuf>,
+}
+
+/// A paper.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Paper {
+    /// A throttle for hardware-in-the-loop simulation: identification, PWA model, error tables
+    Throttle,
+}
+
+/// One result. A number that there is none of is null in JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Entry {
+    /// What it is.
+    pub what: String,
+    /// In the paper.
+    pub paper: Option<f64>,
+    /// Here.
+    pub ours: f64,
+    /// What would be right, where that is known.
+    pub truth: Option<f64>,
+    /// Its unit; empty for a plain number.
+    pub unit: String,
+}
+
+/// Reproduces a paper, prints a table, writes what was asked for.
+///
+/// # Errors
+/// What is missing on this machine, or what is not in order with the run.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    match args.paper {
+        Paper::Throttle => throttle::run(args.json.as_deref()),
+    }
+}

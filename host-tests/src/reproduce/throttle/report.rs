@@ -1,0 +1,300 @@
+//! The throttle's results as a page, with the paper's Figs. 3 to 6.
+
+use std::io;
+
+use plotters::style::RGBColor;
+
+use super::tables::{self, Column, Implementation, Implemented, Judged};
+use super::{Results, stand};
+use crate::identify::{Series, figure};
+use crate::log::Log;
+use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, Layer, MEASURED, Mark, OTHER, Panel};
+use crate::page::series::{Point, envelope, histogram};
+use crate::page::{self, Figure, escape};
+
+/// Seconds of the excerpt that compares the implementations.
+const EXCERPT: f64 = 8.0;
+/// Bars of a histogram.
+const BARS: usize = 41;
+
+/// The key and the colour of a model.
+fn ink(column: Column) -> (&'static str, RGBColor) {
+    match column {
+        Column::Physical | Column::Fitted => ("before", BEFORE),
+        Column::Extended => ("after", AFTER),
+        Column::PiecewiseAffine => ("other", OTHER),
+    }
+}
+
+fn seconds(log: &Log, row: usize) -> f64 {
+    row as f64 * log.period_s
+}
+
+/// A curve in degrees over seconds, for the rows from a first up to a last one.
+fn curve(log: &Log, series: &[f64], (from, to): (usize, usize)) -> Vec<Point> {
+    let points: Vec<Point> = (from..to.min(series.len()))
+        .map(|row| (seconds(log, row), series[row].to_degrees()))
+        .collect();
+    envelope(&points, COLUMNS)
+}
+
+fn difference(model: &[f64], measured: &[f64]) -> Vec<f64> {
+    let pairs = model.iter().zip(measured);
+    pairs.map(|(model, measured)| model - measured).collect()
+}
+
+fn line(colour: RGBColor, width: u32, opacity: f64, points: Vec<Point>) -> Layer {
+    Layer {
+        mark: Mark::Line(width),
+        colour,
+        opacity,
+        points,
+    }
+}
+
+/// A panel around its layers, from the first to the last second of them.
+fn panel(title: &str, x_title: &str, layers: Vec<Layer>) -> Panel {
+    let range = |pick: fn(&Point) -> f64| {
+        let values = layers
+            .iter()
+            .flat_map(|layer| layer.points.iter().map(pick));
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+    };
+    Panel {
+        title: title.to_owned(),
+        x_title: x_title.to_owned(),
+        x: range(|point| point.0),
+        y: Panel::padded(range(|point| point.1)),
+        layers,
+    }
+}
+
+/// The page.
+pub(super) fn page(results: &Results) -> io::Result<String> {
+    let logs = &results.logs;
+    let mut body = header(results);
+    body += "<section>\n<h2>Errors</h2>\n<p class=\"note\">Free run over steps of 40 s; in brackets \
+             the paper's. NRMSE: eq. 23; the largest error: eq. 24, 5° at most.</p>\n";
+    body += &table(&tables::cells_1(&results.judged));
+    body += "<h3>One model, three implementations</h3>\n<p class=\"note\">On validation data. \
+             Time-continuous: double precision, 2 µs. Time-discrete: single precision, 50 µs, on the \
+             host. Real-time: the same in the interrupt of the emulated microcontroller.</p>\n";
+    body += &table(&tables::cells_2(&results.implemented));
+    body += &validation(&logs.validate, &results.judged)?.html();
+    body += &implementations(&logs.validate, &results.implemented)?.html();
+    body += "</section>\n<section>\n<h2>Identification</h2>\n<p class=\"note\">The six numbers of \
+             eq. 7 by the four lines of the characteristic and a fast log, with 95 % intervals.</p>\n";
+    body += &numbers(results);
+    let svg = figure::draw(
+        &Series::of(&logs.slow),
+        &results.models.identified.characteristic,
+        "rad",
+    )?;
+    // Inside a page an SVG needs no declaration of its kind.
+    let svg = svg.find("<svg").map_or("", |start| &svg[start..]);
+    body += &format!(
+        "<figure>\n<figcaption><b>The input over the position lies on four kinds of lines.</b> Slow \
+         triangles (the paper's Fig. 3).</figcaption>\n{svg}</figure>\n</section>\n"
+    );
+    let foot = [
+        stand(),
+        format!(
+            "From logs to models {:.1} s, gap loop {:.1} s.",
+            results.models.seconds, results.models.gap_seconds
+        ),
+    ];
+    Ok(page::page("Throttle paper, reproduced", &body, &foot))
+}
+
+fn header(results: &Results) -> String {
+    let best = results
+        .judged
+        .iter()
+        .find(|model| model.column == Column::Extended);
+    let finding = best.map_or(String::new(), |model| {
+        format!(
+            "With what the gap loop found ({}), the physical model is off by {} at most on data that it \
+             had not seen; the paper's by 4.93°.",
+            results.models.effects.join(", "),
+            tables::largest(&model.validation)
+        )
+    });
+    let parity = match results.differing_bits {
+        0 => "On the emulated microcontroller every position has the bits that it has on the host; in \
+              the paper the port raised the largest error from 5.09° to 12.08°."
+            .to_owned(),
+        bits => format!("On the emulated microcontroller {bits} bits differ from the host's."),
+    };
+    format!(
+        "<header>\n<p class=\"kind\">A paper reproduced</p>\n<h1>Throttle for \
+         hardware-in-the-loop simulation</h1>\n<p class=\"finding\">{}</p>\n<p>{}</p>\n<p \
+         class=\"note\">{}</p>\n</header>\n",
+        escape(&finding),
+        escape(&parity),
+        escape(&stand())
+    )
+}
+
+fn numbers(results: &Results) -> String {
+    let mut rows = vec![
+        ["number", "value", "95 % interval", "rig", "unit"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    rows.extend(results.numbers().map(|(name, unit, number, truth)| {
+        vec![
+            name.to_owned(),
+            format!("{:.4}", number.value),
+            format!("± {:.4}", number.half_width),
+            format!("{truth:.4}"),
+            unit.to_owned(),
+        ]
+    }));
+    table(&rows)
+}
+
+/// The models on the validation log: position, error, histograms of the error (the paper's Fig. 5).
+fn validation(log: &Log, models: &[Judged]) -> io::Result<Figure> {
+    let shown: Vec<&Judged> = models
+        .iter()
+        .filter(|model| model.column != Column::Fitted)
+        .collect();
+    let rows = (0, log.position.len());
+    let mut positions = vec![line(MEASURED, 4, 0.55, curve(log, &log.position, rows))];
+    let mut errors = Vec::new();
+    for model in &shown {
+        let (_, colour) = ink(model.column);
+        positions.push(line(colour, 2, 0.9, curve(log, &model.validate, rows)));
+        let error = difference(&model.validate, &log.position);
+        errors.push(line(colour, 2, 0.9, curve(log, &error, rows)));
+    }
+    let histograms = shown.iter().map(|model| {
+        let error: Vec<f64> = difference(&model.validate, &log.position)
+            .iter()
+            .map(|error| error.to_degrees())
+            .collect();
+        let ends = (-tables::LIMIT, tables::LIMIT);
+        let width = (ends.1 - ends.0) / BARS as f64;
+        let bars: Vec<Point> = histogram(&error, ends, BARS)
+            .into_iter()
+            .enumerate()
+            .map(|(bar, share)| (ends.0 + (bar as f64 + 0.5) * width, 100.0 * share))
+            .collect();
+        let highest = bars.iter().map(|bar| bar.1).fold(1.0, f64::max);
+        Panel {
+            title: format!("share of the samples, %: {}", model.column.head()),
+            x_title: "error, °".to_owned(),
+            x: ends,
+            y: (0.0, 1.06 * highest),
+            layers: vec![Layer {
+                mark: Mark::Bar,
+                colour: ink(model.column).1,
+                opacity: 0.9,
+                points: bars,
+            }],
+        }
+    });
+    let drawn = vec![
+        (400, vec![panel("position, °", "", positions)]),
+        (400, vec![panel("error, °", "time, s", errors)]),
+        (360, histograms.collect()),
+    ];
+    let mut keys = vec![("measured", "measured")];
+    keys.extend(
+        shown
+            .iter()
+            .map(|model| (ink(model.column).0, model.column.name())),
+    );
+    Ok(Figure {
+        statement: "Steps that no model had seen.".to_owned(),
+        method: "Free run of 40 s; the error is model minus measurement. Below, its histograms \
+                 (the paper's Fig. 5)."
+            .to_owned(),
+        keys,
+        svg: plot::draw(
+            &drawn,
+            "Position, error and its histograms on the validation log",
+        )?,
+    })
+}
+
+/// One model, three implementations, where they err most (the paper's Fig. 6).
+fn implementations(log: &Log, implemented: &[Implemented]) -> io::Result<Figure> {
+    let physical: Vec<&Implemented> = implemented
+        .iter()
+        .filter(|it| it.column == Column::Physical)
+        .collect();
+    let length = ((EXCERPT / log.period_s) as usize).min(log.position.len());
+    let error = physical
+        .first()
+        .map(|it| difference(&it.positions, &log.position))
+        .unwrap_or_default();
+    let worst = (0..error.len())
+        .max_by(|&a, &b| error[a].abs().total_cmp(&error[b].abs()))
+        .unwrap_or(0);
+    let from = worst
+        .saturating_sub(length / 2)
+        .min(log.position.len() - length);
+    let rows = (from, from + length);
+    let mut layers = vec![line(MEASURED, 6, 0.5, curve(log, &log.position, rows))];
+    let mut keys = vec![("measured", "measured")];
+    for it in physical {
+        let (key, colour, width) = match it.implementation {
+            Implementation::Continuous => ("other", OTHER, 8),
+            Implementation::Discrete => ("after", AFTER, 5),
+            Implementation::RealTime => ("before", BEFORE, 2),
+        };
+        layers.push(line(colour, width, 0.9, curve(log, &it.positions, rows)));
+        keys.push((key, it.implementation.name()));
+    }
+    Ok(Figure {
+        statement: "The model loses nothing on its way to the chip.".to_owned(),
+        method: format!(
+            "Physical model by the paper's procedure, {EXCERPT} s around its largest error; the \
+             three curves lie on each other (the paper's Fig. 6, where they do not)."
+        ),
+        keys,
+        svg: plot::draw(
+            &[(500, vec![panel("position, °", "time, s", layers)])],
+            "Measured position and three implementations of one model",
+        )?,
+    })
+}
+
+/// A table of cells; the first row is its head, the first column its names.
+fn table(rows: &[Vec<String>]) -> String {
+    let Some((head, body)) = rows.split_first() else {
+        return String::new();
+    };
+    let cells = |row: &[String], tag: &str| -> String {
+        let cell = |(index, cell): (usize, &String)| {
+            let class = if index == 0 { "" } else { " class=\"n\"" };
+            format!("<{tag}{class}>{}</{tag}>", escape(cell))
+        };
+        row.iter().enumerate().map(cell).collect()
+    };
+    let body: String = body
+        .iter()
+        .map(|row| format!("<tr>{}</tr>\n", cells(row, "td")))
+        .collect();
+    format!(
+        "<div class=\"wide\"><table>\n<thead>\n<tr>{}</tr>\n</thead>\n<tbody>\n{body}</tbody>\n\
+         </table></div>\n",
+        cells(head, "th")
+    )
+}
+
+/// The sentence on the stand.
+pub(super) fn stand() -> String {
+    let effects: Vec<&str> = stand::effects()
+        .iter()
+        .filter_map(|effect| effect.kind().id())
+        .collect();
+    format!(
+        "The measured throttle is a rig in double precision that shares no code with the models. It \
+         has {}, a noisy potentiometer and a 12-bit converter.",
+        effects.join(", ")
+    )
+}

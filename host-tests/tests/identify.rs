@@ -1,0 +1,309 @@
+//! The semi-automatic identification against rigs whose truth is known.
+
+use host_tests::identify::{Identified, Numbers, Start, identify};
+use host_tests::log::Log;
+use host_tests::machine::Machine as Declared;
+use host_tests::{free_run, identify::Series};
+use model_core::signal::{aprts, growing_triangle};
+use rayon::prelude::*;
+use rig::{Effect, EffectKind, Experiment, Machine, Motor, Noise, Recording};
+
+const PERIOD: f32 = 1e-3;
+const SECONDS: f32 = 60.0;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Volts at the middle of the stroke that balance the spring, and volts to either side of it that reach
+/// both ends sliding.
+fn swing(machine: &Machine) -> (f32, f32) {
+    let spring = machine.spring.unwrap();
+    let stops = machine.stops.unwrap();
+    let Motor::Winding {
+        resistance,
+        torque_constant,
+        ..
+    } = machine.motor
+    else {
+        panic!("a winding");
+    };
+    let strength = torque_constant / resistance;
+    // A limp-home throttle is worked on the longer side of its rest.
+    let below = spring.rest - stops.lower > stops.upper - spring.rest;
+    let (low, high, sign) = if below {
+        (stops.lower, spring.rest, -1.0)
+    } else {
+        (spring.rest, stops.upper, 1.0)
+    };
+    let middle = 0.5 * (low + high);
+    let offset = spring.stiffness * (middle - spring.rest) + sign * spring.preload;
+    let amplitude = 0.5 * spring.stiffness * (high - low) + machine.coulomb;
+    (
+        (offset / strength) as f32,
+        (1.05 * amplitude / strength) as f32,
+    )
+}
+
+fn triangle(machine: &Machine) -> Vec<f64> {
+    let (offset, amplitude) = swing(machine);
+    // A triangle moves the machine both ways from half of its static and sliding friction on.
+    let truth = truth(machine);
+    let moves = 24.0 * 0.5 * (truth[3] + truth[4]) / f64::from(amplitude);
+    let signal = growing_triangle::Parameters {
+        offset,
+        amplitude,
+        first: moves.ceil() as u32,
+        last: 24,
+        duration: SECONDS,
+    }
+    .build(PERIOD)
+    .unwrap();
+    (0..60_000).map(|tick| f64::from(signal.at(tick))).collect()
+}
+
+fn steps(machine: &Machine, seed: u64) -> Vec<f64> {
+    let (offset, amplitude) = swing(machine);
+    let signal = aprts::Parameters {
+        lower: offset - 1.2 * amplitude,
+        upper: offset + 1.2 * amplitude,
+        shortest_hold: 0.1,
+        longest_hold: 0.8,
+        seed,
+    }
+    .build(PERIOD)
+    .unwrap();
+    (0..60_000).map(|tick| f64::from(signal.at(tick))).collect()
+}
+
+fn measure(machine: &Machine, effects: &[Effect], input: Vec<f64>, seed: u64) -> Recording {
+    Experiment::replaying(machine.clone(), input, 1000.0)
+        .with_effects(effects)
+        .with_noise(Noise::potentiometer(machine))
+        .seeded(seed)
+        .run()
+}
+
+fn log(recording: &Recording, name: &str) -> Log {
+    Log {
+        path: name.into(),
+        start_s: 0.0,
+        period_s: 1e-3,
+        input: recording.input.clone(),
+        position: recording.position.clone(),
+        command: None,
+        current: None,
+        velocity: None,
+    }
+}
+
+/// What a user would declare: the winding and the stops are right, inertia and viscous friction off
+/// by a third, friction and spring unknown.
+fn start(machine: &Machine) -> Start {
+    let rough = Machine {
+        inertia: 1.35 * machine.inertia,
+        viscous: 0.7 * machine.viscous,
+        coulomb: 0.5 * machine.coulomb,
+        static_friction: 0.5 * machine.coulomb,
+        spring: machine.spring.map(|spring| rig::ReturnSpring {
+            stiffness: 0.0,
+            preload: 0.0,
+            ..spring
+        }),
+        ..machine.clone()
+    };
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("start.toml");
+    std::fs::write(&path, rough.to_toml()).unwrap();
+    Start::new(Declared::read(&path).unwrap()).unwrap()
+}
+
+/// a₀/b₀ … b₀ of the rig.
+fn truth(machine: &Machine) -> [f64; 6] {
+    let spring = machine.spring.unwrap();
+    let Motor::Winding {
+        resistance,
+        torque_constant,
+        ..
+    } = machine.motor
+    else {
+        panic!("a winding");
+    };
+    let strength = torque_constant / resistance;
+    [
+        spring.stiffness / strength,
+        machine.viscous / strength + torque_constant,
+        spring.preload / strength,
+        machine.coulomb / strength,
+        machine.static_friction / strength,
+        strength / machine.inertia,
+    ]
+}
+
+fn run(machine: &Machine, effects: &[Effect], seed: u64) -> Identified {
+    let slow = measure(machine, effects, triangle(machine), seed);
+    let fast = measure(machine, effects, steps(machine, seed), seed + 1000);
+    let begin = std::time::Instant::now();
+    let found = identify(&start(machine), &log(&slow, "slow"), &log(&fast, "fast"));
+    let found = found.unwrap_or_else(|error| panic!("{} {seed}: {error}", machine.name));
+    println!(
+        "{} seed {seed}: {} simulations, {:.2} s",
+        machine.name,
+        found.simulations,
+        begin.elapsed().as_secs_f64()
+    );
+    found
+}
+
+/// Errors of the six numbers in half widths of their intervals.
+fn misses(numbers: &Numbers, truth: [f64; 6]) -> [f64; 6] {
+    let all = numbers.all();
+    std::array::from_fn(|k| (all[k].value - truth[k]) / all[k].half_width)
+}
+
+/// The six numbers by the paper's procedure within 2.5 half widths of the truth, polished within 2 %; free
+/// runs as good as the paper's, NRMSE 0.06: a level of the input next to a breakaway may cost a large
+/// error for the time that it is held.
+fn identifies(machine: &Machine, seed: u64) {
+    let found = run(machine, &[], seed);
+    let truth = truth(machine);
+    let misses = misses(&found.full.numbers, truth);
+    println!("{}: off by {misses:.2?} half widths", machine.name);
+    assert!(misses.iter().all(|miss| miss.abs() < 2.5), "{misses:?}");
+    let polished = found.best().numbers.values();
+    let off: [f64; 6] = std::array::from_fn(|k| polished[k] / truth[k] - 1.0);
+    println!("{}: polished off by {off:.4?}", machine.name);
+    assert!(off.iter().all(|off| off.abs() < 0.02), "{off:?}");
+    let fresh = log(
+        &measure(machine, &[], steps(machine, seed + 500), seed),
+        "fresh",
+    );
+    for model in [&found.reduced, &found.full, found.best()] {
+        let fresh = Series::of(&fresh).free_run(&model.parameters).unwrap();
+        for errors in [model.errors.slow, model.errors.fast, fresh] {
+            println!("{}: {errors:.4?}", machine.name);
+            assert!(errors.nrmse < 0.06, "{errors:?}");
+        }
+    }
+}
+
+#[test]
+fn an_intake_throttle_is_identified() {
+    identifies(&Machine::intake_throttle(), 111);
+}
+
+#[test]
+fn a_limp_home_throttle_is_identified() {
+    identifies(&Machine::throttle(), 112);
+}
+
+#[test]
+fn a_swirl_flap_is_identified() {
+    identifies(&Machine::swirl_flap(), 113);
+}
+
+#[test]
+fn a_recirculation_valve_is_identified() {
+    identifies(&Machine::egr_valve(), 114);
+}
+
+/// Twenty-four throttles, each with parameters of its own: of 144 intervals of 95 %, 137 are expected to
+/// cover the truth. Those of one throttle share its log; if they count as three instead of six, 124 or
+/// fewer (62 of 72) come by chance once in 300.
+#[test]
+fn intervals_cover_the_truth() {
+    let covered: Vec<[bool; 6]> = (40..64_u64)
+        .into_par_iter()
+        .map(|seed| {
+            let mut random = rig::Random::new(9000 + seed);
+            let mut vary = |value: f64| value * (0.8 + 0.4 * random.uniform());
+            let throttle = Machine::intake_throttle();
+            let coulomb = vary(0.22);
+            let machine = Machine {
+                inertia: vary(throttle.inertia),
+                viscous: vary(throttle.viscous),
+                coulomb,
+                static_friction: 1.15 * coulomb,
+                spring: throttle.spring.map(|spring| rig::ReturnSpring {
+                    stiffness: vary(spring.stiffness),
+                    ..spring
+                }),
+                ..throttle
+            };
+            let misses = misses(&run(&machine, &[], seed).full.numbers, truth(&machine));
+            println!("seed {seed}: off by {misses:.2?} half widths");
+            std::array::from_fn(|k| misses[k].abs() <= 1.0)
+        })
+        .collect();
+    let count = covered.iter().flatten().filter(|covers| **covers).count();
+    println!("{count} of 144 intervals cover the truth");
+    assert!(count > 124, "{count}");
+}
+
+/// What the paper asks for, on machines that have what the model does not: cogging, presliding and
+/// friction that depends on the direction, noise and 12 bits; identification and validation.
+#[test]
+fn undeclared_effects_cost_five_degrees_at_most() {
+    let machine = Machine::intake_throttle();
+    let effects = [
+        EffectKind::Cogging,
+        EffectKind::Presliding,
+        EffectKind::AsymmetricCoulomb,
+    ]
+    .map(|kind| Effect::nominal(kind, &machine).scaled(0.5));
+    for seed in [201, 202] {
+        let found = run(&machine, &effects, seed);
+        let fresh = log(
+            &measure(&machine, &effects, steps(&machine, seed + 500), seed),
+            "fresh",
+        );
+        for (name, model) in [
+            ("reduced", &found.reduced),
+            ("full", &found.full),
+            ("polished", found.best()),
+        ] {
+            let fresh = Series::of(&fresh).free_run(&model.parameters).unwrap();
+            for (on, errors) in [
+                ("slow", model.errors.slow),
+                ("fast", model.errors.fast),
+                ("validation", fresh),
+            ] {
+                let degrees = errors.max_abs / DEGREE;
+                println!(
+                    "{seed} {name} {on}: NRMSE {:.3}, {degrees:.2}°",
+                    errors.nrmse
+                );
+                assert!(degrees <= 5.0, "{degrees}");
+            }
+        }
+    }
+}
+
+/// The physical model, eqs 1–7, against the f64 rig of the same parameters: without and with
+/// inductance, preload, stops, viscous friction, static above Coulomb friction.
+#[test]
+fn both_assemblies_follow_an_independent_integration() {
+    for inductance in [0.0, 1.2e-3, 6e-3] {
+        for machine in [Machine::intake_throttle(), Machine::throttle()] {
+            let machine = Machine {
+                motor: Motor::Winding {
+                    resistance: 2.0,
+                    inductance,
+                    torque_constant: 0.38,
+                },
+                ..machine
+            };
+            for input in [triangle(&machine), steps(&machine, 301)] {
+                let reference = measure(&machine, &[], input, 1);
+                let directory = tempfile::tempdir().unwrap();
+                let path = directory.path().join("machine.toml");
+                std::fs::write(&path, machine.to_toml()).unwrap();
+                let declared = Start::new(Declared::read(&path).unwrap()).unwrap();
+                let input: Vec<f32> = reference.input.iter().map(|&u| u as f32).collect();
+                let rest = declared.parameters.spring_rest;
+                let ours = free_run::simulate(&declared.parameters, PERIOD, &input, rest).unwrap();
+                let truth: Vec<f32> = reference.true_position.iter().map(|&y| y as f32).collect();
+                let errors = free_run::errors(&ours, &truth);
+                println!("{} L {inductance}: {errors:?}", machine.name);
+                assert!(errors.max_abs < 1e-4, "{errors:?}");
+            }
+        }
+    }
+}

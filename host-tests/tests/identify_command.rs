@@ -1,0 +1,142 @@
+//! `cargo hil identify` as a user meets it: files, help, bad input.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use model_core::signal::{aprts, growing_triangle};
+use rig::{Experiment, Machine, Noise};
+
+const MACHINE: &str = "machines/intake-throttle-12v.toml";
+
+fn hil(directory: &Path, arguments: &[&str]) -> Output {
+    let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join(MACHINE);
+    Command::new(env!("CARGO_BIN_EXE_hil"))
+        .current_dir(directory)
+        .args(["identify", "--machine", machine.to_str().unwrap()])
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn write(path: &Path, input: Vec<f64>) {
+    let machine = Machine::intake_throttle();
+    let noise = Noise::potentiometer(&machine);
+    let recording = Experiment::replaying(machine, input, 1000.0)
+        .with_noise(noise)
+        .run();
+    std::fs::write(path, recording.to_csv()).unwrap();
+}
+
+fn logs(directory: &Path) {
+    let triangle = growing_triangle::Parameters {
+        offset: -3.1,
+        amplitude: 2.4,
+        first: 14,
+        last: 24,
+        duration: 40.0,
+    }
+    .build(1e-3)
+    .unwrap();
+    let steps = aprts::Parameters {
+        lower: -6.0,
+        upper: -0.5,
+        shortest_hold: 0.1,
+        longest_hold: 0.8,
+        seed: 1,
+    }
+    .build(1e-3)
+    .unwrap();
+    let sample = |at: &dyn Fn(u32) -> f32, count| (0..count).map(|k| f64::from(at(k))).collect();
+    write(
+        &directory.join("slow.csv"),
+        sample(&|k| triangle.at(k), 40_000),
+    );
+    write(
+        &directory.join("fast.csv"),
+        sample(&|k| steps.at(k), 20_000),
+    );
+}
+
+#[test]
+fn files_are_written_and_read_back() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    logs(directory);
+    let arguments = [
+        "--slow",
+        "slow.csv",
+        "--fast",
+        "fast.csv",
+        "--validate",
+        "fast.csv",
+        "--machine-out",
+        "out.toml",
+        "--json",
+        "out.json",
+        "--report",
+        "report",
+    ];
+    let output = hil(directory, &arguments);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    for name in ["a0/b0", "cH/b0", "L1 uniform opening", "validation"] {
+        assert!(text.contains(name), "{text}");
+    }
+    for file in ["out.toml", "report/reduced.toml", "report/full.toml"] {
+        let found = host_tests::machine::Machine::read(&directory.join(file)).unwrap();
+        assert!(
+            (found.mechanics.inertia / 1.6e-3 - 1.0).abs() < 0.1,
+            "{file}"
+        );
+        assert!((found.friction.coulomb / 0.24 - 1.0).abs() < 0.05, "{file}");
+    }
+    let json = std::fs::read_to_string(directory.join("out.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["models"][0]["numbers"].as_array().unwrap().len(), 6);
+    let svg = std::fs::read_to_string(directory.join("report/characteristic.svg")).unwrap();
+    roxmltree::Document::parse(&svg).unwrap();
+}
+
+#[test]
+fn bad_input_is_named_and_nothing_is_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    logs(directory);
+    let still = (0..2000).map(|k| format!("{:.3},0.0,1.57\n", f64::from(k) * 1e-3));
+    let still = String::from("time_s,input,position\n") + &still.collect::<String>();
+    std::fs::write(directory.join("still.csv"), still).unwrap();
+    std::fs::write(directory.join("broken.csv"), "time_s,input\n0,1\n").unwrap();
+    for (slow, fast, place) in [
+        (
+            "missing.csv",
+            "fast.csv",
+            "error: missing.csv: no such file",
+        ),
+        ("broken.csv", "fast.csv", "error: broken.csv:1: "),
+        (
+            "still.csv",
+            "fast.csv",
+            "error: still.csv: no stretch of uniform motion",
+        ),
+        ("fast.csv", "fast.csv", "error: fast.csv: "),
+        (
+            "slow.csv",
+            "still.csv",
+            "error: still.csv: no acceleration gain",
+        ),
+    ] {
+        let output = hil(
+            directory,
+            &["--slow", slow, "--fast", fast, "--json", "out.json"],
+        );
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.starts_with(place), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        assert!(!directory.join("out.json").exists());
+    }
+}
