@@ -595,15 +595,15 @@ fn what_no_throttle_has_is_refused_and_changes_nothing() {
         Fault::FrictionRaised(f32::NAN),
         Fault::FrictionRaised(-1.0),
         Fault::MotorShorted(0.0),
+        Fault::MotorShorted(2.0),
         Fault::Track(Side::First, TrackFault::Offset(f32::INFINITY)),
         Fault::Track(Side::Second, TrackFault::Noisy(-0.1)),
     ] {
         assert!(throttle.inject(fault).is_err(), "{fault:?}");
     }
-    for duty in [f32::NAN, f32::INFINITY * 0.0] {
-        assert!(throttle.step(Bridge::Drive { duty }, SUPPLY).is_err());
-    }
-    for supply in [f32::NAN, f32::INFINITY] {
+    let duty = f32::NAN;
+    assert!(throttle.step(Bridge::Drive { duty }, SUPPLY).is_err());
+    for supply in [f32::NAN, f32::INFINITY, -1.0] {
         assert!(throttle.step(Bridge::Freewheel, supply).is_err());
     }
     assert_eq!(throttle, before);

@@ -73,6 +73,8 @@ fn log_count(name: &str, instructions: u32) {
     defmt::info!("count {=str} {=u32}", name, instructions);
 }
 
+// As an interrupt calls it: in a loop the compiler would keep the modes in registers.
+#[inline(never)]
 fn step(actuator: &Actuator, state: &mut State, input: f32) {
     defmt::assert!(actuator.step(state, input).is_ok());
 }

@@ -240,7 +240,9 @@ impl<M: Borrow<Modes>> Actuator<M> {
     ///
     /// # Errors
     /// As [`Actuator::step`].
-    #[inline]
+    // By itself the compiler calls it where there are several callers; a replay's loop, which keeps
+    // the modes in registers, takes a fifth longer then.
+    #[inline(always)]
     pub fn step_under(
         &self,
         state: &mut State,

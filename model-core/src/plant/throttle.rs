@@ -53,7 +53,7 @@ pub enum Fault {
     FrictionRaised(f32),
     /// The winding carries no current.
     MotorOpen,
-    /// A resistance, Ω, 1e-3 to 1e3, lies across the motor's terminals. The bridge feeds it alone:
+    /// A resistance, Ω, 1e-3 to 1, lies across the motor's terminals. The bridge feeds it alone:
     /// what it leaves of the supply is too little to count at the motor, whose winding is shorted.
     MotorShorted(f32),
 }
@@ -68,9 +68,9 @@ impl Fault {
                 "must be 0 to 1000",
             ),
             Self::MotorShorted(resistance) => require(
-                (1e-3..=1e3).contains(&resistance),
+                (1e-3..=1.0).contains(&resistance),
                 "short's resistance",
-                "must be 1e-3 to 1e3 ohm",
+                "must be 1e-3 to 1 ohm",
             ),
             Self::PlateJammed | Self::SpringBroken | Self::MotorOpen => Ok(()),
         }
@@ -217,12 +217,12 @@ impl Throttle {
     /// winding is open from the next step on.
     ///
     /// # Errors
-    /// [`InputRefused`] for a duty or a supply that is not finite, or a supply beyond
+    /// [`InputRefused`] for a duty that is not a number, or a supply that is not 0 to
     /// [`INPUT_LIMIT`]; the state is unchanged.
     #[inline]
     pub fn step(&mut self, bridge: Bridge, supply: f32) -> Result<(), InputRefused> {
         let fed = bridge.voltage(supply).unwrap_or(0.0);
-        let accepted = supply.abs() <= INPUT_LIMIT && fed.is_finite();
+        let accepted = (0.0..=INPUT_LIMIT).contains(&supply) && fed.is_finite();
         if !accepted {
             return Err(InputRefused);
         }
@@ -237,24 +237,27 @@ impl Throttle {
         } else {
             &self.sound
         };
-        let (state, load) = (&mut self.state, &self.load);
-        match terminals {
-            Terminals::At(voltage) => mechanism.closed.step_under(state, voltage, load)?,
+        // Whether no current is left at the end of the step.
+        let mut ends = false;
+        let (actuator, input) = match terminals {
+            Terminals::At(voltage) => (&mechanism.closed, voltage),
             Terminals::Decaying(clamp) => {
-                let ending = mechanism.closed.input_that_ends_current(state, load);
-                if ending.abs() <= clamp {
-                    mechanism.closed.step_under(state, ending, load)?;
-                    state.current = 0.0;
-                } else {
-                    mechanism
-                        .closed
-                        .step_under(state, clamp.copysign(ending), load)?;
-                }
+                let ending = mechanism
+                    .closed
+                    .input_that_ends_current(&self.state, &self.load);
+                ends = ending.abs() <= clamp;
+                let voltage = if ends { ending } else { clamp.copysign(ending) };
+                (&mechanism.closed, voltage)
             }
             Terminals::Open => {
-                state.current = 0.0;
-                mechanism.open.step_under(state, 0.0, load)?;
+                self.state.current = 0.0;
+                (&mechanism.open, 0.0)
             }
+        };
+        actuator.step_under(&mut self.state, input, &self.load)?;
+        if ends {
+            // To the last bit: the winding is open from the next step on.
+            self.state.current = 0.0;
         }
         self.current = match self.circuit {
             Circuit::Shorted(resistance) => fed / resistance,
