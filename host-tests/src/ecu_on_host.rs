@@ -5,7 +5,6 @@ use firmware::app::ecu::Ecu;
 use firmware::app::ecu::calibration::Calibration;
 use firmware::app::ecu::loopback::{COMMANDS, Command, Controller, Emulation, Wires};
 use firmware::app::ecu::schedule::{Pedal, Report, Schedule, Trial};
-use firmware::app::machine::Machine;
 use firmware::app::timing::PLANT_PERIOD;
 use firmware::app::wiring::Wiring;
 use firmware::app::work::{ControlWork, PlantWork};
@@ -31,13 +30,13 @@ fn leak<T: Default>() -> &'static mut T {
 }
 
 impl EcuOnHost {
-    /// Key off, before the first trial. The controller is calibrated to `machine`, the throttle body
-    /// is that of the settings.
+    /// Key off, before the first trial. What the controller is told is the calibration, what it is
+    /// joined to the throttle body of the settings.
     ///
     /// # Panics
     /// If a number is out of its range.
     pub fn new(
-        machine: &Machine,
+        calibration: Calibration,
         settings: &Settings,
         supply: f32,
         trials: &'static [Trial],
@@ -49,8 +48,6 @@ impl EcuOnHost {
         let (reporter, reports) = leak::<Queue<Report, 4>>().split();
         let throttle = Throttle::build(settings, PLANT_PERIOD).expect("a throttle in its ranges");
         let body = Box::leak(Box::new(throttle));
-        let calibration =
-            Calibration::new(machine, &settings.tracks).expect("a machine in its ranges");
         let room = commands.enqueue(Command::Supply(supply)).is_ok();
         assert!(room, "nothing else is in the queue");
         Self {

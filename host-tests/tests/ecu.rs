@@ -15,7 +15,8 @@ use firmware::app::tracks;
 use firmware::app::wiring::Fault as Latched;
 use firmware::app::work::PlantWork;
 use host_tests::ecu_on_host::EcuOnHost;
-use host_tests::workspace;
+use host_tests::gap::declared;
+use host_tests::{machine, workspace};
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::{Drive, Parameters};
 use model_core::plant::potentiometer::TrackFault;
@@ -51,8 +52,16 @@ const POINTS: [(f32, Pedal); 4] = [
     ),
 ];
 
-/// The throttle, the same without inductance, and one with a rise time of 100 ms.
-fn machines() -> [Machine; 3] {
+/// The intake throttle, whose spring holds it open at its upper stop: it has no limp-home position of
+/// its own.
+fn intake_throttle() -> Parameters {
+    let file = workspace::root().join("host-tests/machines/intake-throttle-12v.toml");
+    let machine = machine::Machine::read(&file).unwrap();
+    declared::model(&machine).unwrap().plant
+}
+
+/// The throttle, the same without inductance, one with a rise time of 100 ms, and the intake throttle.
+fn machines() -> [Machine; 4] {
     let Drive::Voltage {
         resistance,
         torque_constant,
@@ -70,7 +79,7 @@ fn machines() -> [Machine; 3] {
         ..THROTTLE.plant
     };
     let slow = with_rise_time(&THROTTLE.plant, 0.1, 12.0, PLANT_PERIOD).unwrap();
-    [THROTTLE.plant, reduced, slow].map(|plant| {
+    [THROTTLE.plant, reduced, slow, intake_throttle()].map(|plant| {
         let mut machine = Machine { plant, ..THROTTLE };
         // The loop's derivative cancels the mechanical time constant, which grows with the inertia.
         machine.position_loop.derivative *= plant.inertia / THROTTLE.plant.inertia;
@@ -78,12 +87,24 @@ fn machines() -> [Machine; 3] {
     })
 }
 
-/// Bodies of a machine with either second track.
-fn bodies(machine: &Machine, seed: u64) -> [Settings; 2] {
-    [loopback::complementary(seed), loopback::half_slope(seed)].map(|settings| Settings {
-        actuator: machine.plant,
-        ..settings
-    })
+/// Throttle bodies with either second track.
+fn bodies(plant: Parameters, seed: u64) -> [Settings; 2] {
+    [
+        loopback::complementary(plant, seed),
+        loopback::half_slope(plant, seed),
+    ]
+}
+
+/// A controller of such machines at a throttle body.
+fn joined(
+    machine: &Machine,
+    nominal: &Settings,
+    body: &Settings,
+    (supply, pedal): (f32, Pedal),
+    trials: &'static [Trial],
+) -> EcuOnHost {
+    let calibration = Calibration::new(machine, &nominal.tracks).unwrap();
+    EcuOnHost::new(calibration, body, supply, trials, pedal)
 }
 
 #[test]
@@ -91,10 +112,11 @@ fn each_fault_is_found_by_its_code_in_time_at_every_operating_point() {
     let mut slowest: BTreeMap<&str, u32> = BTreeMap::new();
     let mut unsound = String::new();
     for (number, machine) in machines().iter().enumerate() {
-        for (supply, pedal) in POINTS {
+        for point in POINTS {
+            let supply = point.0;
             for seed in 101..105 {
-                for (kind, body) in bodies(machine, seed).iter().enumerate() {
-                    let mut ecu = EcuOnHost::new(machine, body, supply, &TRIALS, pedal);
+                for (kind, body) in bodies(machine.plant, seed).iter().enumerate() {
+                    let mut ecu = joined(machine, body, body, point, &TRIALS);
                     for trial in &TRIALS {
                         let report = ecu.next_report();
                         let most = slowest.entry(trial.name).or_default();
@@ -128,14 +150,14 @@ fn nothing_is_found_in_a_sound_throttle() {
     let mut runs = 0;
     let mut alarms = Vec::new();
     for machine in &machines() {
-        for (supply, pedal) in POINTS {
+        for point in POINTS {
             for seed in 201..=220 {
-                for body in &bodies(machine, seed) {
-                    let mut ecu = EcuOnHost::new(machine, body, supply, &SOUND, pedal);
+                for body in &bodies(machine.plant, seed) {
+                    let mut ecu = joined(machine, body, body, point, &SOUND);
                     let report = ecu.next_report();
                     runs += 1;
                     if !report.sound {
-                        alarms.push((supply, seed, report));
+                        alarms.push((point, seed, report));
                     }
                     assert_eq!(ecu.wiring.fault(), None);
                 }
@@ -148,8 +170,8 @@ fn nothing_is_found_in_a_sound_throttle() {
 
 /// The board's run on this host.
 fn board() -> EcuOnHost {
-    let settings = loopback::complementary(loopback::SEED);
-    EcuOnHost::new(&THROTTLE, &settings, 12.0, &TRIALS, PEDAL)
+    let settings = loopback::complementary(THROTTLE.plant, loopback::SEED);
+    joined(&THROTTLE, &settings, &settings, (12.0, PEDAL), &TRIALS)
 }
 
 #[test]
@@ -175,10 +197,11 @@ fn the_board_says_what_this_host_does() {
         assert_eq!(
             expected.next(),
             Some(&*format!(
-                "INFO found trial={} code={} after_ms={}",
+                "INFO found trial={} code={} after_ms={} wires={:016x}",
                 trial.name,
                 report.code.map_or("none", Code::name),
-                report.steps
+                report.steps,
+                report.wires
             ))
         );
     }
@@ -195,7 +218,11 @@ struct Bench {
 
 impl Bench {
     fn new(settings: &Settings) -> Self {
-        let calibration = Calibration::new(&THROTTLE, &settings.tracks).unwrap();
+        let machine = Machine {
+            plant: settings.actuator,
+            ..THROTTLE
+        };
+        let calibration = Calibration::new(&machine, &settings.tracks).unwrap();
         Self {
             ecu: Ecu::new(calibration),
             throttle: Throttle::build(settings, PLANT_PERIOD).unwrap(),
@@ -231,29 +258,35 @@ const KEY_ON: Demand = Demand {
 
 #[test]
 fn at_key_on_stops_and_limp_home_are_learned_and_then_the_pedal_is_followed() {
-    for settings in [loopback::complementary(7), loopback::half_slope(7)] {
-        let mut bench = Bench::new(&settings);
-        bench.run(3000, KEY_ON);
-        assert_eq!(bench.ecu.code(), None);
-        let learned = bench.ecu.learned().unwrap();
-        // 5 mV of noise over 32 readings: 0.9 mV, and half a count of the converter is 0.6 mV.
-        for (ends, track) in learned.ends.iter().zip(settings.tracks) {
-            for (share, stop) in [(ends.closed, 0.02), (ends.open, 1.57)] {
-                let volts = track.offset + track.gain * stop;
-                assert!((5.0 * share - volts).abs() < 5e-3, "{share} for {volts} V");
+    for plant in [THROTTLE.plant, intake_throttle()] {
+        let stroke = plant.upper_stop - plant.lower_stop;
+        for settings in bodies(plant, 7) {
+            let mut bench = Bench::new(&settings);
+            bench.run(3000, KEY_ON);
+            assert_eq!(bench.ecu.code(), None);
+            let learned = bench.ecu.learned().unwrap();
+            // 5 mV of noise over 32 readings: 0.9 mV, and half a count of the converter is 0.6 mV.
+            for (ends, track) in learned.ends.iter().zip(settings.tracks) {
+                for (share, stop) in [
+                    (ends.closed, plant.lower_stop),
+                    (ends.open, plant.upper_stop),
+                ] {
+                    let volts = track.offset + track.gain * stop;
+                    assert!((5.0 * share - volts).abs() < 5e-3, "{share} for {volts} V");
+                }
             }
+            let limp_home = (plant.spring_rest - plant.lower_stop) / stroke;
+            assert!((learned.limp_home - limp_home).abs() < 2e-3);
+            let asked = plant.lower_stop + stroke * KEY_ON.pedal;
+            // As near as the loop's friction lets it: breakaway · R / (k K_p) = 59 mrad.
+            assert!((bench.position() - asked).abs() < 0.06);
         }
-        let limp_home = (0.2 - 0.02) / 1.55;
-        assert!((learned.limp_home - limp_home).abs() < 2e-3);
-        let asked = 0.02 + 1.55 * KEY_ON.pedal;
-        // As near as the loop's friction lets it: breakaway · R / (k K_p) = 59 mrad.
-        assert!((bench.position() - asked).abs() < 0.06);
     }
 }
 
 #[test]
 fn a_code_switches_the_bridge_off_and_key_off_forgets_it() {
-    let mut bench = Bench::new(&loopback::complementary(3));
+    let mut bench = Bench::new(&loopback::complementary(THROTTLE.plant, 3));
     bench.run(3000, KEY_ON);
     let fault = Fault::Track(Side::First, TrackFault::ShortedHigh);
     bench.throttle.inject(fault).unwrap();
@@ -289,7 +322,7 @@ fn a_fault_that_is_there_at_key_on_is_found_before_the_pedal_is_followed() {
         ),
     ] {
         for seed in 1..=5 {
-            let mut bench = Bench::new(&loopback::complementary(seed));
+            let mut bench = Bench::new(&loopback::complementary(THROTTLE.plant, seed));
             bench.throttle.inject(fault).unwrap();
             bench.run(5000, KEY_ON);
             assert_eq!(bench.ecu.code(), Some(code), "{fault:?}");
@@ -322,8 +355,8 @@ fn a_command_that_makes_no_sense_is_counted_and_changes_nothing() {
         fault: Some((Fault::FrictionRaised(f32::NAN), Code::FrictionHigh)),
         within: 2000,
     }];
-    let settings = loopback::complementary(1);
-    let mut ecu = EcuOnHost::new(&THROTTLE, &settings, f32::NAN, &NONSENSE, PEDAL);
+    let body = loopback::complementary(THROTTLE.plant, 1);
+    let mut ecu = joined(&THROTTLE, &body, &body, (f32::NAN, PEDAL), &NONSENSE);
     let report = ecu.next_report();
     assert_eq!(report.code, None);
     assert!(!report.sound, "what was to be found was not");

@@ -114,12 +114,13 @@ fn plants() {
 /// A sound throttle body: driven, with its switches off, and a reading of its two tracks.
 fn throttle_body() {
     static BODY: StaticCell<Throttle> = StaticCell::new();
+    let endless = Parameters {
+        upper_stop: 100.0,
+        ..plant::THROTTLE
+    };
     let settings = Settings {
-        actuator: Parameters {
-            upper_stop: 100.0,
-            ..plant::THROTTLE
-        },
-        ..loopback::complementary(loopback::SEED)
+        actuator: endless,
+        ..loopback::complementary(plant::THROTTLE, loopback::SEED)
     };
     let throttle = BODY.init(defmt::unwrap!(
         Throttle::build(&settings, PLANT_PERIOD).ok()

@@ -40,7 +40,7 @@ const FAULTS: [Fault; 9] = [
 const HOLD: usize = 600;
 
 pub(super) fn body(findings: &mut Findings) {
-    let settings = loopback::complementary(loopback::SEED);
+    let settings = loopback::complementary(THROTTLE.plant, loopback::SEED);
     let built = Throttle::build(&settings, PLANT_PERIOD);
     let Some(mut throttle) = findings.sound(built, "the throttle is taken") else {
         return;

@@ -5,6 +5,7 @@ use core::sync::atomic::{AtomicI16, AtomicU32, Ordering::Relaxed};
 
 use heapless::spsc::{Consumer, Producer};
 use model_core::plant::bridge::Bridge;
+use model_core::plant::parameters::Parameters;
 use model_core::plant::potentiometer::Track;
 use model_core::plant::throttle::{Fault, Settings, Throttle};
 
@@ -13,6 +14,7 @@ use super::calibration::{DUTY, SUPPLY};
 use super::observation::Readings;
 use super::schedule::{Report, Schedule};
 use crate::app::conversion::Converter;
+use crate::app::digest::Digest;
 use crate::app::machine::{FULL_DUTY, THROTTLE};
 use crate::app::timing::TICKS_PER_CONTROL;
 use crate::app::tracks::code;
@@ -25,26 +27,25 @@ pub const SEED: u64 = 1;
 /// Noise of the tracks, V.
 const NOISE: f32 = 5e-3;
 
-/// The throttle's numbers with two tracks, of which the second falls as the first rises.
-pub const fn complementary(seed: u64) -> Settings {
-    let (lower, upper) = (THROTTLE.plant.lower_stop, THROTTLE.plant.upper_stop);
-    settings(Track::complementary(lower, upper), seed)
+/// A throttle with two tracks, of which the second falls as the first rises.
+pub const fn complementary(plant: Parameters, seed: u64) -> Settings {
+    let second = Track::complementary(plant.lower_stop, plant.upper_stop);
+    settings(plant, second, seed)
 }
 
 /// The same with a second track that rises half as far as the first one.
-pub const fn half_slope(seed: u64) -> Settings {
-    let (lower, upper) = (THROTTLE.plant.lower_stop, THROTTLE.plant.upper_stop);
-    settings(Track::half_slope(lower, upper), seed)
+pub const fn half_slope(plant: Parameters, seed: u64) -> Settings {
+    let second = Track::half_slope(plant.lower_stop, plant.upper_stop);
+    settings(plant, second, seed)
 }
 
-const fn settings(second: Track, seed: u64) -> Settings {
-    let (lower, upper) = (THROTTLE.plant.lower_stop, THROTTLE.plant.upper_stop);
+const fn settings(plant: Parameters, second: Track, seed: u64) -> Settings {
     Settings {
-        actuator: THROTTLE.plant,
+        actuator: plant,
         tracks: [
             Track {
                 noise: NOISE,
-                ..Track::rising(lower, upper)
+                ..Track::rising(plant.lower_stop, plant.upper_stop)
             },
             Track {
                 noise: NOISE,
@@ -234,6 +235,7 @@ pub struct Controller {
     reports: Producer<'static, Report>,
     wires: &'static Wires,
     wiring: &'static Wiring,
+    digest: Digest,
 }
 
 impl Controller {
@@ -252,6 +254,30 @@ impl Controller {
             reports,
             wires,
             wiring,
+            digest: Digest::new(),
+        }
+    }
+
+    /// Takes what is on the wires into the digest, and the state behind it.
+    fn note(&mut self, readings: &Readings) {
+        let [first, second] = readings.tracks.map(u32::from);
+        let Truth {
+            position,
+            velocity,
+            current,
+        } = self.wiring.truth();
+        self.digest.word(first << 16 | second);
+        // As bits, whatever the sign.
+        let [measured, supply, bridge] = [
+            readings.current,
+            readings.supply,
+            self.wires.bridge.load(Relaxed),
+        ]
+        .map(|counts| u32::from(counts as u16));
+        self.digest.word(measured << 16 | supply);
+        self.digest.word(bridge);
+        for value in [position, velocity, current] {
+            self.digest.single(value);
         }
     }
 }
@@ -263,13 +289,15 @@ impl ControlWork for Controller {
             current: self.wiring.measurement().current,
             supply: self.wires.supply.load(Relaxed),
         };
-        let next = self.schedule.advance(&self.ecu);
+        self.note(&readings);
+        let next = self.schedule.advance(&self.ecu, self.digest.value());
         // Both queues hold more than is sent before the other end looks.
         if let Some(command) = next.command {
             let _ = self.commands.enqueue(command);
         }
         if let Some(report) = next.report {
             let _ = self.reports.enqueue(report);
+            self.digest = Digest::new();
         }
         self.wires.drive(self.ecu.step(&readings, &next.demand));
         self.wiring.set_control_due(false);

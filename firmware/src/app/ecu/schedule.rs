@@ -193,6 +193,8 @@ pub struct Report {
     pub steps: u32,
     /// Whether the right code came in time, or rightly none.
     pub sound: bool,
+    /// Digest of all that was on the wires since the last report.
+    pub wires: u64,
 }
 
 /// What the schedule asks for in a control step.
@@ -240,8 +242,8 @@ impl Schedule {
         }
     }
 
-    /// What comes next, before a control step of this controller.
-    pub fn advance(&mut self, ecu: &Ecu) -> Next {
+    /// What comes next, before a control step of this controller. `wires` is the digest for a report.
+    pub fn advance(&mut self, ecu: &Ecu, wires: u64) -> Next {
         let (mut command, mut report) = (None, None);
         self.steps += 1;
         if let Some(trial) = self.trials.get(self.trial) {
@@ -267,7 +269,7 @@ impl Schedule {
                         Stage::Healthy | Stage::KeyOff => false,
                     };
                     if over || ecu.code().is_some() {
-                        report = Some(self.end(trial, ecu));
+                        report = Some(self.end(trial, ecu, wires));
                         command = Some(Command::Heal);
                     }
                 }
@@ -290,7 +292,7 @@ impl Schedule {
     }
 
     /// Ends a trial, and with it the fault.
-    fn end(&mut self, trial: &Trial, ecu: &Ecu) -> Report {
+    fn end(&mut self, trial: &Trial, ecu: &Ecu, wires: u64) -> Report {
         let expected = trial.fault.map(|(_, code)| code);
         let report = Report {
             trial: self.trial,
@@ -299,6 +301,7 @@ impl Schedule {
             // The controller's last step was the one before.
             steps: self.steps - 1,
             sound: self.stage == Stage::Faulty && ecu.code() == expected,
+            wires,
         };
         self.trial += 1;
         self.enter(Stage::KeyOff);

@@ -37,7 +37,7 @@ pub struct Trials {
 /// # Panics
 /// If it is called twice, or the throttle's numbers are out of their ranges.
 pub fn start(board: &mut impl Board) -> Trials {
-    let settings = loopback::complementary(loopback::SEED);
+    let settings = loopback::complementary(THROTTLE.plant, loopback::SEED);
     let (commands, commanded) = COMMAND_QUEUE.take().split();
     let (reporter, reports) = REPORT_QUEUE.take().split();
     let throttle = Throttle::build(&settings, PLANT_PERIOD);
@@ -109,10 +109,11 @@ fn log(report: &Report) {
     let code = report.code.map_or("none", Code::name);
     if report.sound {
         defmt::info!(
-            "found trial={=str} code={=str} after_ms={=u32}",
+            "found trial={=str} code={=str} after_ms={=u32} wires={=u64:016x}",
             name,
             code,
-            report.steps
+            report.steps,
+            report.wires
         );
     } else {
         defmt::error!(
