@@ -17,9 +17,10 @@ use firmware::app::work::PlantWork;
 use host_tests::ecu_on_host::EcuOnHost;
 use host_tests::gap::declared;
 use host_tests::{machine, workspace};
+use model_core::numeric::random::Random;
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::{Drive, Parameters};
-use model_core::plant::potentiometer::TrackFault;
+use model_core::plant::potentiometer::{Track, TrackFault};
 use model_core::plant::rise_time::with_rise_time;
 use model_core::plant::throttle::{Fault, Settings, Side, Throttle};
 
@@ -166,6 +167,83 @@ fn nothing_is_found_in_a_sound_throttle() {
     }
     println!("{} alarms in {runs} runs of 8 s", alarms.len());
     assert!(alarms.is_empty(), "{alarms:#?}");
+}
+
+/// A throttle body as it is made, each number off its nominal one by a tolerance, up or down.
+fn as_made(nominal: &Settings, seed: u64) -> Settings {
+    let mut random = Random::new(seed, 2);
+    let mut off = |tolerance: f32| {
+        if random.bits() & 0x1000 == 0 {
+            tolerance
+        } else {
+            -tolerance
+        }
+    };
+    let plant = nominal.actuator;
+    let Drive::Voltage {
+        resistance,
+        inductance,
+        torque_constant,
+    } = plant.drive
+    else {
+        panic!("a throttle has a winding");
+    };
+    let friction = 1.0 + off(0.05);
+    let actuator = Parameters {
+        drive: Drive::Voltage {
+            resistance: resistance * (1.0 + off(0.1)),
+            inductance,
+            torque_constant: torque_constant * (1.0 + off(0.05)),
+        },
+        inertia: plant.inertia * (1.0 + off(0.1)),
+        viscous: plant.viscous.scaled(1.0 + off(0.1)),
+        coulomb: plant.coulomb.scaled(friction),
+        breakaway: plant.breakaway.scaled(friction),
+        spring: plant.spring * (1.0 + off(0.05)),
+        spring_preload: plant.spring_preload * (1.0 + off(0.05)),
+        ..plant
+    };
+    let tracks = nominal.tracks.map(|track| Track {
+        offset: track.offset + off(0.04),
+        gain: track.gain * (1.0 + off(0.01)),
+        ..track
+    });
+    Settings {
+        actuator,
+        tracks,
+        ..*nominal
+    }
+}
+
+#[test]
+fn nothing_is_found_in_a_throttle_that_is_off_its_nominal_numbers_by_their_tolerances() {
+    let mut alarms = Vec::new();
+    for machine in [&THROTTLE, &machines()[3]] {
+        for point in POINTS {
+            for seed in 301..=320 {
+                for nominal in &bodies(machine.plant, seed) {
+                    let made = as_made(nominal, seed);
+                    let mut ecu = joined(machine, nominal, &made, point, &SOUND);
+                    let report = ecu.next_report();
+                    if !report.sound {
+                        alarms.push((point, seed, report));
+                        continue;
+                    }
+                    let plant = &made.actuator;
+                    for (ends, track) in report.learned.unwrap().ends.iter().zip(made.tracks) {
+                        for (share, stop) in [
+                            (ends.closed, plant.lower_stop),
+                            (ends.open, plant.upper_stop),
+                        ] {
+                            let volts = track.offset + track.gain * stop;
+                            assert!((5.0 * share - volts).abs() < 5e-3, "{share} for {volts} V");
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(alarms.is_empty(), "{} {alarms:#?}", alarms.len());
 }
 
 /// The board's run on this host.
@@ -346,6 +424,33 @@ fn a_control_step_that_is_not_done_by_the_next_tick_switches_the_bridge_off() {
     assert_eq!(ecu.wiring.fault(), Some(Latched::MissedDeadline));
     assert!(matches!(ecu.wires.bridge(), Bridge::Drive { .. }));
     assert_eq!(ecu.wiring.truth().position, 0.2, "limp-home all the same");
+}
+
+#[test]
+fn a_pedal_that_is_no_number_takes_the_plate_to_limp_home_and_an_endless_one_to_its_limit() {
+    let mut bench = Bench::new(&loopback::complementary(THROTTLE.plant, 1));
+    bench.run(3000, KEY_ON);
+    let pressed = |pedal: f32| Demand {
+        key_on: true,
+        pedal,
+    };
+    bench.run(1000, pressed(f32::NAN));
+    assert_eq!(bench.bridge, Bridge::Freewheel);
+    assert_eq!(bench.position(), 0.2, "limp-home");
+    for (pedal, limit) in [(f32::INFINITY, 0.97), (f32::NEG_INFINITY, 0.03)] {
+        bench.run(1000, pressed(pedal));
+        let limit = 0.02 + 1.55 * limit;
+        assert!((bench.position() - limit).abs() < 0.06, "{pedal}");
+    }
+    assert_eq!(bench.ecu.code(), None);
+}
+
+#[test]
+fn a_track_that_does_not_tell_the_stops_apart_is_refused() {
+    let mut tracks = loopback::complementary(THROTTLE.plant, 1).tracks;
+    tracks[1].gain = 0.0;
+    let error = Calibration::new(&THROTTLE, &tracks).unwrap_err();
+    assert_eq!(error.name, "tracks");
 }
 
 #[test]

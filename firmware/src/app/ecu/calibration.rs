@@ -72,7 +72,8 @@ impl Calibration {
     /// Of a throttle with two stops, from what its drive believes it to be.
     ///
     /// # Errors
-    /// A drive that is no voltage, a stroke that is not finite, or a loop out of its range.
+    /// A drive that is no voltage, a stroke that is not finite, a track that reads the same at both
+    /// stops, or a loop out of its range.
     pub fn new(machine: &Machine, tracks: &[Track; 2]) -> Result<Self, InvalidParameter> {
         let plant = &machine.plant;
         let refused = |name, requirement| Err(InvalidParameter { name, requirement });
@@ -98,10 +99,14 @@ impl Calibration {
             closed: track.share(plant.lower_stop),
             open: track.share(plant.upper_stop),
         };
+        let ends = [ends(&tracks[0]), ends(&tracks[1])];
+        if ends.iter().any(|ends| ends.closed == ends.open) {
+            return refused("tracks", "must each read another voltage at either stop");
+        }
         let held = plant.breakaway.forward + plant.spring_preload;
         let volts = |torque: f32| SURELY * torque * resistance / torque_constant;
         Ok(Self {
-            ends: [ends(&tracks[0]), ends(&tracks[1])],
+            ends,
             limp_home: (plant.spring_rest - plant.lower_stop) / stroke,
             current: machine.converters.current,
             resistance,
