@@ -63,24 +63,14 @@ fn intake_throttle() -> Parameters {
 
 /// The throttle, the same without inductance, one with a rise time of 100 ms, and the intake throttle.
 fn machines() -> [Machine; 4] {
-    let Drive::Voltage {
-        resistance,
-        torque_constant,
-        ..
-    } = THROTTLE.plant.drive
-    else {
-        panic!("a throttle has a winding");
-    };
-    let reduced = Parameters {
-        drive: Drive::Voltage {
-            resistance,
-            inductance: 0.0,
-            torque_constant,
-        },
-        ..THROTTLE.plant
-    };
     let slow = with_rise_time(&THROTTLE.plant, 0.1, 12.0, PLANT_PERIOD).unwrap();
-    [THROTTLE.plant, reduced, slow, intake_throttle()].map(|plant| {
+    let plants = [
+        THROTTLE.plant,
+        THROTTLE.plant.reduced(),
+        slow,
+        intake_throttle(),
+    ];
+    plants.map(|plant| {
         let mut machine = Machine { plant, ..THROTTLE };
         // The loop's derivative cancels the mechanical time constant, which grows with the inertia.
         machine.position_loop.derivative *= plant.inertia / THROTTLE.plant.inertia;

@@ -26,23 +26,13 @@ fn throttle(actuator: Parameters) -> Throttle {
     Throttle::build(&body(actuator), PERIOD).unwrap()
 }
 
-/// The same motor with its inductance neglected.
-fn reduced(parameters: Parameters) -> Parameters {
-    let Drive::Voltage {
-        resistance,
-        torque_constant,
-        ..
-    } = parameters.drive
-    else {
-        panic!("a throttle has a winding");
-    };
+/// The same throttle with a spring that holds it at its upper stop: it has no limp-home position of
+/// its own.
+fn held_open() -> Parameters {
     Parameters {
-        drive: Drive::Voltage {
-            resistance,
-            inductance: 0.0,
-            torque_constant,
-        },
-        ..parameters
+        spring_rest: THROTTLE.plant.upper_stop,
+        spring_preload: 0.4,
+        ..THROTTLE.plant
     }
 }
 
@@ -212,7 +202,7 @@ fn freewheel_ends_the_current_through_the_diodes_and_then_does_not_damp() {
 
 #[test]
 fn without_inductance_freewheel_is_open_at_once_and_brake_follows_the_back_emf() {
-    let mut throttle = throttle(reduced(THROTTLE.plant));
+    let mut throttle = throttle(THROTTLE.plant.reduced());
     run(&mut throttle, drive(12.0), 0.06);
     let mut braked = throttle.clone();
     throttle.step(Bridge::Freewheel, SUPPLY).unwrap();
@@ -253,7 +243,7 @@ fn the_switched_off_bridge_clamps_what_the_motor_generates_beyond_its_rails() {
 
 #[test]
 fn the_current_at_steady_speed_is_what_resistance_and_friction_ask_for() {
-    for model in [THROTTLE.plant, reduced(THROTTLE.plant)] {
+    for model in [THROTTLE.plant, THROTTLE.plant.reduced()] {
         let endless = Parameters {
             lower_stop: f32::NEG_INFINITY,
             upper_stop: f32::INFINITY,
@@ -278,7 +268,7 @@ fn the_current_at_steady_speed_is_what_resistance_and_friction_ask_for() {
 /// Where the plate comes to lie when the power goes at this position.
 fn let_go(parameters: Parameters, from: f32) -> f32 {
     let mut throttle = throttle(parameters);
-    // The friction holds it there while the motor's torque goes.
+    // Driven there from limp-home.
     let volts = if from > parameters.spring_rest {
         12.0
     } else {
@@ -295,10 +285,13 @@ fn let_go(parameters: Parameters, from: f32) -> f32 {
 #[test]
 fn without_power_the_plate_goes_to_its_limp_home_position() {
     // The preload exceeds static friction: nothing holds the plate elsewhere.
-    for parameters in [THROTTLE.plant, reduced(THROTTLE.plant)] {
+    for parameters in [THROTTLE.plant, THROTTLE.plant.reduced()] {
         for from in [0.02, 0.05, 0.15, 0.25, 0.6, 1.1, 1.57] {
             assert_eq!(let_go(parameters, from), 0.2, "from {from}");
         }
+    }
+    for from in [0.02, 0.1, 0.8, 1.5] {
+        assert_eq!(let_go(held_open(), from), 1.57, "from {from}");
     }
 }
 
@@ -433,7 +426,7 @@ fn the_plate_never_jumps_when_a_fault_comes_or_goes() {
         Fault::MotorOpen,
         Fault::MotorShorted(0.1),
     ];
-    for parameters in [THROTTLE.plant, reduced(THROTTLE.plant)] {
+    for parameters in [THROTTLE.plant, THROTTLE.plant.reduced()] {
         for fault in faults {
             let mut throttle = throttle(parameters);
             for tick in 0..40_000 {
@@ -526,7 +519,7 @@ fn measured_rise(parameters: Parameters) -> f64 {
 
 #[test]
 fn the_rise_time_is_what_it_is_set_to() {
-    for parameters in [THROTTLE.plant, reduced(THROTTLE.plant)] {
+    for parameters in [THROTTLE.plant, THROTTLE.plant.reduced(), held_open()] {
         for target in [0.07_f32, 0.08, 0.1, 0.15, 0.3] {
             let set = with_rise_time(&parameters, target, SUPPLY, PERIOD).unwrap();
             assert_eq!(
