@@ -16,7 +16,7 @@ use firmware::app::wiring::Fault as Latched;
 use firmware::app::work::PlantWork;
 use host_tests::ecu_on_host::EcuOnHost;
 use host_tests::gap::declared;
-use host_tests::{machine, workspace};
+use host_tests::{ecu, machine, workspace};
 use model_core::numeric::random::Random;
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -242,45 +242,13 @@ fn nothing_is_found_in_a_throttle_that_is_off_its_nominal_numbers_by_their_toler
     assert!(alarms.is_empty(), "{} {alarms:#?}", alarms.len());
 }
 
-/// The board's run on this host.
-fn board() -> EcuOnHost {
-    let settings = loopback::complementary(THROTTLE.plant, loopback::SEED);
-    joined(&THROTTLE, &settings, &settings, (12.0, PEDAL), &TRIALS)
-}
-
 #[test]
 fn the_board_says_what_this_host_does() {
     let golden = workspace::root().join("firmware/src/bin/emulated_ecu.log");
     let golden = std::fs::read_to_string(golden).unwrap();
-    let mut expected = golden.lines();
-    let mut ecu = board();
-    for trial in &TRIALS {
-        let report = ecu.next_report();
-        let learned = report.learned.unwrap();
-        let [closed, open] = learned.first_track_millivolts();
-        let [from_closed, from_open] = learned.returns;
-        assert_eq!(
-            expected.next(),
-            Some(&*format!(
-                "INFO learned trial={} closed_mv={closed} open_mv={open} limp_home_permille={} \
-                 from_closed_ms={from_closed} from_open_ms={from_open}",
-                trial.name,
-                learned.limp_home_permille()
-            ))
-        );
-        assert_eq!(
-            expected.next(),
-            Some(&*format!(
-                "INFO found trial={} code={} after_ms={} wires={:016x}",
-                trial.name,
-                report.code.map_or("none", Code::name),
-                report.steps,
-                report.wires
-            ))
-        );
-    }
-    assert_eq!(expected.next(), Some("INFO end trials=18"));
-    assert_eq!(expected.next(), None);
+    let host = ecu::said(&ecu::on_host());
+    let host: Vec<String> = host.iter().map(|line| format!("INFO {line}")).collect();
+    assert_eq!(golden.lines().collect::<Vec<_>>(), host);
 }
 
 /// A controller at a throttle body, with nothing in between.
@@ -408,7 +376,8 @@ fn a_fault_that_is_there_at_key_on_is_found_before_the_pedal_is_followed() {
 
 #[test]
 fn a_control_step_that_is_not_done_by_the_next_tick_switches_the_bridge_off() {
-    let mut ecu = board();
+    let body = loopback::complementary(THROTTLE.plant, 1);
+    let mut ecu = joined(&THROTTLE, &body, &body, (12.0, PEDAL), &TRIALS);
     for _ in 0..TICKS_PER_CONTROL * 2500 {
         ecu.tick();
     }
