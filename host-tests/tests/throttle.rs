@@ -201,6 +201,50 @@ fn freewheel_ends_the_current_through_the_diodes_and_then_does_not_damp() {
 }
 
 #[test]
+fn let_go_at_its_open_stop_the_plate_falls_once_the_current_no_longer_holds_it() {
+    let mut throttle = throttle(THROTTLE.plant);
+    run(&mut throttle, drive(12.0), 0.5);
+    assert_eq!(throttle.state().position.value(), 1.57);
+    let mut reference = Reference {
+        sign: -1.0,
+        ..Reference::of(&throttle)
+    };
+    let mut held = true;
+    loop {
+        throttle.step(Bridge::Freewheel, SUPPLY).unwrap();
+        for _ in 0..500 {
+            let [before, _, position] = reference.state;
+            let winding = if before > 0.0 {
+                Winding::At(-13.4)
+            } else {
+                reference.state[0] = 0.0;
+                Winding::Open
+            };
+            reference.step(winding, 1e-7);
+            if held {
+                let current = reference.state[0];
+                reference.state = [current, 0.0, position];
+                held = 0.38 * current - 0.3 - 0.25 * (position - 0.2) > -0.28;
+            }
+        }
+        let [current, velocity, position] = reference.state;
+        if position < 0.2 {
+            break;
+        }
+        let state = throttle.state();
+        // The current's last step as above: 1.3 mrad/s, and that over the 0.13 s of the fall.
+        assert_near("current", throttle.current(), current.max(0.0), 1e-4);
+        assert_near("velocity", state.velocity.value(), velocity, 1.3e-3);
+        assert_near("position", state.position.value(), position, 1.7e-4);
+    }
+    assert!(!held);
+    // Through its limp-home position, and back to it.
+    assert!(throttle.state().velocity.value() < -1.0);
+    run(&mut throttle, Bridge::Freewheel, 1.0);
+    assert_eq!(throttle.state().position.value(), 0.2);
+}
+
+#[test]
 fn without_inductance_freewheel_is_open_at_once_and_brake_follows_the_back_emf() {
     let mut throttle = throttle(THROTTLE.plant.reduced());
     run(&mut throttle, drive(12.0), 0.06);
