@@ -24,6 +24,7 @@ pub mod control;
 mod findings;
 pub mod log;
 mod numeric;
+mod piecewise_affine;
 pub mod plant;
 mod search;
 mod throttle;
@@ -47,7 +48,7 @@ impl Check {
 }
 
 /// All tests.
-pub const CHECKS: [Check; 20] = [
+pub const CHECKS: [Check; 21] = [
     check("square_root", numeric::square_root),
     check("transcendental", numeric::transcendental),
     check("rounding", numeric::rounding),
@@ -63,6 +64,7 @@ pub const CHECKS: [Check; 20] = [
     check("pid", control::pid),
     check("plant_sliding", plant::sliding),
     check("plant_events", plant::events),
+    check("piecewise_affine", piecewise_affine::steps),
     check("throttle_body", throttle::body),
     check("throttle_rise", throttle::rise),
     check("annealing", search::annealing),

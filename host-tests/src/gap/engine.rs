@@ -7,12 +7,12 @@ use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, MARGIN, Schedule, Settings};
 use model_core::gap::select::{self, LEAST_WINDOWS};
-use model_core::gap::workbench::Options;
+use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
 use super::answer::{Spread, candidate, fitted, found};
-use super::declared::{base_parameters, model};
+use super::declared::{self, base_parameters, model};
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
 use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Stages, Unknown};
@@ -199,6 +199,42 @@ pub fn trace(
         report,
         model: trace.after.model,
     })
+}
+
+/// Refits a model in longer windows than it was traced in, the shortest first: the longer a window,
+/// the more the fit is one of free runs, and the nearer its start has to be.
+///
+/// # Errors
+/// Logs of different sampling periods or shorter than a window; a model that leaves the range in
+/// which it can be simulated.
+pub fn refit(
+    machine: &Machine,
+    train: &[Log],
+    model: &Model,
+    windows_s: &[f64],
+) -> Result<Model, Failure> {
+    let declared = declared::model(machine)?;
+    let base = base_parameters(machine);
+    let period = same_period(train, None)?;
+    let series: Vec<Series> = train
+        .iter()
+        .map(|log| Series::new(log, machine.motor.is_some()))
+        .collect();
+    let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
+    let data = Data {
+        logs: &logs,
+        settings: Settings::new(period as f32, machine.resolution.unwrap_or(0.0) as f32),
+    };
+    let failed = || Failure::other("no window of the refit is in range: record longer logs");
+    let rotary = machine.coordinate == Coordinate::Radian;
+    let options = Options::new(&data, &declared, &base, rotary).ok_or_else(failed)?;
+    let mut bench = Workbench::new(data, &AllCores, &declared, &options).ok_or_else(failed)?;
+    let mut model = model.clone();
+    for window_s in windows_s {
+        let window = (window_s / period) as usize;
+        model = bench.fit_windows(&model, window).ok_or_else(failed)?.model;
+    }
+    Ok(model)
 }
 
 /// The sampling period that all logs share.

@@ -38,6 +38,10 @@ const SEED: u64 = 1;
 /// identification gives must come out of the logs.
 const START_OFF: f64 = 2.0;
 
+/// Windows in which the model is refitted after the gap loop, s: a free run errs for as long as a level
+/// of the steps is held, and on.
+const REFIT_S: [f64; 2] = [1.0, 4.0];
+
 /// What the logs gave.
 pub struct Models {
     /// Six numbers, their intervals, lines.
@@ -96,11 +100,12 @@ pub fn models(logs: &stand::Logs, directory: &Path) -> Result<Models, Failure> {
     let began = Instant::now();
     let train = [logs.slow.clone(), logs.fast.clone()];
     let found = engine::trace(&machine, &train, || Ok(Vec::new()), |_| ())?;
+    let extended = engine::refit(&machine, &train, &found.model, &REFIT_S)?;
     Ok(Models {
         identified,
         physical,
         fitted,
-        extended: found.model,
+        extended,
         effects: found
             .report
             .outcome

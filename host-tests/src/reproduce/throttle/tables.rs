@@ -255,11 +255,14 @@ pub fn render(cells: &[Vec<String>]) -> String {
     text
 }
 
+/// An error as a table shows it.
+pub type Shown = fn(&Errors) -> String;
+
 /// The two errors and how they are shown.
-const ERRORS: [(&str, fn(&Errors) -> String); 2] = [("NRMSE", nrmse), ("‖e‖∞", largest)];
+const ERRORS: [(&str, Shown); 2] = [("NRMSE", nrmse), ("‖e‖∞", largest)];
 
 /// Ours, and the paper's in brackets.
-pub fn beside(ours: &Errors, paper: Option<&Errors>, pick: fn(&Errors) -> String) -> String {
+pub fn beside(ours: &Errors, paper: Option<&Errors>, pick: Shown) -> String {
     match paper {
         Some(paper) => format!("{} ({})", pick(ours), pick(paper)),
         None => pick(ours),

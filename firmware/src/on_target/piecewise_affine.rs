@@ -1,0 +1,70 @@
+//! The piecewise affine model: cells by velocity and input, limits, refusals.
+
+use model_core::numeric::random::Random;
+use model_core::plant::piecewise_affine::{Affine, Cell, Parameters, PiecewiseAffine};
+
+use super::Findings;
+
+/// A throttle in round numbers: at rest, opening, closing.
+const CELLS: [Cell; 3] = [
+    Cell {
+        region: affine([0.0; 4]),
+        growth: affine([0.0, 0.3, 0.0, 0.0]),
+    },
+    Cell {
+        region: affine([-1.3, 90.0, 1.0, 1.7]),
+        growth: affine([-0.0071, 0.77, 0.0047, 0.013]),
+    },
+    Cell {
+        region: affine([1.3, -90.0, -1.0, -4.3]),
+        growth: affine([-0.0067, 0.79, 0.0045, 0.023]),
+    },
+];
+
+const fn affine([position, change, input, constant]: [f32; 4]) -> Affine {
+    Affine {
+        position,
+        change,
+        input,
+        constant,
+    }
+}
+
+pub(super) fn steps(findings: &mut Findings) {
+    let built = PiecewiseAffine::build(Parameters {
+        period: 0.01,
+        lower_limit: 0.0,
+        upper_limit: 1.57,
+        cells: CELLS.into_iter().collect(),
+    });
+    let Some(model) = findings.sound(built, "the cells are taken") else {
+        return;
+    };
+    let Some(mut state) = findings.sound(model.rest(1.57), "a position is taken") else {
+        return;
+    };
+    let mut random = Random::new(3, 7);
+    let mut visits = [0; CELLS.len()];
+    let mut input = 0.0;
+    for tick in 0..5_000 {
+        if tick % 30 == 0 {
+            input = -6.0 * random.uniform();
+        }
+        visits[model.cell(&state, input)] += 1;
+        let stepped = model.step(&mut state, input);
+        findings.claim(stepped.is_ok(), "an input is taken");
+        findings.single(state.position());
+        let within = (0.0..=1.57).contains(&state.position());
+        findings.claim(within, "the limits hold");
+    }
+    let visited = visits.iter().all(|&visits| visits > 100);
+    findings.claim(visited, "every cell is visited");
+    let before = state;
+    for refused in [f32::NAN, f32::NEG_INFINITY, 2e6] {
+        let outcome = model.step(&mut state, refused);
+        findings.claim(
+            outcome.is_err() && state == before,
+            "what is no input is refused",
+        );
+    }
+}
