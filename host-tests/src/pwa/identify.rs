@@ -87,7 +87,6 @@ struct Data {
     logs: Vec<Sampled>,
     samples: Vec<(Affine, f64)>,
     limits: (f64, f64),
-    slope: f64,
     plane: Plane,
 }
 
@@ -116,7 +115,6 @@ pub fn identify(train: &[&Log], options: &Options) -> Result<Identified, Failure
         logs,
         samples,
         limits,
-        slope,
         plane,
     };
     let part = Data {

@@ -78,3 +78,42 @@ fn seeds(points: &[Point], clusters: usize, random: &mut Random) -> Vec<Point> {
     }
     centres
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn separate_heaps_are_the_clusters() {
+        let heaps = [
+            [0.0, 0.0, 0.0],
+            [5.0, 0.0, 1.0],
+            [0.0, 6.0, -1.0],
+            [4.0, 5.0, 2.0],
+        ];
+        let mut noise = Random::new(7, 0);
+        let points: Vec<Point> = (0..400)
+            .map(|number| heaps[number % 4].map(|value| value + 0.2 * f64::from(noise.normal())))
+            .collect();
+        for seed in 0..10 {
+            let centres = cluster(&points, 4, &mut Random::new(seed, 0));
+            let mut names = heaps.map(|heap| nearest(&centres, &heap));
+            for (heap, name) in heaps.iter().zip(names) {
+                // A hundred points each: four standard errors of the mean.
+                let near = heap
+                    .iter()
+                    .zip(&centres[name])
+                    .all(|(a, b)| (a - b).abs() < 0.08);
+                assert!(near, "{heap:?} {:?}", centres[name]);
+            }
+            names.sort_unstable();
+            assert_eq!(names, [0, 1, 2, 3], "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn more_clusters_than_points_that_differ_do_no_harm() {
+        let points = [[1.0, 2.0, 0.0]; 5];
+        assert_eq!(cluster(&points, 3, &mut Random::new(1, 1)), [points[0]; 3]);
+    }
+}

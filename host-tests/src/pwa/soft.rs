@@ -189,3 +189,58 @@ impl Problem for Soft<'_> {
         changed
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::parallel::Parallel;
+    use super::super::parallel::tests::{log, truth};
+    use super::*;
+
+    #[test]
+    fn normal_equations_are_those_of_differences() {
+        let mut cells = truth();
+        sharpen(&mut cells, 5.0);
+        let mut log = log(&cells);
+        for (row, position) in log.position.iter_mut().enumerate() {
+            *position += 0.01 * (row as f64).sin();
+        }
+        let logs = [log.part(0, 200)];
+        let problem = Soft {
+            logs: &logs,
+            reading: Reading::Balance,
+        };
+        let (_, gradient) = problem.normal_equations(&cells);
+        const STEP: f64 = 1e-6;
+        for number in 0..gradient.len() {
+            let moved = |by: f64| {
+                let mut change = DVector::zeros(gradient.len());
+                change[number] = by;
+                problem.cost(&problem.changed(&cells, &change))
+            };
+            let slope = (moved(-STEP) - moved(STEP)) / (4.0 * STEP);
+            let scale = gradient.amax();
+            assert!(
+                (slope - gradient[number]).abs() < 1e-5 * scale,
+                "{number}: {slope} {}",
+                gradient[number]
+            );
+        }
+    }
+
+    #[test]
+    fn moving_boundaries_off_their_place_more_than_halves_the_cost() {
+        let truth = truth();
+        let logs = [log(&truth)];
+        let mut start = truth.clone();
+        start.partition[1][3] -= 0.1;
+        start.partition[2][3] += 0.1;
+        let problem = Parallel {
+            logs: &logs,
+            fitted: Reading::Balance.fitted(),
+        };
+        let held = Fit::new(&problem, start).run(&problem, 60);
+        let moved = refine(&logs, Reading::Balance, held.cells.clone());
+        let moved = Fit::new(&problem, moved).run(&problem, 60);
+        assert!(moved.cost < 0.5 * held.cost, "{} {}", held.cost, moved.cost);
+    }
+}

@@ -11,6 +11,7 @@ use crate::log::Log;
 use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, Layer, MEASURED, Mark, OTHER, Panel};
 use crate::page::series::{Point, envelope, histogram};
 use crate::page::{self, Figure, escape};
+use crate::pwa;
 
 /// Seconds of the excerpt that compares the implementations.
 const EXCERPT: f64 = 8.0;
@@ -78,6 +79,15 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
     body += "<section>\n<h2>Errors</h2>\n<p class=\"note\">Free run over steps of 40 s; in brackets \
              the paper's. NRMSE: eq. 23; the largest error: eq. 24, 5° at most.</p>\n";
     body += &table(&tables::cells_1(&results.judged));
+    if !results.repeated.is_empty() {
+        body += &format!(
+            "<h3>Stands of other noise and steps</h3>\n<p class=\"note\">{} stands, validation: median, \
+             worst; on how many the largest error is within {}°.</p>\n{}",
+            results.repeated.len(),
+            tables::LIMIT,
+            table(&tables::cells_repeated(&results.repeated))
+        );
+    }
     body += "<h3>One model, three implementations</h3>\n<p class=\"note\">On validation data. \
              Time-continuous: double precision, 2 µs. Time-discrete: single precision, 50 µs, on the \
              host. Real-time: the same in the interrupt of the emulated microcontroller.</p>\n";
@@ -92,12 +102,23 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
         &results.models.identified.characteristic,
         "rad",
     )?;
-    // Inside a page an SVG needs no declaration of its kind.
-    let svg = svg.find("<svg").map_or("", |start| &svg[start..]);
-    body += &format!(
-        "<figure>\n<figcaption><b>The input over the position lies on four kinds of lines.</b> Slow \
-         triangles (the paper's Fig. 3).</figcaption>\n{svg}</figure>\n</section>\n"
+    body += &drawing(
+        "The input over the position lies on four kinds of lines.",
+        "Slow triangles (the paper's Fig. 3).",
+        &svg,
     );
+    let piecewise_affine = &results.models.piecewise_affine;
+    body += "</section>\n<section>\n<h2>Piecewise affine model</h2>\n<p class=\"note\">Numbers of \
+             clusters by their errors, rms in free run.</p>\n";
+    body += &table(&trials(piecewise_affine));
+    let svg =
+        pwa::figure::draw(piecewise_affine, &[&logs.slow, &logs.fast]).map_err(io::Error::other)?;
+    body += &drawing(
+        "Friction parts the samples into rest, opening and closing.",
+        "What the spring leaves of the input, over velocity (the paper's Fig. 4, there over the input).",
+        &svg,
+    );
+    body += "</section>\n";
     let foot = [
         stand(),
         format!(
@@ -106,6 +127,43 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
         ),
     ];
     Ok(page::page("Throttle paper, reproduced", &body, &foot))
+}
+
+/// A drawing of its own in a page.
+fn drawing(statement: &str, method: &str, svg: &str) -> String {
+    // Inside a page an SVG needs no declaration of its kind.
+    let svg = svg.find("<svg").map_or("", |start| &svg[start..]);
+    format!(
+        "<figure>\n<figcaption><b>{}</b> {}</figcaption>\n{svg}</figure>\n",
+        escape(statement),
+        escape(method)
+    )
+}
+
+/// What came of each number of clusters.
+fn trials(found: &pwa::identify::Identified) -> Vec<Vec<String>> {
+    let cells = found.model.parameters().cells.len();
+    let mut rows = vec![
+        ["clusters", "least squares", "parallel", "held out", ""]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    let degrees = |radians: f64| format!("{:.2}°", radians.to_degrees());
+    rows.extend(found.trials.iter().map(|trial| {
+        vec![
+            trial.clusters.to_string(),
+            degrees(trial.series_parallel),
+            degrees(trial.parallel),
+            degrees(trial.held_out),
+            if trial.clusters == cells {
+                "chosen"
+            } else {
+                ""
+            }
+            .to_owned(),
+        ]
+    }));
+    rows
 }
 
 fn header(results: &Results) -> String {
