@@ -1,12 +1,12 @@
 //! Piecewise affine models from logs: the throttle paper's second kind of model (its eqs. 21 and 22).
 //!
 //! Source: *On Semi-Automated Modeling of Systems with Friction for HiL-Simulation and Application to
-//! Electromechanical Actuators of Passenger Car*. The regressor is clustered by k-means ([`k_means`]), for 2 to
+//! Electromechanical Actuators of Passenger Car*. The regressor is clustered by k-means (`k_means`), for 2 to
 //! 10 clusters from ten starts each; clusters become polyhedra, the cells of
 //! [`model_core::plant::piecewise_affine`]. Least squares on measured positions gives the first
-//! sub-models ([`series_parallel`]), Levenberg–Marquardt on free runs the next ([`parallel`]). The number
+//! sub-models (`series_parallel`), Levenberg–Marquardt on free runs the next (`parallel`). The number
 //! of clusters is the one with the least error in free run on data that was held out. Beyond the paper, the
-//! boundaries are fitted after k-means drew them ([`soft`]).
+//! boundaries are fitted after k-means drew them (`soft`).
 //!
 //! What the paper leaves open is which part of the regressor loses y(k−1), see [`reading::Reading`].
 //! Measured, on the reproduction's logs: NRMSE and largest error in free run,
