@@ -11,6 +11,8 @@ pub struct Onboard {
     pub parity: Parity,
     /// Friction estimated anew on the board.
     pub refit: Refit,
+    /// The same under the brake of the prognostics paper, 0.779 N·m.
+    pub brake: Refit,
     /// What the board finds in its own log.
     pub gap: Gap,
     /// Instructions of one step: exact, of this compiler.

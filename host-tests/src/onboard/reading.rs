@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
-use firmware::app::demonstration::DEMONSTRATION;
-use firmware::app::experiment::{Evaluation, Experiment};
+use firmware::app::demonstration::{BRAKE, UNDECLARED, WEAR};
+use firmware::app::experiment::Experiment;
 
 use super::outcome::{Deadlines, Gap, Image, Onboard, Parity, ParityOf, PerStep, Refit};
 use crate::board_log::{BoardLog, Recording};
@@ -18,13 +18,6 @@ const TARGET: &str = "QEMU netduinoplus2, Cortex-M4F";
 
 /// Clock of the STM32F405, Hz.
 const CLOCK: f64 = 168e6;
-
-fn experiment(evaluation: Evaluation) -> &'static Experiment {
-    DEMONSTRATION
-        .iter()
-        .find(|experiment| experiment.evaluation == evaluation)
-        .expect("one of each is demonstrated")
-}
 
 /// Reads values out of an experiment's lines.
 struct Lines<'a>(Recording<'a>);
@@ -63,17 +56,8 @@ impl Onboard {
     /// # Errors
     /// A log without a result.
     pub fn read(run: &BoardRun, counts: &Figures) -> Result<Self, Failure> {
-        let wear = experiment(Evaluation::Refit);
-        let refit = Lines::of(&run.log, wear.name)?;
-        let check = Lines::of(&run.log, experiment(Evaluation::Check).name)?;
-        let seconds = |instructions: u64| instructions as f64 / CLOCK;
-        let refit_instructions = refit.value("cost", "instructions")?;
+        let check = Lines::of(&run.log, UNDECLARED.name)?;
         let check_instructions = check.value("cost", "instructions")?;
-        let annealed: u32 = refit.value("refit", "annealing_evaluations")?;
-        let polished: u32 = refit.value("refit", "golden_section_evaluations")?;
-        let truth = wear
-            .wear
-            .map_or(wear.actuator.coulomb.forward, |wear| wear.coulomb);
         let effects = check
             .0
             .lines
@@ -106,18 +90,8 @@ impl Onboard {
                     .iter()
                     .all(|experiment| experiment.lines.is_empty()),
             },
-            refit: Refit {
-                parameter: refit.value("refit", "parameter")?,
-                present: refit.value("refit", "present")?,
-                truth: decimal(truth),
-                estimate: refit.value("refit", "estimate")?,
-                evaluations: annealed + polished,
-                samples: refit.value("refit", "samples")?,
-                instructions: refit_instructions,
-                seconds: seconds(refit_instructions),
-                ticks: refit.value("cost", "ticks")?,
-                missed_ticks: refit.value("cost", "missed")?,
-            },
+            refit: Refit::read(&run.log, &WEAR)?,
+            brake: Refit::read(&run.log, &BRAKE)?,
             gap: Gap {
                 verdict: check.value("check", "verdict")?,
                 effects: effects.map(str::to_owned).collect(),
@@ -142,6 +116,35 @@ impl Onboard {
             },
         })
     }
+}
+
+impl Refit {
+    fn read(log: &BoardLog, experiment: &Experiment) -> Result<Self, Failure> {
+        let lines = Lines::of(log, experiment.name)?;
+        let truth = experiment
+            .wear
+            .map_or(experiment.actuator.coulomb.forward, |wear| wear.coulomb);
+        let annealed: u32 = lines.value("refit", "annealing_evaluations")?;
+        let polished: u32 = lines.value("refit", "golden_section_evaluations")?;
+        let instructions = lines.value("cost", "instructions")?;
+        Ok(Self {
+            parameter: lines.value("refit", "parameter")?,
+            present: lines.value("refit", "present")?,
+            truth: decimal(truth),
+            estimate: lines.value("refit", "estimate")?,
+            evaluations: annealed + polished,
+            samples: lines.value("refit", "samples")?,
+            instructions,
+            seconds: seconds(instructions),
+            ticks: lines.value("cost", "ticks")?,
+            missed_ticks: lines.value("cost", "missed")?,
+        })
+    }
+}
+
+/// At one instruction a cycle.
+fn seconds(instructions: u64) -> f64 {
+    instructions as f64 / CLOCK
 }
 
 impl PerStep {

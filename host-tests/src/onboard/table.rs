@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::outcome::Onboard;
+use super::outcome::{Onboard, Refit};
 use crate::image::{FLASH, RAM};
 
 impl Onboard {
@@ -11,6 +11,7 @@ impl Onboard {
         let Self {
             parity,
             refit,
+            brake,
             gap,
             instructions_per_step: steps,
             image,
@@ -28,6 +29,26 @@ impl Onboard {
                 instructions as f64
             )
         };
+        let found = |refit: &Refit| {
+            format!(
+                "{} {} -> {:.5} N·m, really {} ({:+.2} %), {} evaluations of {} samples",
+                refit.parameter,
+                refit.present,
+                refit.estimate,
+                refit.truth,
+                100.0 * (refit.estimate / refit.truth - 1.0),
+                refit.evaluations,
+                refit.samples
+            )
+        };
+        let cost_of = |refit: &Refit| {
+            cost(
+                refit.instructions,
+                refit.seconds,
+                refit.ticks,
+                refit.missed_ticks,
+            )
+        };
         let rows = [
             (
                 "parity",
@@ -38,28 +59,10 @@ impl Onboard {
                     parity.differing_bits
                 ),
             ),
-            (
-                "refit",
-                format!(
-                    "{} {} -> {:.5} N·m, really {} ({:+.2} %), {} evaluations of {} samples",
-                    refit.parameter,
-                    refit.present,
-                    refit.estimate,
-                    refit.truth,
-                    100.0 * (refit.estimate / refit.truth - 1.0),
-                    refit.evaluations,
-                    refit.samples
-                ),
-            ),
-            (
-                "",
-                cost(
-                    refit.instructions,
-                    refit.seconds,
-                    refit.ticks,
-                    refit.missed_ticks,
-                ),
-            ),
+            ("refit", found(refit)),
+            ("", cost_of(refit)),
+            ("brake", found(brake)),
+            ("", cost_of(brake)),
             (
                 "check",
                 format!(
