@@ -10,9 +10,11 @@
 //! * [`mode_store`]: modes that several actuators share;
 //! * [`actuator`]: the step itself, with its events;
 //! * [`karnopp`]: the published velocity-band scheme by Euler steps, for comparison;
-//! * [`piecewise_affine`]: a model without physics, learned from input and output.
+//! * [`piecewise_affine`]: a model without physics, learned from input and output;
+//! * [`inter_sample`]: its position between its samples.
 
 pub mod actuator;
+pub mod inter_sample;
 pub mod karnopp;
 pub mod mode_store;
 pub mod modes;
