@@ -32,7 +32,7 @@ const SHORTEST_S: f64 = 20.0;
 const SHORTLIST: usize = 3;
 
 /// Numbers of clusters whose borders are moved to the end.
-const FINALISTS: usize = 3;
+const FINALISTS: usize = 5;
 
 /// Levenberg-Marquardt from a start, and at the end.
 const IMPROVE: Budget = Budget {
@@ -45,13 +45,14 @@ const FINISH: Budget = Budget {
 };
 
 /// Rounds of moving borders: for every number of clusters, for the finalists, for the chosen model.
-const ROUNDS: [usize; 3] = [4, 6, 4];
+const ROUNDS: [usize; 3] = [6, 12, 12];
 
-/// Errors beyond this share of the position's standard deviation weigh more.
+/// Errors beyond this share of the position's standard deviation weigh more. Fourteen stands, largest error on
+/// validation data: 4.3° at worst, 6.2° without.
 const LARGE: f64 = 0.08;
 
 /// A further cluster must lower the held-out error by this share.
-const WORTHWHILE: f64 = 0.03;
+const WORTHWHILE: f64 = 0.01;
 
 /// What is wanted of the identification.
 #[derive(Debug, Clone, PartialEq)]
