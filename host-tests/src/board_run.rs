@@ -20,6 +20,9 @@ const TIME_LIMIT: Duration = Duration::from_secs(1800);
 /// The program in which everything goes wrong that may.
 pub const FAILURES: &str = "emulated_failures";
 
+/// The program in which an engine controller tries out a throttle body.
+pub const ECU: &str = "emulated_ecu";
+
 /// What begins the lines whose numbers are the compiler's.
 const COSTS: [&str; 2] = ["cost ", "deadlines "];
 
@@ -29,13 +32,13 @@ pub fn messages(log: &BoardLog) -> impl Iterator<Item = &Line> {
     log.messages().filter(move |line| !is_cost(line))
 }
 
-/// Builds and runs the program in which everything goes wrong that may. What is expected of it is
-/// what it says.
+/// Builds and runs a program of the board's. What is expected of it is what it says.
 ///
 /// # Errors
-/// A program that does not build or does not end.
-pub fn run_failures(toolchain: &Toolchain) -> Result<(Build, BoardLog), Failure> {
-    let build = toolchain.build_program(BOARD, FAILURES)?;
+/// A program that does not build, does not fit, or does not end in order.
+pub fn run_program(toolchain: &Toolchain, program: &str) -> Result<(Build, BoardLog), Failure> {
+    let build = toolchain.build_program(BOARD, program)?;
+    Size::read(&build.elf)?.fitting()?;
     let log = emulator::run(&build.elf, TIME_LIMIT)?.log;
     Ok((build, log))
 }

@@ -8,6 +8,8 @@ pub mod board_run;
 pub mod check;
 pub mod comparison;
 pub mod decode;
+pub mod ecu;
+pub mod ecu_on_host;
 pub mod emulator;
 pub mod error;
 pub mod failure;

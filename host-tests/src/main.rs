@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
-use host_tests::{bench, check, decode, gap, hil, identify, onboard, reproduce};
+use host_tests::{bench, check, decode, ecu, gap, hil, identify, onboard, reproduce};
 
 /// Firmware and model of an electromechanical actuator, closed on each other
 ///
@@ -44,6 +44,9 @@ enum Command {
     /// Run the emulated board and compare it with this host and with the truth
     #[command(after_help = "Example: cargo hil onboard --json onboard.json")]
     Onboard(onboard::command::Args),
+    /// Let an emulated engine controller find every fault of an emulated throttle body
+    #[command(after_help = "Example: cargo hil ecu --json ecu.json")]
+    Ecu(ecu::Args),
     /// Turn a board's defmt log into lines, and its samples into CSV
     #[command(
         after_help = "Example: cargo hil decode target/firmware/thumbv7em-none-eabihf/release/emulated target/hil/emulated.defmt --csv board.csv"
@@ -75,6 +78,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         Some(Command::Gap(args)) => gap::command::run(&args),
         Some(Command::Identify(args)) => identify::command::run(&args),
         Some(Command::Onboard(args)) => onboard::command::run(&args),
+        Some(Command::Ecu(args)) => ecu::run(&args),
         Some(Command::Reproduce(args)) => reproduce::run(&args),
         Some(Command::Decode(args)) => decode::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),

@@ -17,6 +17,9 @@ pub struct Args {
     /// Write the results to this file as JSON
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
+    /// Repeat it on so many stands more, with other noise and other test signals
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub repeat: u64,
 }
 
 /// A paper.
@@ -47,6 +50,6 @@ pub struct Entry {
 /// What is missing on this machine, or what is not in order with the run.
 pub fn run(args: &Args) -> Result<(), Failure> {
     match args.paper {
-        Paper::Throttle => throttle::run(args.json.as_deref()),
+        Paper::Throttle => throttle::run(args.json.as_deref(), args.repeat),
     }
 }

@@ -6,27 +6,30 @@ use firmware::board::deadline::Deadline;
 use firmware::board::load::Load;
 
 #[test]
-fn the_tracks_spread_the_stroke_over_the_converter_and_add_up_to_full_scale() {
+fn the_tracks_spread_the_stroke_over_four_fifths_of_the_converter_and_add_up_to_full_scale() {
     let tracks = Tracks::new(-0.5, 1.5);
-    assert_eq!(tracks.codes(-0.5), [0, FULL_SCALE]);
-    assert_eq!(tracks.codes(1.5), [FULL_SCALE, 0]);
-    // A quarter of the stroke: 1023.75, to the nearest.
-    assert_eq!(tracks.codes(0.0), [1024, 3071]);
+    // 0.5 and 4.5 V of 5 V: 409.5 and 3685.5, to the nearest.
+    for (position, share) in [(-0.5, 0.1), (0.0, 0.3), (0.5, 0.5), (1.5, 0.9)] {
+        let [rising, falling] = tracks.codes(position).map(f64::from);
+        assert!((rising - 4095.0 * share).abs() <= 0.5 + 1e-3, "{position}");
+        assert!((falling - 4095.0 * (1.0 - share)).abs() <= 0.5 + 1e-3);
+    }
     for step in 0..=2000 {
         let [rising, falling] = tracks.codes(-0.5 + step as f32 * 1e-3);
-        assert_eq!(rising + falling, FULL_SCALE);
+        assert!((rising + falling).abs_diff(FULL_SCALE) <= 1);
     }
 }
 
 #[test]
-fn the_tracks_stay_at_their_ends_beyond_the_stroke() {
+fn the_tracks_stay_at_their_rails_far_beyond_the_stroke_and_nothing_is_at_zero_on_both() {
     let tracks = Tracks::new(-1.0, 1.0);
-    for beyond in [-1.001, -100.0, f32::NEG_INFINITY, f32::NAN] {
+    for beyond in [-1.3, -100.0, f32::NEG_INFINITY] {
         assert_eq!(tracks.codes(beyond), [0, FULL_SCALE], "{beyond}");
     }
-    for beyond in [1.001, 100.0, f32::INFINITY] {
+    for beyond in [1.3, 100.0, f32::INFINITY] {
         assert_eq!(tracks.codes(beyond), [FULL_SCALE, 0], "{beyond}");
     }
+    assert_eq!(tracks.codes(f32::NAN), [0, 0]);
 }
 
 #[test]

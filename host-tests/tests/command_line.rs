@@ -15,7 +15,14 @@ fn text(bytes: &[u8]) -> &str {
 
 #[test]
 fn help_ends_with_an_example() {
-    for command in [&[][..], &["test"], &["gap"], &["decode"], &["bench"]] {
+    for command in [
+        &[][..],
+        &["test"],
+        &["gap"],
+        &["ecu"],
+        &["decode"],
+        &["bench"],
+    ] {
         let output = hil(&[command, &["--help"]].concat());
         assert!(output.status.success());
         let last = text(&output.stdout).lines().last().unwrap();

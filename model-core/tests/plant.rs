@@ -59,25 +59,6 @@ const THROTTLE: Parameters = Parameters {
     ..BARE
 };
 
-fn without_inductance(parameters: Parameters) -> Parameters {
-    let Drive::Voltage {
-        resistance,
-        torque_constant,
-        ..
-    } = parameters.drive
-    else {
-        panic!("a winding is asked for");
-    };
-    Parameters {
-        drive: Drive::Voltage {
-            resistance,
-            inductance: 0.0,
-            torque_constant,
-        },
-        ..parameters
-    }
-}
-
 fn build(parameters: Parameters) -> Actuator {
     Actuator::build(&parameters, PERIOD).unwrap()
 }
@@ -102,7 +83,7 @@ fn assert_close(ours: f32, exact: f64, size: f64) {
 #[test]
 fn spins_up_exponentially_against_its_back_emf() {
     // J dω/dt = k (u − k ω)/R − b ω − F: an exponential towards ω∞ with τ = J/(b + k²/R).
-    let actuator = build(without_inductance(MOTOR));
+    let actuator = build(MOTOR.reduced());
     let damping = 2e-4 + 0.06 * 0.06;
     let tau = 1.2e-4 / damping;
     let last = (0.06 * 12.0 - 0.12) / damping;
@@ -250,11 +231,7 @@ fn friction_can_be_set_without_rebuilding() {
 #[test]
 fn rests_for_a_million_steps_without_a_bit_of_drift() {
     // At the end of a long way, so that nothing small is left that could hide in a sum.
-    for (parameters, input) in [
-        (MOTOR, 2.4),
-        (THROTTLE, 0.5),
-        (without_inductance(MOTOR), 2.4),
-    ] {
+    for (parameters, input) in [(MOTOR, 2.4), (THROTTLE, 0.5), (MOTOR.reduced(), 2.4)] {
         let actuator = build(parameters);
         let mut state = State::new(0.7, 0.0);
         run(&actuator, &mut state, 8.0, 500);
@@ -434,7 +411,7 @@ fn a_spring_pulls_from_the_stop_at_once() {
 #[test]
 fn a_torque_input_is_a_winding_without_back_emf() {
     // k u/R = g u, b + k²/R = b′: the same motion.
-    let winding = build(without_inductance(MOTOR));
+    let winding = build(MOTOR.reduced());
     let torque = build(Parameters {
         drive: Drive::Torque,
         gain: 0.06,
@@ -454,7 +431,7 @@ fn a_torque_input_is_a_winding_without_back_emf() {
 
 #[test]
 fn a_small_inductance_tends_to_none() {
-    let none = build(without_inductance(MOTOR));
+    let none = build(MOTOR.reduced());
     let errors = [1e-5, 1e-6, 1e-7].map(|inductance| {
         let small = build(Parameters {
             drive: Drive::Voltage {
@@ -488,7 +465,7 @@ fn ten_short_steps_are_a_long_one() {
     for (parameters, motion) in [
         (MOTOR, 40.0),
         (MOTOR, -40.0),
-        (without_inductance(MOTOR), 40.0),
+        (MOTOR.reduced(), 40.0),
         (THROTTLE, 5.0),
         (BARE, 5.0),
     ] {

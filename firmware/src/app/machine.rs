@@ -20,7 +20,7 @@ pub struct Machine {
 }
 
 /// Counts of the timer behind a bridge at full duty: 168 MHz, centre-aligned at 20 kHz.
-const FULL_DUTY: i16 = 4200;
+pub const FULL_DUTY: i16 = 4200;
 
 /// Counts of a 12-bit converter on either side of its middle.
 const HALF_SCALE: i16 = 2047;

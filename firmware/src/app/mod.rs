@@ -10,12 +10,16 @@
 //! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
 //! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
 //! and `playback`.
-//! What there is to run: the [`demonstration`], and the [`failures`].
+//! What there is to run: the [`demonstration`], and the [`failures`]. In an image of its own an
+//! emulated engine controller, [`ecu`], is in the place of the loop, and a [`digest`] stands for what
+//! was on its wires.
 
 pub mod check;
 pub mod control;
 pub mod conversion;
 pub mod demonstration;
+pub mod digest;
+pub mod ecu;
 pub mod emulate;
 #[cfg(feature = "tasks")]
 pub mod evaluate;

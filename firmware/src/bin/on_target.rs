@@ -7,7 +7,8 @@
 
 use core::hint::black_box;
 
-use firmware::app::timing::CONTROL_PERIOD;
+use firmware::app::ecu::loopback;
+use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
 use firmware::board::emulated::{self, stopwatch};
 use firmware::on_target::control::GAINS;
 use firmware::on_target::log::{self, Recording};
@@ -16,7 +17,9 @@ use model_core::control::pid;
 use model_core::identify::friction::{Refit, Task};
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
+use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::Parameters;
+use model_core::plant::throttle::{Settings, Throttle};
 use static_cell::StaticCell;
 
 #[cortex_m_rt::entry]
@@ -32,6 +35,7 @@ fn main() -> ! {
         }
     }
     plants();
+    throttle_body();
     controller();
     refit();
     defmt::info!("end checks={=usize} failed={=u32}", CHECKS.len(), failed);
@@ -69,6 +73,8 @@ fn log_count(name: &str, instructions: u32) {
     defmt::info!("count {=str} {=u32}", name, instructions);
 }
 
+// As an interrupt calls it: in a loop the compiler would keep the modes in registers.
+#[inline(never)]
 fn step(actuator: &Actuator, state: &mut State, input: f32) {
     defmt::assert!(actuator.step(state, input).is_ok());
 }
@@ -103,6 +109,35 @@ fn plants() {
         step(&ema, &mut state, input);
     });
     defmt::assert!(state.velocity.value() < 0.0);
+}
+
+/// A sound throttle body: driven, with its switches off, and a reading of its two tracks.
+fn throttle_body() {
+    static BODY: StaticCell<Throttle> = StaticCell::new();
+    let endless = Parameters {
+        upper_stop: 100.0,
+        ..plant::THROTTLE
+    };
+    let settings = Settings {
+        actuator: endless,
+        ..loopback::complementary(plant::THROTTLE, loopback::SEED)
+    };
+    let throttle = BODY.init(defmt::unwrap!(
+        Throttle::build(&settings, PLANT_PERIOD).ok()
+    ));
+    // Off its limp-home position, and in motion.
+    for _ in 0..1000 {
+        defmt::assert!(throttle.step(Bridge::Drive { duty: 1.0 }, 12.0).is_ok());
+    }
+    count("throttle_body_driven", &[1.0; RUNS], |duty| {
+        defmt::assert!(throttle.step(Bridge::Drive { duty }, 12.0).is_ok());
+    });
+    count("throttle_body_tracks", &[0.0; RUNS], |_| {
+        black_box(throttle.shares());
+    });
+    count("throttle_body_freewheeling", &[12.0; RUNS], |supply| {
+        defmt::assert!(throttle.step(Bridge::Freewheel, supply).is_ok());
+    });
 }
 
 fn controller() {

@@ -16,6 +16,8 @@ use systick_timer::SystickDriver;
 
 use super::interrupts::{self, Plant, Slot};
 use super::{Board, Work, tape_flash};
+use crate::app::ecu;
+use crate::app::ecu::session::Trials;
 use crate::app::experiment::Experiment;
 use crate::app::playback::{self, Player};
 use crate::app::record::Recording;
@@ -161,6 +163,19 @@ pub fn run(experiments: &'static [Experiment], end: fn(bool) -> !) -> ! {
     idle()
 }
 
+/// Runs the trials of the emulated engine controller, and at last `end` with what [`Trials::run`]
+/// says of them.
+///
+/// # Panics
+/// If it is called twice.
+pub fn run_trials(end: fn(bool) -> !) -> ! {
+    let mut board = defmt::unwrap!(Emulated::take());
+    let (above, _) = board.start_executors();
+    let trials = ecu::session::start(&mut board);
+    above.spawn(defmt::unwrap!(try_out(trials, end)));
+    idle()
+}
+
 /// Plays the recorded drive behind the program, and at last `end` with what [`Player::run`] says of
 /// it; false where there is nothing to play.
 ///
@@ -185,6 +200,21 @@ fn idle() -> ! {
         reason = "a spin loop's YIELD costs QEMU what WFE does"
     )]
     loop {}
+}
+
+#[embassy_executor::task]
+async fn try_out(mut trials: Trials, end: fn(bool) -> !) {
+    let sound = trials.run().await;
+    let loads = interrupts::loads();
+    let instructions = |duration: u32| duration / stopwatch::INSTRUCTION;
+    defmt::info!(
+        "cost plant_worst={=u32} plant_mean={=u32} control_worst={=u32} control_mean={=u32} instructions",
+        instructions(loads.plant.worst()),
+        instructions(loads.plant.mean()),
+        instructions(loads.control.worst()),
+        instructions(loads.control.mean())
+    );
+    end(sound)
 }
 
 #[embassy_executor::task]

@@ -26,8 +26,9 @@ pub trait Board {
     ///
     /// From then on the board calls [`PlantWork::tick`] every
     /// [`PLANT_PERIOD_US`](crate::app::timing::PLANT_PERIOD_US) in its most urgent interrupt, and
-    /// [`ControlWork::step`], where there is a control, in the next one whenever the tick says so. A tick that comes late by half
-    /// a period or more, or not at all, it reports to the fault latch of `wiring`.
+    /// [`ControlWork::step`], where there is a control, in the next one whenever the tick says so. A
+    /// tick that comes late by half a period or more, or not at all, it reports to the fault latch of
+    /// `wiring`.
     fn start(
         &mut self,
         plant: &'static mut dyn PlantWork,

@@ -10,7 +10,7 @@
 //!
 //! | pin | use | safe |
 //! |---|---|---|
-//! | PA4, PA5 | DAC: the position, 0 to 3.3 V over the stroke, and the same inverted | both 0 V, which no position gives |
+//! | PA4, PA5 | DAC: the position, 0.33 to 2.97 V over the stroke, and the same falling | both 0 V, which no position gives |
 //! | PC8 | bridge enable, active high; needs a pull-down for the time before it is driven | low |
 //! | PA13, PA14 | debug probe | |
 //! | PH0, PH1 | crystal: 8 MHz, with the feature `crystal-12mhz` 12 MHz | |

@@ -27,6 +27,7 @@ mod numeric;
 mod piecewise_affine;
 pub mod plant;
 mod search;
+mod throttle;
 
 pub use findings::Findings;
 
@@ -47,7 +48,7 @@ impl Check {
 }
 
 /// All tests.
-pub const CHECKS: [Check; 19] = [
+pub const CHECKS: [Check; 21] = [
     check("square_root", numeric::square_root),
     check("transcendental", numeric::transcendental),
     check("rounding", numeric::rounding),
@@ -64,6 +65,8 @@ pub const CHECKS: [Check; 19] = [
     check("plant_sliding", plant::sliding),
     check("plant_events", plant::events),
     check("piecewise_affine", piecewise_affine::steps),
+    check("throttle_body", throttle::body),
+    check("throttle_rise", throttle::rise),
     check("annealing", search::annealing),
     check("golden_section", search::golden_section),
     check("friction", search::friction),

@@ -67,7 +67,11 @@ pub(super) fn render(
     for (index, (symbol, meaning, volts)) in NUMBERS.into_iter().enumerate() {
         let shown = |model: &Model| {
             let number = model.numbers.all()[index];
-            format!("{:.5} ± {:.5}", number.value, number.half_width)
+            if number.half_width.is_finite() {
+                format!("{:.5} ± {:.5}", number.value, number.half_width)
+            } else {
+                format!("{:.5}, not determined", number.value)
+            }
         };
         let _ = writeln!(
             text,

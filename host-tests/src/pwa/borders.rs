@@ -2,7 +2,7 @@
 
 use super::k_means::Point;
 use super::levenberg_marquardt::{Budget, Problem, minimise};
-use super::model::{Affine, COEFFICIENTS, Model, POSITION};
+use super::model::{Affine, COEFFICIENTS, INPUT, Model, POSITION};
 use super::parallel::Parallel;
 use super::reading::Space;
 
@@ -65,6 +65,13 @@ impl Partition {
             region
         };
         self.centres.iter().zip(&self.leads).map(region).collect()
+    }
+
+    /// The spring's slope, input for each rad or m; 0 where the partition knows none.
+    pub fn slope(&self) -> f64 {
+        let row = self.space.rows[1];
+        // Without the sign of a zero.
+        0.0 - row[POSITION] / row[INPUT]
     }
 
     /// Gives a model these cells.

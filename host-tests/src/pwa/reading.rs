@@ -16,45 +16,45 @@ const CHANGE_WEIGHT: f64 = 0.5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reading {
     /// To the letter: partition in (Δ, u), y(k) = a Δ + b u + f.
-    Literal,
+    Output,
     /// The paper's, as it can be meant: partition in (Δ, u), y(k) − y(k−1) = a Δ + b u + f.
     Growth,
     /// Partition in (Δ, u), sub-models with s y beside: affine in y(k−1), y(k−2), u(k−1), as eqs. 21
     /// and 22 have it.
-    PositionInSubModels,
+    Velocity,
     /// Partition in (Δ, u, y), sub-models with y.
-    PositionInPartition,
+    Position,
     /// Partition in (Δ, u − m y), sub-models with y. The slope m is the share of the input that the
     /// spring takes for each rad or m: u − m y is what is left for friction.
     #[default]
-    SpringInPartition,
+    Balance,
 }
 
 impl Reading {
     /// All, in the order in which they know more.
     pub const ALL: [Self; 5] = [
-        Self::Literal,
+        Self::Output,
         Self::Growth,
-        Self::PositionInSubModels,
-        Self::PositionInPartition,
-        Self::SpringInPartition,
+        Self::Velocity,
+        Self::Position,
+        Self::Balance,
     ];
 
     /// What it is called in a table.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Literal => "y(k) from (Δ, u), to the letter",
-            Self::Growth => "growth from (Δ, u)",
-            Self::PositionInSubModels => "y in the sub-models",
-            Self::PositionInPartition => "y in sub-models and partition",
-            Self::SpringInPartition => "y in sub-models, u − m y in the partition",
+            Self::Output => "output",
+            Self::Growth => "growth",
+            Self::Velocity => "velocity",
+            Self::Position => "position",
+            Self::Balance => "balance",
         }
     }
 
     /// The coefficients that are identified.
     pub(super) fn free(self) -> &'static [usize] {
         match self {
-            Self::Literal | Self::Growth => &[0, CHANGE, INPUT],
+            Self::Output | Self::Growth => &[0, CHANGE, INPUT],
             _ => &[0, CHANGE, INPUT, POSITION],
         }
     }
@@ -62,7 +62,7 @@ impl Reading {
     /// The coefficients before anything is identified. A growth of −y + … is y(k) = ….
     pub(super) fn fixed(self) -> Affine {
         match self {
-            Self::Literal => [0.0, 0.0, 0.0, -1.0],
+            Self::Output => [0.0, 0.0, 0.0, -1.0],
             _ => [0.0; 4],
         }
     }
@@ -70,7 +70,7 @@ impl Reading {
     /// Keeps a sub-model from swinging up: the speed of a machine with friction decays, and does not
     /// ring. To the letter there is no speed to decay.
     pub(super) fn steady(self, growth: &mut Affine) {
-        if self != Self::Literal {
+        if self != Self::Output {
             growth[CHANGE] = growth[CHANGE].clamp(0.0, 1.0);
         }
     }
@@ -82,8 +82,8 @@ impl Reading {
         rows[0][CHANGE] = CHANGE_WEIGHT / change;
         rows[1][INPUT] = 1.0 / input;
         match self {
-            Self::PositionInPartition => rows[2][POSITION] = 1.0 / position,
-            Self::SpringInPartition => rows[1][POSITION] = -spring_slope(steps) / input,
+            Self::Position => rows[2][POSITION] = 1.0 / position,
+            Self::Balance => rows[1][POSITION] = -spring_slope(steps) / input,
             _ => {}
         }
         Space { rows }

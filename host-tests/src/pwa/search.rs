@@ -118,6 +118,8 @@ pub struct Identified {
     pub model: PiecewiseAffine,
     /// How the paper was read.
     pub reading: Reading,
+    /// m of [`Reading::Balance`], input for each rad or m; 0 in the other readings.
+    pub slope: f64,
     /// Every number of clusters.
     pub candidates: Vec<Candidate>,
 }
@@ -147,11 +149,14 @@ pub fn identify(train: &[&Log], options: &Options) -> Result<Identified, Failure
         .iter()
         .find(|trial| (1.0 - WORTHWHILE) * trial.0.error() <= least)
         .ok_or_else(|| Failure::other("no number of clusters to choose from"))?;
-    let model = task.finished(&chosen.1).core();
+    let finished = task.finished(&chosen.1);
     Ok(Identified {
-        model: model
+        model: finished
+            .model
+            .core()
             .map_err(|error| Failure::other(format!("no model came of these logs: {error}")))?,
         reading: options.reading,
+        slope: finished.partition.slope(),
         candidates: trials.iter().map(|trial| trial.0).collect(),
     })
 }
@@ -328,13 +333,14 @@ impl<'a> Task<'a> {
     }
 
     /// The chosen model, fitted to all of the data.
-    fn finished(&self, trial: &Trial) -> Model {
+    fn finished(&self, trial: &Trial) -> Trial {
         let problem = self.problem(Part::All);
-        let model = minimise(&problem, &trial.model, FINISH);
-        if !self.options.move_borders {
-            return model;
+        let mut model = minimise(&problem, &trial.model, FINISH);
+        let mut partition = trial.partition.clone();
+        if self.options.move_borders {
+            (model, partition) = borders::improve(&problem, (&model, &partition), ROUNDS[2]);
+            model = minimise(&problem, &model, FINISH);
         }
-        let (model, _) = borders::improve(&problem, (&model, &trial.partition), ROUNDS[2]);
-        minimise(&problem, &model, FINISH)
+        Trial { model, partition }
     }
 }

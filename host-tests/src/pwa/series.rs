@@ -43,6 +43,20 @@ impl Series {
     pub fn samples(&self) -> usize {
         self.position.len()
     }
+
+    /// The step that ends on a sample, from the third one on.
+    pub fn step(&self, sample: usize) -> Step {
+        let [last, now] = [sample - 1, sample].map(|sample| self.position[sample]);
+        Step {
+            regressor: [
+                1.0,
+                last - self.position[sample - 2],
+                self.input[sample - 1],
+                last,
+            ],
+            growth: now - last,
+        }
+    }
 }
 
 /// Rows of a log in a sample.
@@ -104,30 +118,19 @@ impl Data {
         self.series.iter().map(of).sum()
     }
 
-    /// Regressors of a part as they were measured, and the growth that followed.
+    /// The measured steps of a part.
     pub fn steps(&self, part: Part) -> Vec<Step> {
-        let mut steps = Vec::new();
-        for series in &self.series {
-            let (position, input) = (&series.position, &series.input);
-            steps.extend(
-                (2..series.samples())
-                    .filter(|&sample| self.has(part, sample))
-                    .map(|sample| Step {
-                        regressor: [
-                            1.0,
-                            position[sample - 1] - position[sample - 2],
-                            input[sample - 1],
-                            position[sample - 1],
-                        ],
-                        growth: position[sample] - position[sample - 1],
-                    }),
-            );
-        }
-        steps
+        let of = |series: &Series| -> Vec<Step> {
+            (2..series.samples())
+                .filter(|&sample| self.has(part, sample))
+                .map(|sample| series.step(sample))
+                .collect()
+        };
+        self.series.iter().flat_map(of).collect()
     }
 }
 
-/// One measured step.
+/// A regressor as it was measured, and the growth that followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
     /// 1, y(k−1) − y(k−2), u(k−1), y(k−1).

@@ -96,7 +96,7 @@ mod tests {
         model.cells[2].region = below(model.cells[2].region);
         fit(&mut model, Reading::default(), &steps);
         assert_eq!(model.cells[2].growth, [0.0; 4]);
-        fit(&mut model, Reading::Literal, &steps);
+        fit(&mut model, Reading::Output, &steps);
         assert_eq!(model.cells[2].growth, [0.0, 0.0, 0.0, -1.0]);
     }
 }

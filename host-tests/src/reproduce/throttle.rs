@@ -9,6 +9,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use firmware::app::tape::Driven;
 use model_core::gap::model::Model;
 
 use self::tables::{Column, Implementation, Implemented, Judged};
@@ -19,6 +20,7 @@ use crate::gap::{declared, engine};
 use crate::identify::{self, Identified, Start, machine_file};
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::pwa;
 use crate::replay_run::{self, OnBoard};
 use crate::toolchain::Toolchain;
 use crate::{whole_file, workspace};
@@ -33,6 +35,9 @@ const MACHINE: &str = "host-tests/machines/intake-throttle-12v.toml";
 
 /// Seed of the stand's noise and steps.
 const SEED: u64 = 1;
+
+/// From the seed of a stand to that of the next: a stand uses a few.
+const SEEDS_APART: u64 = 10;
 
 /// How far off the start is from the throttle, as factors of inertia, damping and friction: what the
 /// identification gives must come out of the logs.
@@ -52,12 +57,21 @@ pub struct Models {
     pub fitted: Model,
     /// With what the gap loop found.
     pub extended: Model,
+    /// The piecewise affine model.
+    pub piecewise_affine: pwa::Identified,
     /// The ids of what it found.
     pub effects: Vec<String>,
     /// Seconds from logs to models, without the gap loop.
     pub seconds: f64,
     /// Seconds of the gap loop.
     pub gap_seconds: f64,
+}
+
+impl Models {
+    /// The piecewise affine model, to be driven.
+    fn piecewise_affine(&self) -> Driven {
+        Driven::PiecewiseAffine(self.piecewise_affine.model.parameters().clone())
+    }
 }
 
 /// The start of the identification: the machine file with inertia, damping and friction that are wrong.
@@ -83,7 +97,10 @@ pub fn models(logs: &stand::Logs, directory: &Path) -> Result<Models, Failure> {
     let start = start()?;
     let began = Instant::now();
     let identified = identify::identify(&start, &logs.slow, &logs.fast)?;
+    let piecewise_affine = pwa::identify(&[&logs.slow, &logs.fast], &pwa::Options::default())?;
     let seconds = began.elapsed().as_secs_f64();
+    let file = directory.join("piecewise_affine.toml");
+    pwa::write(&piecewise_affine.model, &file)?;
     let file = directory.join("identified.toml");
     let text = machine_file::text(
         &start.machine,
@@ -106,6 +123,7 @@ pub fn models(logs: &stand::Logs, directory: &Path) -> Result<Models, Failure> {
         physical,
         fitted,
         extended,
+        piecewise_affine,
         effects: found
             .report
             .outcome
@@ -127,11 +145,29 @@ fn degrees(predicted: &[f64], log: &Log) -> Errors {
     }
 }
 
+/// All models on both logs of steps, in the order of the tables.
+///
+/// # Errors
+/// A model that the core does not take.
+pub fn judge_all(models: &Models, logs: &stand::Logs) -> Result<Vec<Judged>, Failure> {
+    let physical = |model: &Model| Driven::Physical(model.clone());
+    let columns = [
+        (Column::Physical, physical(&models.physical)),
+        (Column::Fitted, physical(&models.fitted)),
+        (Column::Extended, physical(&models.extended)),
+        (Column::PiecewiseAffine, models.piecewise_affine()),
+    ];
+    columns
+        .iter()
+        .map(|(column, model)| judge(*column, model, logs))
+        .collect()
+}
+
 /// A model on both logs of steps, as the core steps it.
 ///
 /// # Errors
 /// A model that the core does not take.
-pub fn judge(column: Column, model: &Model, logs: &stand::Logs) -> Result<Judged, Failure> {
+fn judge(column: Column, model: &Driven, logs: &stand::Logs) -> Result<Judged, Failure> {
     let run = |log: &Log| -> Result<Vec<f64>, Failure> {
         let tape = implementations::tape(model, log)?;
         Ok(implementations::positions(&replay_run::on_host(&tape)?))
@@ -144,11 +180,25 @@ pub fn judge(column: Column, model: &Model, logs: &stand::Logs) -> Result<Judged
     ))
 }
 
+/// The errors on stands of other seeds.
+fn repeated(repeat: u64, mut announce: impl FnMut(&str)) -> Result<Vec<Vec<Judged>>, Failure> {
+    (1..=repeat)
+        .map(|number| {
+            announce(&format!("stand {number} of {repeat}"));
+            let directory = workspace::results().join(format!("throttle-{number}"));
+            fs::create_dir_all(&directory)
+                .map_err(|error| Failure::system(directory.display(), &error))?;
+            let logs = stand::record(&directory, SEED + SEEDS_APART * number)?;
+            judge_all(&models(&logs, &directory)?, &logs)
+        })
+        .collect()
+}
+
 /// Runs everything, prints the tables, leaves logs, models and report in `target/hil/throttle`.
 ///
 /// # Errors
 /// What is missing on this machine, or what is not in order with the run.
-pub fn run(json: Option<&Path>) -> Result<(), Failure> {
+pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     let directory = workspace::results().join("throttle");
     fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
     let on_terminal = io::stderr().is_terminal();
@@ -161,23 +211,17 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     let logs = stand::record(&directory, SEED)?;
     announce("identification, gap loop");
     let models = models(&logs, &directory)?;
-    let columns = [
-        (Column::Physical, &models.physical),
-        (Column::Fitted, &models.fitted),
-        (Column::Extended, &models.extended),
-    ];
-    let judged: Vec<Judged> = columns
-        .into_iter()
-        .map(|(column, model)| judge(column, model, &logs))
-        .collect::<Result<_, _>>()?;
+    let judged = judge_all(&models, &logs)?;
+    let repeated = repeated(repeat, announce)?;
     announce("firmware and emulator");
     let toolchain = Toolchain::set_up()?;
-    announce("two models on two emulated boards, in real time");
+    announce("three models on three emulated boards, in real time");
     let (implemented, boards) = implement(&toolchain, &models, &logs, &directory)?;
     let results = Results {
         logs,
         models,
         judged,
+        repeated,
         implemented,
         differing_bits: boards.differing_bits,
         ticks: boards.ticks,
@@ -201,7 +245,7 @@ struct Boards {
     ticks: u64,
 }
 
-/// Table 2: the physical model and the extended one.
+/// Table 2: the physical model, the extended one and the piecewise affine one.
 fn implement(
     toolchain: &Toolchain,
     models: &Models,
@@ -210,8 +254,21 @@ fn implement(
 ) -> Result<(Vec<Implemented>, Boards), Failure> {
     let log = &logs.validate;
     let columns = [
-        (Column::Physical, &models.physical, "physical.tape"),
-        (Column::Extended, &models.extended, "extended.tape"),
+        (
+            Column::Physical,
+            Driven::Physical(models.physical.clone()),
+            "physical.tape",
+        ),
+        (
+            Column::Extended,
+            Driven::Physical(models.extended.clone()),
+            "extended.tape",
+        ),
+        (
+            Column::PiecewiseAffine,
+            models.piecewise_affine(),
+            "piecewise_affine.tape",
+        ),
     ];
     let tapes: Vec<(Vec<u8>, PathBuf)> = columns
         .iter()
@@ -227,7 +284,7 @@ fn implement(
         differing_bits: 0,
         ticks: 0,
     };
-    for (((column, model, _), (tape, _)), board) in columns.iter().zip(&tapes).zip(&boards) {
+    for (((column, ..), (tape, _)), board) in columns.iter().zip(&tapes).zip(&boards) {
         let host = replay_run::on_host(tape)?;
         sums.differing_bits += replay_run::differing_bits(&host, &board.rows);
         sums.ticks += board.ticks;
@@ -240,7 +297,7 @@ fn implement(
             });
         };
         if *column == Column::Physical {
-            let continuous = implementations::continuous(&model.plant, log);
+            let continuous = implementations::continuous(&models.physical.plant, log);
             add(Implementation::Continuous, continuous);
         }
         add(Implementation::Discrete, implementations::positions(&host));
@@ -257,6 +314,7 @@ pub(crate) struct Results {
     logs: stand::Logs,
     models: Models,
     judged: Vec<Judged>,
+    repeated: Vec<Vec<Judged>>,
     implemented: Vec<Implemented>,
     differing_bits: u32,
     ticks: u64,
@@ -267,6 +325,7 @@ impl Results {
     fn entries(&self) -> Vec<Entry> {
         let mut entries = tables::table_1(&self.judged);
         entries.extend(tables::table_2(&self.implemented));
+        entries.extend(tables::table_repeated(&self.repeated));
         let plain = |what: &str, paper, ours, truth, unit: &str| Entry {
             what: what.to_owned(),
             paper,
@@ -329,6 +388,14 @@ impl Results {
             "Table 2: validation, one model in three implementations\n{}\n",
             tables::render(&tables::cells_2(&self.implemented))
         );
+        if !self.repeated.is_empty() {
+            text += &format!(
+                "{} stands of other noise and steps, validation: median, worst; within {}°\n{}\n",
+                self.repeated.len(),
+                tables::LIMIT,
+                tables::render(&tables::cells_repeated(&self.repeated))
+            );
+        }
         text += "Six numbers by the four lines, 95 % interval, and the rig's\n";
         for (name, unit, number, truth) in self.numbers() {
             text += &format!(

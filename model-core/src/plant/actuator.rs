@@ -240,7 +240,9 @@ impl<M: Borrow<Modes>> Actuator<M> {
     ///
     /// # Errors
     /// As [`Actuator::step`].
-    #[inline]
+    // By itself the compiler calls it where there are several callers; a replay's loop, which keeps
+    // the modes in registers, takes a fifth longer then.
+    #[inline(always)]
     pub fn step_under(
         &self,
         state: &mut State,
@@ -277,6 +279,13 @@ impl<M: Borrow<Modes>> Actuator<M> {
             return (current, 0.0, change.position * start / (start - end));
         }
         (current, end, change.position)
+    }
+
+    /// The input that brings the current to zero at the end of the step, with the mode as it is.
+    pub(super) fn input_that_ends_current(&self, state: &State, load: &Load) -> f32 {
+        let unfed = state.current + self.change(state, 0, 0.0, load).current;
+        let fed = state.current + self.change(state, 0, 1.0, load).current;
+        unfed / (unfed - fed)
     }
 
     /// What a rung adds to the state, without minding events.

@@ -11,15 +11,22 @@
 //! * [`actuator`]: the step itself, with its events;
 //! * [`karnopp`]: the published velocity-band scheme by Euler steps, for comparison;
 //! * [`piecewise_affine`]: a model without physics, learned from input and output;
-//! * [`inter_sample`]: its position between its samples.
+//! * [`inter_sample`]: its position between its samples;
+//! * [`throttle`]: an actuator behind a [`bridge`], read by two tracks of a [`potentiometer`], with
+//!   the faults that an engine controller has to find;
+//! * [`rise_time`]: the inertia that gives the rise time of a real part.
 
 pub mod actuator;
+pub mod bridge;
 pub mod inter_sample;
 pub mod karnopp;
 pub mod mode_store;
 pub mod modes;
 pub mod parameters;
 pub mod piecewise_affine;
+pub mod potentiometer;
+pub mod rise_time;
+pub mod throttle;
 
 /// Direction of motion, or rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -64,6 +71,14 @@ impl Directional {
         Self {
             forward: value,
             backward: value,
+        }
+    }
+
+    /// Both values times a factor.
+    pub fn scaled(self, factor: f32) -> Self {
+        Self {
+            forward: self.forward * factor,
+            backward: self.backward * factor,
         }
     }
 }

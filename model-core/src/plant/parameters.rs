@@ -89,6 +89,23 @@ impl core::error::Error for ParameterError {}
 const LARGEST: f32 = 1e12;
 
 impl Parameters {
+    /// The same actuator with its winding's inductance neglected: the reduced motor.
+    pub fn reduced(self) -> Self {
+        let drive = match self.drive {
+            Drive::Voltage {
+                resistance,
+                torque_constant,
+                ..
+            } => Drive::Voltage {
+                resistance,
+                inductance: 0.0,
+                torque_constant,
+            },
+            Drive::Torque => Drive::Torque,
+        };
+        Self { drive, ..self }
+    }
+
     /// Checks every field against its range.
     ///
     /// # Errors

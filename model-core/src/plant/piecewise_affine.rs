@@ -190,11 +190,16 @@ impl PiecewiseAffine {
     /// The cell in which the model is with this input.
     #[inline]
     pub fn cell(&self, state: &State, input: f32) -> usize {
-        let change = state.position - state.before;
+        self.cell_at(state.position, state.position - state.before, input)
+    }
+
+    /// The cell that a regressor lies in: the first of those whose function is the largest.
+    #[inline]
+    pub fn cell_at(&self, position: f32, change: f32, input: f32) -> usize {
         let mut best = 0;
         let mut largest = f32::NEG_INFINITY;
         for (index, cell) in self.parameters.cells.iter().enumerate() {
-            let value = cell.region.value(state.position, change, input);
+            let value = cell.region.value(position, change, input);
             if value > largest {
                 best = index;
                 largest = value;

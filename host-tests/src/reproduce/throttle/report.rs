@@ -11,6 +11,7 @@ use crate::log::Log;
 use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, Layer, MEASURED, Mark, OTHER, Panel};
 use crate::page::series::{Point, envelope, histogram};
 use crate::page::{self, Figure, escape};
+use crate::pwa;
 
 /// Seconds of the excerpt that compares the implementations.
 const EXCERPT: f64 = 8.0;
@@ -78,26 +79,49 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
     body += "<section>\n<h2>Errors</h2>\n<p class=\"note\">Free run over steps of 40 s; in brackets \
              the paper's. NRMSE: eq. 23; the largest error: eq. 24, 5° at most.</p>\n";
     body += &table(&tables::cells_1(&results.judged));
+    if !results.repeated.is_empty() {
+        body += &format!(
+            "<h3>Stands of other noise and steps</h3>\n<p class=\"note\">{} stands, validation: median, \
+             worst; on how many the largest error is within {}°.</p>\n{}",
+            results.repeated.len(),
+            tables::LIMIT,
+            table(&tables::cells_repeated(&results.repeated))
+        );
+    }
     body += "<h3>One model, three implementations</h3>\n<p class=\"note\">On validation data. \
              Time-continuous: double precision, 2 µs. Time-discrete: single precision, 50 µs, on the \
              host. Real-time: the same in the interrupt of the emulated microcontroller.</p>\n";
-    body += &table(&tables::cells_2(&results.implemented));
+    body += &table(&transposed(&tables::cells_2(&results.implemented)));
     body += &validation(&logs.validate, &results.judged)?.html();
     body += &implementations(&logs.validate, &results.implemented)?.html();
     body += "</section>\n<section>\n<h2>Identification</h2>\n<p class=\"note\">The six numbers of \
-             eq. 7 by the four lines of the characteristic and a fast log, with 95 % intervals.</p>\n";
+             eq. 7 by the four lines of the characteristic and a fast log, with 95 % intervals; the rig's \
+             without its effects. Friction that differs by direction works on them as a weaker \
+             preload.</p>\n";
     body += &numbers(results);
     let svg = figure::draw(
         &Series::of(&logs.slow),
         &results.models.identified.characteristic,
         "rad",
     )?;
-    // Inside a page an SVG needs no declaration of its kind.
-    let svg = svg.find("<svg").map_or("", |start| &svg[start..]);
-    body += &format!(
-        "<figure>\n<figcaption><b>The input over the position lies on four kinds of lines.</b> Slow \
-         triangles (the paper's Fig. 3).</figcaption>\n{svg}</figure>\n</section>\n"
+    body += &drawing(
+        "The input over the position lies on four kinds of lines.",
+        "Slow triangles (the paper's Fig. 3).",
+        &svg,
     );
+    let piecewise_affine = &results.models.piecewise_affine;
+    body += "</section>\n<section>\n<h2>Piecewise affine model</h2>\n<p class=\"note\">Numbers of \
+             clusters by their errors on the fifth of the data that was held out: rms in free run, large \
+             errors weighing more.</p>\n";
+    body += &table(&trials(piecewise_affine));
+    let svg =
+        pwa::figure::draw(piecewise_affine, &[&logs.slow, &logs.fast]).map_err(io::Error::other)?;
+    body += &drawing(
+        "Friction parts the samples into rest, opening and closing.",
+        "What the spring leaves of the input, over velocity (the paper's Fig. 4, there over the input).",
+        &svg,
+    );
+    body += "</section>\n";
     let foot = [
         stand(),
         format!(
@@ -106,6 +130,43 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
         ),
     ];
     Ok(page::page("Throttle paper, reproduced", &body, &foot))
+}
+
+/// A drawing of its own in a page.
+fn drawing(statement: &str, method: &str, svg: &str) -> String {
+    // Inside a page an SVG needs no declaration of its kind.
+    let svg = svg.find("<svg").map_or("", |start| &svg[start..]);
+    format!(
+        "<figure>\n<figcaption><b>{}</b> {}</figcaption>\n{svg}</figure>\n",
+        escape(statement),
+        escape(method)
+    )
+}
+
+/// What came of each number of clusters.
+fn trials(found: &pwa::Identified) -> Vec<Vec<String>> {
+    let cells = found.model.parameters().cells.len();
+    let mut rows = vec![
+        ["clusters", "least squares", "parallel", "borders moved", ""]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    let degrees = |radians: f64| format!("{:.2}°", radians.to_degrees());
+    rows.extend(found.candidates.iter().map(|trial| {
+        vec![
+            trial.clusters.to_string(),
+            degrees(trial.series_parallel),
+            degrees(trial.parallel),
+            trial.moved.map_or_else(String::new, degrees),
+            if trial.clusters == cells {
+                "chosen"
+            } else {
+                ""
+            }
+            .to_owned(),
+        ]
+    }));
+    rows
 }
 
 fn header(results: &Results) -> String {
@@ -261,6 +322,14 @@ fn implementations(log: &Log, implemented: &[Implemented]) -> io::Result<Figure>
             "Measured position and three implementations of one model",
         )?,
     })
+}
+
+/// The same cells with columns as rows: many of them fit below each other.
+fn transposed(cells: &[Vec<String>]) -> Vec<Vec<String>> {
+    let columns = cells.first().map_or(0, Vec::len);
+    (0..columns)
+        .map(|column| cells.iter().map(|row| row[column].clone()).collect())
+        .collect()
 }
 
 /// A table of cells; the first row is its head, the first column its names.

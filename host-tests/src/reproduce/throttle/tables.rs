@@ -228,6 +228,84 @@ pub fn cells_2(implemented: &[Implemented]) -> Vec<Vec<String>> {
     rows
 }
 
+/// The validation errors of one model on all stands, in the order of their size: NRMSE and largest.
+fn sorted(repeated: &[Vec<Judged>], model: usize) -> [Vec<f64>; 2] {
+    let picks: [fn(&Errors) -> f64; 2] = [|errors| errors.nrmse, |errors| errors.max_abs];
+    picks.map(|pick| {
+        let mut values: Vec<f64> = repeated
+            .iter()
+            .map(|stand| pick(&stand[model].validation))
+            .collect();
+        values.sort_by(f64::total_cmp);
+        values
+    })
+}
+
+/// The errors on several stands as entries: median and worst.
+pub fn table_repeated(repeated: &[Vec<Judged>]) -> Vec<Entry> {
+    let Some(first) = repeated.first() else {
+        return Vec::new();
+    };
+    let mut entries = Vec::new();
+    for (number, model) in first.iter().enumerate() {
+        let [nrmse, largest] = sorted(repeated, number);
+        let paper = model.column.paper().map(|paper| paper.1);
+        for (name, place) in [("median", nrmse.len() / 2), ("worst", nrmse.len() - 1)] {
+            let ours = Errors {
+                nrmse: nrmse[place],
+                max_abs: largest[place],
+            };
+            let what = format!(
+                "{}, validation, {name} of {} stands",
+                model.column.name(),
+                nrmse.len()
+            );
+            entries.extend(pair(&what, ours, paper));
+        }
+    }
+    entries
+}
+
+/// The errors on several stands as cells: median and worst of both, and on how many the largest is
+/// within [`LIMIT`].
+pub fn cells_repeated(repeated: &[Vec<Judged>]) -> Vec<Vec<String>> {
+    let Some(first) = repeated.first() else {
+        return Vec::new();
+    };
+    let mut rows = vec![row(
+        "",
+        first.iter().map(|model| model.column.head().to_owned()),
+    )];
+    let all: Vec<[Vec<f64>; 2]> = (0..first.len())
+        .map(|model| sorted(repeated, model))
+        .collect();
+    rows.push(row(
+        "NRMSE",
+        all.iter().map(|[nrmse, _]| {
+            format!(
+                "{:.3}, {:.3}",
+                nrmse[nrmse.len() / 2],
+                nrmse[nrmse.len() - 1]
+            )
+        }),
+    ));
+    rows.push(row(
+        "‖e‖∞",
+        all.iter().map(|[_, largest]| {
+            let worst = largest[largest.len() - 1];
+            format!("{:.2}°, {worst:.2}°", largest[largest.len() / 2])
+        }),
+    ));
+    rows.push(row(
+        "within",
+        all.iter().map(|[_, largest]| {
+            let within = largest.iter().filter(|error| **error <= LIMIT).count();
+            format!("{within} of {}", largest.len())
+        }),
+    ));
+    rows
+}
+
 /// Cells for a terminal, a column an entry and a line a row of them: many columns become lines.
 pub fn render(cells: &[Vec<String>]) -> String {
     let columns = cells.first().map_or(0, Vec::len);
