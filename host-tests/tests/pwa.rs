@@ -8,7 +8,6 @@ use host_tests::log::Log;
 use host_tests::pwa::{self, Identified, Options, Reading, figure, identify};
 use host_tests::reproduce::throttle::stand::{self, Logs};
 use host_tests::reproduce::throttle::tables::LIMIT;
-use rayon::prelude::*;
 
 /// The paper's PWA model on validation data (its Table 1): NRMSE.
 const PAPER: f64 = 0.06;
@@ -51,7 +50,7 @@ fn the_model_keeps_the_papers_limit_on_fresh_data() {
 #[test]
 fn the_number_of_clusters_is_chosen_by_held_out_data() {
     let logs = logs(62);
-    let found = identify(&[&logs.fast], &quick(2..=6)).unwrap();
+    let found = identify(&[&logs.slow, &logs.fast], &quick(2..=6)).unwrap();
     let numbers: Vec<usize> = found.candidates.iter().map(|c| c.clusters).collect();
     assert_eq!(numbers, [2, 3, 4, 5, 6]);
     let chosen = found.model.parameters().cells.len();
@@ -103,22 +102,6 @@ fn readings_rank_as_documented() {
         assert!(growth < output && velocity < 0.5 * growth && position < 0.5 * growth);
         assert!(balance < velocity && balance < position);
     }
-}
-
-/// The error of the chosen model on other stands; with `--nocapture` a line for each.
-#[test]
-#[ignore = "takes a while: what the documentation says of many stands"]
-fn many_stands() {
-    let stands: Vec<u64> = (0..=12).map(|number| 1 + 10 * number).collect();
-    stands.into_par_iter().for_each(|seed| {
-        let logs = logs(seed);
-        let found = identify(&[&logs.slow, &logs.fast], &Options::default()).unwrap();
-        let shown = [&logs.fast, &logs.validate].map(|log| {
-            let errors = errors(&found, log);
-            format!("{:.3}, {:.2}°", errors.nrmse, errors.max_abs.to_degrees())
-        });
-        println!("stand {seed}: {}", shown.join(" | "));
-    });
 }
 
 /// One seed is one model, on any number of threads.
