@@ -20,6 +20,10 @@ use super::work::PlantWork;
 
 /// The model of a tape and where it stands.
 #[derive(Debug, Clone)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one, and no heap for the larger variant"
+)]
 enum Plant {
     Physical { simulator: Simulator, state: State },
     PiecewiseAffine(InterSample),
@@ -123,7 +127,7 @@ impl<'a> Replay<'a> {
         };
         let (row, between) = (self.ticks / per_input, self.ticks % per_input);
         self.ticks = self.ticks.saturating_add(1);
-        Ok((between == 0 && row < self.rows()).then(|| Row {
+        Ok((between == 0 && row < self.rows()).then_some(Row {
             row,
             position,
             current,

@@ -92,8 +92,7 @@ mod tests {
         }
         .steps(Part::All);
         // Below every other cell everywhere.
-        let below = |region: [f64; 4]| [region[0] - 1e6, region[1], region[2], region[3]];
-        model.cells[2].region = below(model.cells[2].region);
+        model.cells[2].region[0] -= 1e6;
         fit(&mut model, Reading::default(), &steps);
         assert_eq!(model.cells[2].growth, [0.0; 4]);
         fit(&mut model, Reading::Output, &steps);
