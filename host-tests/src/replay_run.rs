@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use firmware::app::machine::THROTTLE;
 use firmware::app::replay::{Replay, Row};
-use firmware::app::tape::{self, HEAD_BYTES, Tape};
+use firmware::app::tape::{self, Driven, HEAD_BYTES, Tape};
 use firmware::app::timing::{CONTROL_PERIOD, STEPS_PER_SECOND, TICKS_PER_CONTROL};
 use model_core::effect::{Active, Id};
 use model_core::gap::model::Model;
@@ -40,7 +40,7 @@ const TIME_LIMIT: Duration = Duration::from_secs(1800);
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<'a> {
     /// The model.
-    pub model: &'a Model,
+    pub model: &'a Driven,
     /// Where it starts, rad or m.
     pub start: f32,
     /// Plant periods for which an input is held.
@@ -135,7 +135,7 @@ pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
         (Id::Cogging, [0.02, 0.03, 0.12]),
         (Id::InputDelay, [0.0021, 0.0, 0.0]),
     ];
-    let model = Model {
+    let model = Driven::Physical(Model {
         plant: THROTTLE.plant,
         gravity_torque: 0.0,
         gravity_rest: 0.0,
@@ -144,7 +144,7 @@ pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
             .map(|(id, values)| Active { id, values })
             .collect(),
         map: None,
-    };
+    });
     let drive = Drive {
         model: &model,
         start: THROTTLE.rest,

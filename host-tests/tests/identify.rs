@@ -1,5 +1,7 @@
 //! The semi-automatic identification against rigs whose truth is known.
 
+use std::path::Path;
+
 use host_tests::identify::{Identified, Numbers, Start, identify};
 use host_tests::log::Log;
 use host_tests::machine::Machine as Declared;
@@ -181,6 +183,25 @@ fn identifies(machine: &Machine, seed: u64) {
             println!("{}: {errors:.4?}", machine.name);
             assert!(errors.nrmse < 0.06, "{errors:?}");
         }
+    }
+}
+
+/// The machine files declare what the rig plays.
+#[test]
+fn the_machine_files_are_the_rigs_machines() {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
+    for machine in [
+        Machine::intake_throttle(),
+        Machine::swirl_flap(),
+        Machine::egr_valve(),
+    ] {
+        let file = directory.join(format!("{}.toml", machine.name));
+        let file = Start::new(Declared::read(&file).unwrap()).unwrap();
+        let own = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(own.path(), machine.to_toml()).unwrap();
+        let own = Start::new(Declared::read(own.path()).unwrap()).unwrap();
+        assert_eq!(file.parameters, own.parameters, "{}", machine.name);
+        assert_eq!(file.machine.resolution, own.machine.resolution);
     }
 }
 

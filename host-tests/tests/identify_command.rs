@@ -8,11 +8,27 @@ use rig::{Experiment, Machine, Noise};
 
 const MACHINE: &str = "machines/intake-throttle-12v.toml";
 
-fn hil(directory: &Path, arguments: &[&str]) -> Output {
+/// The machine file with inertia and friction that are wrong.
+fn start(directory: &Path) {
     let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join(MACHINE);
+    let mut text = std::fs::read_to_string(machine).unwrap();
+    for (right, wrong) in [
+        ("inertia = 1.6e-3", "inertia = 3.2e-3"),
+        ("coulomb = 0.24", "coulomb = 0.1"),
+        ("static = 0.28", "static = 0.1"),
+        ("spring = 0.25", "spring = 0.5"),
+    ] {
+        assert!(text.contains(right), "{right}");
+        text = text.replace(right, wrong);
+    }
+    std::fs::write(directory.join("start.toml"), text).unwrap();
+}
+
+fn hil(directory: &Path, arguments: &[&str]) -> Output {
+    start(directory);
     Command::new(env!("CARGO_BIN_EXE_hil"))
         .current_dir(directory)
-        .args(["identify", "--machine", machine.to_str().unwrap()])
+        .args(["identify", "--machine", "start.toml"])
         .args(arguments)
         .output()
         .unwrap()
@@ -86,19 +102,54 @@ fn files_are_written_and_read_back() {
     for name in ["a0/b0", "cH/b0", "L1 uniform opening", "validation"] {
         assert!(text.contains(name), "{text}");
     }
-    for file in ["out.toml", "report/reduced.toml", "report/full.toml"] {
+    // Of b₀ alone a log of 20 s says little; all numbers together leave hardly a doubt.
+    for (file, inertia, friction) in [
+        ("out.toml", 0.01, 0.01),
+        ("report/polished.toml", 0.01, 0.01),
+        ("report/reduced.toml", 0.2, 0.02),
+        ("report/full.toml", 0.2, 0.02),
+    ] {
         let found = host_tests::machine::Machine::read(&directory.join(file)).unwrap();
-        assert!(
-            (found.mechanics.inertia / 1.6e-3 - 1.0).abs() < 0.1,
-            "{file}"
-        );
-        assert!((found.friction.coulomb / 0.24 - 1.0).abs() < 0.05, "{file}");
+        let off = |value: f64, truth: f64| (value / truth - 1.0).abs();
+        assert!(off(found.mechanics.inertia, 1.6e-3) < inertia, "{file}");
+        assert!(off(found.friction.coulomb, 0.24) < friction, "{file}");
+        assert!(off(found.friction.r#static, 0.28) < friction, "{file}");
+        assert!(off(found.mechanics.spring, 0.25) < friction, "{file}");
     }
     let json = std::fs::read_to_string(directory.join("out.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["models"][0]["numbers"].as_array().unwrap().len(), 6);
     let svg = std::fs::read_to_string(directory.join("report/characteristic.svg")).unwrap();
     roxmltree::Document::parse(&svg).unwrap();
+}
+
+/// The six numbers know no effects: a file that declares one is refused before anything is written.
+#[test]
+fn declared_effects_are_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    logs(directory);
+    start(directory);
+    let start = std::fs::read_to_string(directory.join("start.toml")).unwrap();
+    let declared = start.replace(
+        "declared_effects = []",
+        "declared_effects = [{ id = \"offset_torque\", torque = 0.1 }]",
+    );
+    assert_ne!(declared, start);
+    std::fs::write(directory.join("effect.toml"), declared).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_hil"))
+        .current_dir(directory)
+        .args(["identify", "--machine", "effect.toml", "--slow", "slow.csv"])
+        .args(["--fast", "fast.csv", "--machine-out", "out.toml"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        message.starts_with("error: effect.toml: declares effects"),
+        "{message}"
+    );
+    assert!(!directory.join("out.toml").exists());
 }
 
 #[test]

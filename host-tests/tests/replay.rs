@@ -2,13 +2,14 @@
 
 use firmware::app::machine::THROTTLE;
 use firmware::app::replay::{Replay, Row};
-use firmware::app::tape::{self, Tape, TapeError};
+use firmware::app::tape::{self, Driven, Tape, TapeError};
 use firmware::app::timing::{PLANT_PERIOD, TICKS_PER_CONTROL};
 use model_core::effect::cogging::Cogging;
 use model_core::effect::{Active, Effect, Id};
 use model_core::gap::model::Model;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
+use model_core::plant::piecewise_affine::{Affine, Cell, Parameters, PiecewiseAffine};
 
 /// Inputs of the tapes, V.
 fn inputs() -> Vec<f32> {
@@ -34,6 +35,10 @@ fn with_effect(id: Id, values: [f32; 3]) -> Model {
 }
 
 fn written(model: &Model, inputs: &[f32]) -> Vec<u8> {
+    written_of(&Driven::Physical(model.clone()), inputs)
+}
+
+fn written_of(model: &Driven, inputs: &[f32]) -> Vec<u8> {
     let mut bytes = vec![0xFF; tape::HEAD_BYTES + 8 + 4 * inputs.len()];
     tape::write(model, THROTTLE.rest, TICKS_PER_CONTROL, inputs, &mut bytes)
         .unwrap()
@@ -52,8 +57,11 @@ fn a_tape_gives_back_what_was_written_whatever_lies_behind_it() {
     let mut bytes = written(&with_effect(Id::Cogging, [0.01, 0.02, 0.3]), &inputs);
     bytes.extend([0xFF; 100]);
     let tape = Tape::read(&bytes).unwrap();
-    assert_eq!(tape.head.model.plant, THROTTLE.plant);
-    assert_eq!(tape.head.model.effects[0].values, [0.01, 0.02, 0.3]);
+    let Driven::Physical(model) = &tape.head.model else {
+        panic!("another kind of model");
+    };
+    assert_eq!(model.plant, THROTTLE.plant);
+    assert_eq!(model.effects[0].values, [0.01, 0.02, 0.3]);
     assert_eq!(tape.head.start, THROTTLE.rest);
     assert_eq!(tape.len(), inputs.len());
     let read: Vec<f32> = (0..tape.len()).map(|index| tape.input(index)).collect();
@@ -95,7 +103,8 @@ fn inputs_that_are_no_numbers_are_refused() {
 fn a_tape_that_does_not_fit_is_not_written() {
     let mut bytes = [0; 600];
     let fits = |inputs: &[f32], bytes: &mut [u8]| {
-        tape::write(&throttle(), 0.0, 20, inputs, bytes).is_some()
+        let model = Driven::Physical(throttle());
+        tape::write(&model, 0.0, 20, inputs, bytes).is_some()
     };
     assert!(fits(&[0.0; 20], &mut bytes));
     assert!(!fits(&[0.0; 200], &mut bytes));
@@ -107,7 +116,59 @@ fn a_model_out_of_range_is_refused() {
     let mut model = throttle();
     model.plant.inertia = 0.0;
     let bytes = written(&model, &inputs());
-    assert!(Replay::new(Tape::read(&bytes).unwrap()).is_err());
+    let error = Replay::new(Tape::read(&bytes).unwrap()).unwrap_err();
+    assert!(error.to_string().contains("inertia"), "{error}");
+    // Plant periods do not go into this one a whole number of times.
+    let mut parameters = piecewise_affine();
+    parameters.period = 1.01 * PLANT_PERIOD;
+    let bytes = written_of(&Driven::PiecewiseAffine(parameters), &inputs());
+    let error = Replay::new(Tape::read(&bytes).unwrap()).unwrap_err();
+    assert!(error.to_string().contains("period"), "{error}");
+}
+
+/// Held below 1 V, moving above it. Ten cells, as many as there can be.
+fn piecewise_affine() -> Parameters {
+    let affine = |input, constant| Affine {
+        input,
+        constant,
+        ..Affine::default()
+    };
+    let cell = |cell: u8| {
+        let steepness = f32::from(cell);
+        Cell {
+            region: affine(steepness, -0.5 * steepness * (steepness + 1.0)),
+            growth: affine(0.01 * steepness, -0.01 * steepness),
+        }
+    };
+    Parameters {
+        period: 0.01,
+        lower_limit: 0.0,
+        upper_limit: 1.5,
+        cells: (0..10).map(cell).collect(),
+    }
+}
+
+#[test]
+fn a_piecewise_affine_model_is_replayed_from_sample_to_sample() {
+    let inputs = inputs();
+    let parameters = piecewise_affine();
+    let rows = rows(&written_of(
+        &Driven::PiecewiseAffine(parameters.clone()),
+        &inputs,
+    ));
+    assert_eq!(rows.len(), inputs.len());
+    let model = PiecewiseAffine::build(parameters).unwrap();
+    let mut state = model.rest(THROTTLE.rest).unwrap();
+    // Ten rows are a period, and the inputs change at its ends only.
+    for (sample, input) in rows.chunks(10).zip(inputs.iter().step_by(10)) {
+        assert!((sample[0].position - state.position()).abs() < 1e-5);
+        let from = state.position();
+        let to = model.step(&mut state, *input).unwrap();
+        assert!((sample[5].position - 0.5 * (from + to)).abs() < 1e-5);
+    }
+    let moved = rows.iter().any(|row| row.position > 0.5);
+    assert!(moved, "the plate opens");
+    assert!(rows.iter().all(|row| row.current == 0.0));
 }
 
 /// A replay is the plant stepped with the inputs of the tape: a row, then its input up to the next.

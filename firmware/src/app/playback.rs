@@ -4,7 +4,7 @@ use embassy_time::Timer;
 use heapless::spsc::{Consumer, Queue};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::replay::{Playback, Replay, Row};
+use super::replay::{ModelError, Playback, Replay, Row};
 use super::tape::Tape;
 use super::timing::{QUEUED_SAMPLES, RECORD_PERIOD_MS};
 use super::wiring::Wiring;
@@ -35,12 +35,16 @@ pub fn start(board: &mut impl Board, flash: &'static [u8]) -> Option<Player> {
     };
     let replay = match Replay::new(tape) {
         Ok(replay) => replay,
-        Err(error) => {
+        Err(ModelError::Physical(error)) => {
             defmt::error!(
                 "no replay: {=str} must be {=str}",
                 error.parameter,
                 error.requirement
             );
+            return None;
+        }
+        Err(ModelError::PiecewiseAffine(error)) => {
+            defmt::error!("no replay: {=str} {=str}", error.name, error.requirement);
             return None;
         }
     };

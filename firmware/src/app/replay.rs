@@ -7,20 +7,53 @@
 
 use heapless::spsc::Producer;
 use model_core::gap::simulator::Simulator;
+use model_core::numeric::invalid_parameter::InvalidParameter;
+use model_core::plant::inter_sample::InterSample;
 use model_core::plant::parameters::ParameterError;
+use model_core::plant::piecewise_affine::PiecewiseAffine;
 use model_core::plant::{InputRefused, State};
 
-use super::tape::Tape;
+use super::tape::{Driven, Tape};
 use super::timing::PLANT_PERIOD;
 use super::wiring::{Fault, Wiring};
 use super::work::PlantWork;
+
+/// The model of a tape and where it stands.
+#[derive(Debug, Clone)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one, and no heap for the larger variant"
+)]
+enum Plant {
+    Physical { simulator: Simulator, state: State },
+    PiecewiseAffine(InterSample),
+}
+
+/// What is wrong with the model of a tape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelError {
+    /// A parameter of the physics.
+    Physical(ParameterError),
+    /// A parameter of the piecewise affine model, or its period.
+    PiecewiseAffine(InvalidParameter),
+}
+
+impl core::fmt::Display for ModelError {
+    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Physical(error) => error.fmt(formatter),
+            Self::PiecewiseAffine(error) => error.fmt(formatter),
+        }
+    }
+}
+
+impl core::error::Error for ModelError {}
 
 /// A replay under way.
 #[derive(Debug, Clone)]
 pub struct Replay<'a> {
     tape: Tape<'a>,
-    simulator: Simulator,
-    state: State,
+    plant: Plant,
     /// Ticks so far. The first samples the initial state, without a step.
     ticks: u32,
 }
@@ -32,7 +65,7 @@ pub struct Row {
     pub row: u32,
     /// Position of the model, rad or m.
     pub position: f32,
-    /// Its motor current, A.
+    /// Its motor current, A; 0 for a piecewise affine model, which knows none.
     pub current: f32,
 }
 
@@ -41,14 +74,24 @@ impl<'a> Replay<'a> {
     ///
     /// # Errors
     /// A parameter of the model outside its range.
-    pub fn new(tape: Tape<'a>) -> Result<Self, ParameterError> {
-        let simulator = tape.head.model.build(PLANT_PERIOD)?;
-        let mut state = State::new(tape.head.start, 0.0);
-        state.current = simulator.steady_current(0.0, 0.0);
+    pub fn new(tape: Tape<'a>) -> Result<Self, ModelError> {
+        let start = tape.head.start;
+        let plant = match &tape.head.model {
+            Driven::Physical(model) => {
+                let simulator = model.build(PLANT_PERIOD).map_err(ModelError::Physical)?;
+                let mut state = State::new(start, 0.0);
+                state.current = simulator.steady_current(0.0, 0.0);
+                Plant::Physical { simulator, state }
+            }
+            Driven::PiecewiseAffine(parameters) => {
+                let built = PiecewiseAffine::build(parameters.clone())
+                    .and_then(|model| InterSample::new(model, start, PLANT_PERIOD));
+                Plant::PiecewiseAffine(built.map_err(ModelError::PiecewiseAffine)?)
+            }
+        };
         Ok(Self {
             tape,
-            simulator,
-            state,
+            plant,
             ticks: 0,
         })
     }
@@ -67,33 +110,43 @@ impl<'a> Replay<'a> {
         let per_input = self.tape.head.ticks_per_input;
         if self.ticks > 0 {
             let tick = self.ticks - 1;
-            let inputs = self.inputs(tick);
-            self.simulator
-                .step(&mut self.state, inputs, tick as usize)?;
+            match &mut self.plant {
+                Plant::Physical { simulator, state } => {
+                    let late = simulator.input_lateness().whole as u32;
+                    let inputs = inputs(&self.tape, tick.checked_sub(late));
+                    simulator.step(state, inputs, tick as usize)?;
+                }
+                Plant::PiecewiseAffine(model) => {
+                    model.tick(input(&self.tape, Some(tick)))?;
+                }
+            }
         }
+        let (position, current) = match &self.plant {
+            Plant::Physical { state, .. } => (state.position.value(), state.current),
+            Plant::PiecewiseAffine(model) => (model.position(), 0.0),
+        };
         let (row, between) = (self.ticks / per_input, self.ticks % per_input);
         self.ticks = self.ticks.saturating_add(1);
-        Ok((between == 0 && row < self.rows()).then(|| Row {
+        Ok((between == 0 && row < self.rows()).then_some(Row {
             row,
-            position: self.state.position.value(),
-            current: self.state.current,
+            position,
+            current,
         }))
     }
+}
 
-    /// The inputs that act in the beginning and in the end of the step behind a tick: those of a while
-    /// ago where the drive or the sensor is late.
-    fn inputs(&self, tick: u32) -> (f32, f32) {
-        let late = self.simulator.input_lateness().whole as u32;
-        let last = self.rows() - 1;
-        let at = |tick: Option<u32>| {
-            tick.map_or(0.0, |tick| {
-                let row = (tick / self.tape.head.ticks_per_input).min(last);
-                self.tape.input(row as usize)
-            })
-        };
-        let now = tick.checked_sub(late);
-        (at(now.and_then(|now| now.checked_sub(1))), at(now))
-    }
+/// The inputs that act in the beginning and in the end of the step behind a tick.
+fn inputs(tape: &Tape, tick: Option<u32>) -> (f32, f32) {
+    let before = tick.and_then(|tick| tick.checked_sub(1));
+    (input(tape, before), input(tape, tick))
+}
+
+/// The input that acts at a tick; none before the first one, as where the drive is late.
+fn input(tape: &Tape, tick: Option<u32>) -> f32 {
+    tick.map_or(0.0, |tick| {
+        let row = (tick / tape.head.ticks_per_input).min(tape.head.inputs - 1);
+        tape.input(row as usize)
+    })
 }
 
 /// A replay as the work of the plant interrupt: rows go into a queue, and nobody drives it.

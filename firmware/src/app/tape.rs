@@ -16,6 +16,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use model_core::gap::model::Model;
+use model_core::plant::piecewise_affine::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// First bytes of a tape.
@@ -32,11 +33,20 @@ const INPUT_BYTES: usize = 4;
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
+/// A model that can be driven.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub enum Driven {
+    /// Of physics and effects.
+    Physical(Model),
+    /// Learned from input and output.
+    PiecewiseAffine(Parameters),
+}
+
 /// What stands before the inputs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Head {
     /// What is driven.
-    pub model: Model,
+    pub model: Driven,
     /// Where it starts, at rest, rad or m.
     pub start: f32,
     /// Plant periods for which an input is held.
@@ -153,7 +163,7 @@ impl<'a> Tape<'a> {
 /// `ticks_per_input` plant periods. Gives the bytes that it takes in `bytes`; none if they are too
 /// few.
 pub fn write<'a>(
-    model: &Model,
+    model: &Driven,
     start: f32,
     ticks_per_input: u32,
     inputs: &[f32],

@@ -1,6 +1,7 @@
-//! The piecewise affine model: cells by velocity and input, limits, refusals.
+//! The piecewise affine model: cells by velocity and input, limits, refusals; between its samples.
 
 use model_core::numeric::random::Random;
+use model_core::plant::inter_sample::InterSample;
 use model_core::plant::piecewise_affine::{Affine, Cell, Parameters, PiecewiseAffine};
 
 use super::Findings;
@@ -21,6 +22,12 @@ const CELLS: [Cell; 3] = [
     },
 ];
 
+/// Period of the model, s.
+const PERIOD: f32 = 0.01;
+
+/// Ticks in a period.
+const TICKS: u32 = 8;
+
 const fn affine([position, change, input, constant]: [f32; 4]) -> Affine {
     Affine {
         position,
@@ -32,7 +39,7 @@ const fn affine([position, change, input, constant]: [f32; 4]) -> Affine {
 
 pub(super) fn steps(findings: &mut Findings) {
     let built = PiecewiseAffine::build(Parameters {
-        period: 0.01,
+        period: PERIOD,
         lower_limit: 0.0,
         upper_limit: 1.57,
         cells: CELLS.into_iter().collect(),
@@ -41,6 +48,10 @@ pub(super) fn steps(findings: &mut Findings) {
         return;
     };
     let Some(mut state) = findings.sound(model.rest(1.57), "a position is taken") else {
+        return;
+    };
+    let between = InterSample::new(model.clone(), 1.57, PERIOD / TICKS as f32);
+    let Some(mut between) = findings.sound(between, "a period that fits is taken") else {
         return;
     };
     let mut random = Random::new(3, 7);
@@ -56,6 +67,13 @@ pub(super) fn steps(findings: &mut Findings) {
         findings.single(state.position());
         let within = (0.0..=1.57).contains(&state.position());
         findings.claim(within, "the limits hold");
+        for _ in 0..TICKS {
+            let ticked = between.tick(input);
+            findings.claim(ticked.is_ok(), "an input is taken between samples");
+            findings.single(between.position());
+        }
+        let near = (between.position() - state.position()).abs() < 1e-4;
+        findings.claim(near, "a period of ticks is a step");
     }
     let visited = visits.iter().all(|&visits| visits > 100);
     findings.claim(visited, "every cell is visited");

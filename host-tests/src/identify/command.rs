@@ -73,12 +73,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(directory) = &args.report {
         report(directory, machine, &identified, &slow)?;
     }
-    let text = table::render(
-        &machine.name,
-        machine.coordinate,
-        &identified,
-        validation.as_ref(),
-    );
+    let text = table::render(machine, &identified, validation.as_ref());
     io::stdout()
         .write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
@@ -105,12 +100,13 @@ fn report(
     identified: &Identified,
     slow: &Log,
 ) -> Result<(), Failure> {
-    let svg = figure::draw(
-        &Series::of(slow),
-        &identified.characteristic,
-        machine.coordinate.unit(),
-    )
-    .map_err(|error| Failure::system("the plot", &error))?;
+    let mut slow = Series::of(slow);
+    // The lines are those of a machine that a positive input opens.
+    for input in &mut slow.input {
+        *input *= machine.gain.signum() as f32;
+    }
+    let svg = figure::draw(&slow, &identified.characteristic, machine.coordinate.unit())
+        .map_err(|error| Failure::system("the plot", &error))?;
     fs::create_dir_all(directory).map_err(|error| Failure::system(directory.display(), &error))?;
     write(&directory.join("characteristic.svg"), &svg)?;
     let files = ["reduced.toml", "full.toml", "polished.toml"];
@@ -133,7 +129,7 @@ fn outcome(machine: &Machine, identified: &Identified, validation: Option<&Valid
                 .map(|((symbol, _, unit), number)| {
                     json!({"name": symbol, "value": number.value,
                            "half_width_95": number.half_width,
-                           "unit": table::unit(unit, machine.coordinate)})
+                           "unit": table::unit(unit, machine)})
                 })
                 .collect();
             let validated: Option<Errors> = validation.map(|errors| errors[index]);

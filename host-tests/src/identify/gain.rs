@@ -87,24 +87,21 @@ pub(super) fn find(
     let mut at_minimum = numbers.values();
     at_minimum[5] = value;
     let centre = simulate(&at_minimum)?;
-    let mut sensitivity = |index: usize, factor: f64| {
-        let moved = |factor: f64| {
+    let mut sensitivity = |index: usize, step: f64| {
+        let moved = |step: f64| {
             let mut values = at_minimum;
-            values[index] *= factor;
+            values[index] += step;
             values
         };
-        let (above, below) = (simulate(&moved(factor))?, simulate(&moved(1.0 / factor))?);
+        let (above, below) = (simulate(&moved(step))?, simulate(&moved(-step))?);
         Some(Sensitivity::new(&above, &centre, &below))
     };
-    let own = sensitivity(5, STEP.exp())?;
+    let own = sensitivity(5, STEP * value)?;
     // What a standard deviation of each ratio does to the position.
     let ratios: Vec<Sensitivity> = numbers.all()[..5]
         .iter()
         .enumerate()
-        .filter_map(|(index, number)| {
-            let relative = number.half_width / (NORMAL_975 * number.value);
-            sensitivity(index, 1.0 + relative)
-        })
+        .filter_map(|(index, number)| sensitivity(index, number.half_width / NORMAL_975))
         .collect();
     let roots = block_roots(&centre, &log.position, block);
     let (mut normal, mut gradients, mut blocks) = (0.0, 0.0, 0.0);
@@ -129,7 +126,7 @@ pub(super) fn find(
         }
     }
     let small_sample = blocks / (blocks - 1.0_f64).max(1.0);
-    // `own` is for STEP of ln b₀, the others for a standard deviation.
+    // `own` is for a step of STEP b₀, the others for a standard deviation.
     let by_log = small_sample * gradients;
     let by_ratios: f64 = shifts.iter().map(|shift| shift * shift).sum();
     let deviation = STEP * (by_log + by_ratios).sqrt() / normal;

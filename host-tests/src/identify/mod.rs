@@ -36,7 +36,7 @@ const SMOOTHING_S: f32 = 0.04;
 
 /// Rounds of ratios and b₀: the ratios want the inertia's part of the input, see
 /// [`Task::acceleration_gain`].
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 4;
 
 /// Stretches at the end of the stroke after which a stop is taken to be there.
 const VISITS: usize = 4;
@@ -58,9 +58,16 @@ impl Start {
     /// What a machine file declares.
     ///
     /// # Errors
-    /// A number that the core does not take; a machine without a return spring's rest inside its stops.
+    /// A number that the core does not take; a machine without a return spring's rest inside its stops; one
+    /// with effects or gravity, which the six numbers do not know.
     pub fn new(machine: Machine) -> Result<Self, InputError> {
-        let parameters = declared::model(&machine)?.plant;
+        let model = declared::model(&machine)?;
+        if !model.effects.is_empty() || model.gravity_torque != 0.0 {
+            let message = "declares effects or gravity, which the six numbers do not know; identify \
+                           without them and add them to the machine file that comes of it";
+            return Err(InputError::new(&machine.path, None, message));
+        }
+        let parameters = model.plant;
         let rest = parameters.spring_rest;
         if !(parameters.lower_stop..=parameters.upper_stop).contains(&rest) {
             let message = format!(
@@ -252,7 +259,14 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
     let polished = match polish.numbers {
         Some(numbers) => Some(model(numbers, true)?),
         None => {
-            warnings.push("fitting all six numbers together gained nothing".to_owned());
+            warnings.push(
+                if full.values().iter().all(|value| *value > 0.0) {
+                    "fitting all six numbers together gained nothing"
+                } else {
+                    "the six numbers are not fitted together, as one of them is not positive"
+                }
+                .to_owned(),
+            );
             None
         }
     };

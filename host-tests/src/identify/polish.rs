@@ -15,6 +15,9 @@ const STEP: f64 = 3e-3;
 /// Steps of the Levenberg–Marquardt method at most.
 const MOST_STEPS: usize = 12;
 
+/// The search starts with a static friction of at least this share of Coulomb friction.
+const LEAST_STATIC: f64 = 1.05;
+
 /// A step that gains less than this share of the cost ends the search.
 const LEAST_GAIN: f64 = 1e-4;
 
@@ -42,6 +45,8 @@ pub(super) fn polish(assembly: &Assembly, start: &Numbers, logs: &[&Series]) -> 
         simulations,
     };
     let mut values = start.values();
+    // Below Coulomb friction the static one has no influence, and would stay where it is.
+    values[4] = values[4].max(LEAST_STATIC * values[3]);
     // A number that is not positive has no logarithm; the core takes none below zero anyway.
     if values.iter().any(|value| *value <= 0.0) {
         return nothing(0);

@@ -6,7 +6,7 @@ use model_core::identify::characteristic::{Direction, Kind, Side};
 
 use super::{Identified, Model};
 use crate::free_run::Errors;
-use crate::machine::Coordinate;
+use crate::machine::{Coordinate, Machine};
 
 /// Names and units of the six numbers.
 pub(super) const NUMBERS: [(&str, &str, &str); 6] = [
@@ -18,9 +18,15 @@ pub(super) const NUMBERS: [(&str, &str, &str); 6] = [
     ("b0", "acceleration gain", "rad/(V·s²)"),
 ];
 
-/// Unit of a number in a coordinate.
-pub(super) fn unit(unit: &str, coordinate: Coordinate) -> String {
-    unit.replace("rad", coordinate.unit())
+/// Unit of a number in the machine's coordinate and of its input.
+pub(super) fn unit(unit: &str, machine: &Machine) -> String {
+    let input = if machine.motor.is_some() {
+        "V"
+    } else {
+        machine.coordinate.load_unit()
+    };
+    let unit = unit.replace('V', input);
+    unit.replace("rad", machine.coordinate.unit())
 }
 
 /// The name that the paper gives a line.
@@ -52,12 +58,11 @@ pub(super) fn models(identified: &Identified) -> Vec<(&'static str, &Model)> {
 
 /// The table.
 pub(super) fn render(
-    name: &str,
-    coordinate: Coordinate,
+    machine: &Machine,
     identified: &Identified,
     validation: Option<&Validation>,
 ) -> String {
-    let mut text = format!("{name}: six numbers, 95 % intervals\n");
+    let mut text = format!("{}: six numbers, 95 % intervals\n", machine.name);
     let polished = identified.polished.as_ref();
     let _ = writeln!(
         text,
@@ -78,7 +83,7 @@ pub(super) fn render(
             "{symbol:<8}{meaning:<20}{:>26}{:>26} {}",
             shown(&identified.full),
             polished.map_or("-".to_owned(), shown),
-            unit(volts, coordinate)
+            unit(volts, machine)
         );
     }
     text.push_str("\nLines of the characteristic, inliers of points\n");
@@ -98,7 +103,7 @@ pub(super) fn render(
             1.96 * line.slope_variance.sqrt(),
         );
     }
-    let (scale, error_unit) = match coordinate {
+    let (scale, error_unit) = match machine.coordinate {
         Coordinate::Radian => (180.0 / std::f64::consts::PI, "°"),
         Coordinate::Metre => (1000.0, "mm"),
     };

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
-use super::identify::Identified;
+use super::model::{CHANGE, INPUT, POSITION};
 use super::reading::Reading;
-use super::sampled::Sampled;
+use super::search::Identified;
+use super::series::Series;
 use crate::failure::Failure;
 use crate::log::Log;
 
@@ -42,16 +43,13 @@ pub fn draw(identified: &Identified, logs: &[&Log]) -> Result<String, Failure> {
     let period = f64::from(identified.model.parameters().period);
     let mut dots: Vec<Dot> = Vec::new();
     for log in logs {
-        let sampled = Sampled::new(log, super::identify::rows(log, period)?);
-        dots.extend(sampled.pairs().map(|([position, change, input, _], _)| {
-            let cell = identified
-                .model
-                .cell_at(position as f32, change as f32, input as f32);
-            let left = match identified.reading {
-                Reading::Balance => input - identified.slope * position,
-                _ => input,
-            };
-            (change / period, left, cell)
+        let series = Series::of(log, period)?;
+        dots.extend((2..series.samples()).map(|sample| {
+            let regressor = series.step(sample).regressor;
+            let [position, change, input] = [POSITION, CHANGE, INPUT].map(|place| regressor[place]);
+            let model = &identified.model;
+            let cell = model.cell_at(position as f32, change as f32, input as f32);
+            (change / period, input - identified.slope * position, cell)
         }));
     }
     let every = dots.len().div_ceil(POINTS).max(1);

@@ -1,160 +1,165 @@
-//! Parallel identification: the sub-models that make the error of a free run least.
+//! Parallel identification: the sub-models for which the free run of the model errs least.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::levenberg_marquardt::Problem;
-use super::model::{Cells, REGRESSORS};
-use super::sampled::Sampled;
-use super::sensitivity::Sensitivity;
+use super::model::{Model, value};
+use super::penalty::Penalty;
+use super::reading::Reading;
+use super::sensitivity::Sensitivities;
+use super::series::{Data, Part};
 
-/// The free-run error over the coefficients that are fitted in every cell, the partition held.
+/// Every how many samples the sensitivities are taken: they change little from one to the next.
+const STRIDE: usize = 2;
+
+/// What is minimised: which coefficients, on which data. The partition is held.
 #[derive(Debug, Clone, Copy)]
-pub struct Parallel<'l> {
-    /// What is simulated.
-    pub logs: &'l [Sampled],
-    /// Which coefficients of a sub-model are fitted.
-    pub fitted: [bool; REGRESSORS],
-}
-
-impl Parallel<'_> {
-    fn coefficients(&self) -> Vec<usize> {
-        (0..REGRESSORS).filter(|&i| self.fitted[i]).collect()
-    }
+pub(super) struct Parallel<'a> {
+    /// The training data.
+    pub data: &'a Data,
+    /// What of it.
+    pub part: Part,
+    /// The cost of an error.
+    pub penalty: Penalty,
+    /// Which coefficients are identified.
+    pub reading: Reading,
 }
 
 impl Problem for Parallel<'_> {
-    fn cost(&self, cells: &Cells) -> f64 {
-        cells.cost(self.logs)
-    }
+    type Model = Model;
 
-    /// The active cell is held: where it changes is not differentiated.
-    fn normal_equations(&self, cells: &Cells) -> (DMatrix<f64>, DVector<f64>) {
-        let coefficients = self.coefficients();
-        let mut sums = Sensitivity::new(cells.submodels.len() * coefficients.len());
-        for log in self.logs {
-            sums.restart();
-            let mut measured = log.position[1..].iter();
-            cells.run(log, |position, regressor, cell, limited| {
-                if limited {
-                    sums.hold();
-                } else {
-                    let [p, q, ..] = cells.submodels[cell];
-                    sums.advance(p, q, |slopes| {
-                        let own = &mut slopes[cell * coefficients.len()..];
-                        for (slope, &coefficient) in own.iter_mut().zip(&coefficients) {
-                            *slope += regressor[coefficient];
-                        }
-                    });
+    fn cost(&self, model: &Model, limit: f64) -> f64 {
+        let mut sum = 0.0;
+        for series in &self.data.series {
+            let (mut position, mut change) = (series.position[0], 0.0);
+            for sample in 1..series.samples() {
+                let regressor = [1.0, change, series.input[sample - 1], position];
+                let growth = value(&model.cells[model.cell(&regressor)].growth, &regressor);
+                let next = (position + growth).clamp(model.lower, model.upper);
+                change = next - position;
+                position = next;
+                if self.data.has(self.part, sample) {
+                    sum += self.penalty.of(position - series.position[sample]);
+                    if sum > limit {
+                        return f64::INFINITY;
+                    }
                 }
-                sums.add(position - measured.next().expect("as many as inputs"));
-            });
-        }
-        sums.sums()
-    }
-
-    fn changed(&self, cells: &Cells, change: &DVector<f64>) -> Cells {
-        let mut changed = cells.clone();
-        let mut changes = change.iter();
-        for submodel in &mut changed.submodels {
-            for &coefficient in &self.coefficients() {
-                submodel[coefficient] -= changes.next().expect("one for each");
             }
         }
-        changed
+        sum
+    }
+
+    fn normal_equations(&self, model: &Model) -> (DMatrix<f64>, DVector<f64>) {
+        let free = self.reading.free();
+        let size = model.cells.len() * free.len();
+        let mut gram = DMatrix::zeros(size, size);
+        let mut slope = DVector::zeros(size);
+        for series in &self.data.series {
+            let mut run = Sensitivities::new(model, series, free);
+            for sample in 1..series.samples() {
+                run.advance(sample);
+                if sample % STRIDE == 0 && self.data.has(self.part, sample) {
+                    let error = run.position - series.position[sample];
+                    let weight = self.penalty.weight(error);
+                    accumulate(&mut gram, &mut slope, &run.of_position, weight, error);
+                }
+            }
+        }
+        gram.fill_upper_triangle_with_lower_triangle();
+        (gram, slope)
+    }
+
+    fn stepped(&self, model: &Model, step: &DVector<f64>) -> Model {
+        let free = self.reading.free();
+        let mut model = model.clone();
+        let steps = step.as_slice().chunks(free.len());
+        for (cell, step) in model.cells.iter_mut().zip(steps) {
+            for (&coefficient, step) in free.iter().zip(step) {
+                cell.growth[coefficient] -= step;
+            }
+            self.reading.steady(&mut cell.growth);
+        }
+        model
+    }
+}
+
+/// Adds a sample to the lower triangle of JᵀWJ and to JᵀWe.
+fn accumulate(
+    gram: &mut DMatrix<f64>,
+    slope: &mut DVector<f64>,
+    row: &[f64],
+    weight: f64,
+    error: f64,
+) {
+    let size = row.len();
+    for (number, column) in gram.as_mut_slice().chunks_exact_mut(size).enumerate() {
+        let factor = weight * row[number];
+        // Until its cell was active once.
+        if factor != 0.0 {
+            slope[number] += factor * error;
+            for (sum, value) in column[number..].iter_mut().zip(&row[number..]) {
+                *sum += factor * value;
+            }
+        }
     }
 }
 
 #[cfg(test)]
-pub(super) mod tests {
-    use model_core::numeric::random::Random;
-
-    use super::super::levenberg_marquardt::Fit;
+mod tests {
     use super::*;
-
-    /// Three cells by the input and the change: at rest, opening, closing.
-    pub fn truth() -> Cells {
-        Cells {
-            partition: vec![[0.0; 4], [-1.3, 30.0, 1.0, 0.2], [1.3, -30.0, -1.0, -1.4]],
-            submodels: vec![
-                [0.0, 0.3, 0.0, 0.0],
-                [-0.05, 0.6, 0.03, 0.02],
-                [-0.04, 0.7, 0.02, 0.03],
-            ],
-            limits: (-2.0, 2.0),
-        }
-    }
-
-    /// Levels of the input, each held for a while, and what the model makes of them.
-    pub fn log(cells: &Cells) -> Sampled {
-        let mut random = Random::new(3, 3);
-        let mut level = 0.0;
-        let input: Vec<f64> = (0..2000)
-            .map(|period| {
-                if period % 25 == 0 {
-                    level = 3.0 * f64::from(random.uniform()) - 1.5;
-                }
-                level
-            })
-            .collect();
-        let mut log = Sampled {
-            position: vec![0.1; input.len() + 1],
-            input,
-        };
-        let mut position = vec![0.1];
-        cells.run(&log, |at, _, _, _| position.push(at));
-        log.position = position;
-        log
-    }
+    use crate::pwa::levenberg_marquardt::{Budget, minimise};
+    use crate::pwa::model::INPUT;
+    use crate::pwa::model::tests::{driven, example};
 
     #[test]
-    fn the_sub_models_of_a_run_are_found_again() {
-        let truth = truth();
-        let logs = [log(&truth)];
-        let problem = Parallel {
-            logs: &logs,
-            fitted: [true; REGRESSORS],
+    fn sub_models_come_out_of_a_free_run_although_the_start_is_off() {
+        let model = example();
+        let data = Data {
+            series: vec![driven(&model, 1500, 1), driven(&model, 1500, 2)],
+            block: 200,
         };
-        let mut start = truth.clone();
-        for (number, coefficient) in start.submodels.iter_mut().flatten().enumerate() {
-            *coefficient *= if number % 2 == 0 { 1.05 } else { 0.97 };
+        let problem = Parallel {
+            data: &data,
+            part: Part::All,
+            penalty: Penalty::with_scale(0.1),
+            reading: Reading::default(),
+        };
+        let mut start = model.clone();
+        for cell in &mut start.cells {
+            cell.growth = cell.growth.map(|coefficient| 1.02 * coefficient);
         }
-        assert!(problem.cost(&start) > 1.0);
-        let found = Fit::new(&problem, start).run(&problem, 60);
-        assert!(found.cost < 1e-9, "{}", found.cost);
-        let pairs = truth.submodels[1..].iter().zip(&found.cells.submodels[1..]);
-        for (truth, found) in pairs.flat_map(|(truth, found)| truth.iter().zip(found)) {
-            assert!((truth - found).abs() < 1e-5, "{truth} {found}");
+        let budget = Budget {
+            iterations: 100,
+            gain: 0.0,
+        };
+        let found = minimise(&problem, &start, budget);
+        assert!(problem.cost(&start, f64::INFINITY) > 1e-2);
+        assert!(problem.cost(&found, f64::INFINITY) < 1e-12);
+        for (found, truth) in found.cells.iter().zip(&model.cells) {
+            for (found, truth) in found.growth.iter().zip(truth.growth) {
+                assert!((found - truth).abs() < 1e-5, "{found} {truth}");
+            }
         }
     }
 
     #[test]
-    fn normal_equations_are_those_of_differences() {
-        let truth = truth();
-        let mut log = log(&truth);
-        for (row, position) in log.position.iter_mut().enumerate() {
-            *position += 0.01 * (row as f64).sin();
-        }
-        // Before a cell is left: where the boundaries are crossed does not depend on θ there.
-        let logs = [log.part(0, 20)];
-        let problem = Parallel {
-            logs: &logs,
-            fitted: [true; REGRESSORS],
+    fn what_exceeds_the_limit_costs_infinitely_much() {
+        let model = example();
+        let data = Data {
+            series: vec![driven(&model, 500, 1)],
+            block: 100,
         };
-        let (_, gradient) = problem.normal_equations(&truth);
-        const STEP: f64 = 1e-6;
-        for number in 0..gradient.len() {
-            let moved = |by: f64| {
-                let mut change = DVector::zeros(gradient.len());
-                change[number] = by;
-                problem.cost(&problem.changed(&truth, &change))
-            };
-            // The cost is a sum of squares without a half, and `changed` lowers.
-            let slope = (moved(-STEP) - moved(STEP)) / (4.0 * STEP);
-            assert!(
-                (slope - gradient[number]).abs() < 1e-6,
-                "{number}: {slope} {}",
-                gradient[number]
-            );
-        }
+        let problem = Parallel {
+            data: &data,
+            part: Part::All,
+            penalty: Penalty::with_scale(0.1),
+            reading: Reading::default(),
+        };
+        let mut other = model.clone();
+        other.cells[1].growth[INPUT] *= 1.1;
+        let cost = problem.cost(&other, f64::INFINITY);
+        assert!(cost > 0.0 && cost.is_finite());
+        assert_eq!(problem.cost(&other, 1.01 * cost), cost);
+        assert_eq!(problem.cost(&other, 0.99 * cost), f64::INFINITY);
     }
 }

@@ -1,36 +1,37 @@
-//! What the partition sees of the regressor, and what the sub-models use of it.
+//! What the model predicts from, and in which space it is partitioned.
 
-use std::fmt;
-use std::str::FromStr;
+use nalgebra::{DMatrix, DVector};
 
-use serde::{Deserialize, Serialize};
+use super::model::{Affine, CHANGE, INPUT, POSITION, value};
+use super::series::Step;
 
-use super::k_means::Point;
-use super::model::{Affine, REGRESSORS, value};
+/// Dimensions of the space that is clustered, at most.
+pub(super) const DIMENSIONS: usize = 3;
 
-/// How the paper's choice of a regressor is read.
-///
-/// The paper clusters by Δy = y(k−1) − y(k−2) and u(k−1), and "excludes" y(k−1). Whether the
-/// sub-models lose it too is not said; a throttle with a return spring rests where the spring asks
-/// for, which no sub-model without y(k−1) can say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// How much a standard deviation of y(k−1) − y(k−2) counts beside one of the rest. Fast motion is
+/// rare and far out: with 1 it gets most of the clusters, and the border to standstill too few.
+const CHANGE_WEIGHT: f64 = 0.5;
+
+/// How the regressor of the paper is read. Δ = y(k−1) − y(k−2), u = u(k−1), y = y(k−1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reading {
-    /// y(k) is affine in (Δy, u): eqs. 21 and 22 with the new regressor put in, to the letter.
+    /// To the letter: partition in (Δ, u), y(k) = a Δ + b u + f.
     Output,
-    /// The growth y(k) − y(k−1) is affine in (Δy, u).
+    /// The paper's, as it can be meant: partition in (Δ, u), y(k) − y(k−1) = a Δ + b u + f.
     Growth,
-    /// The partition is in (Δy, u), sub-models are affine in (y(k−1), y(k−2), u).
+    /// Partition in (Δ, u), sub-models with s y beside: affine in y(k−1), y(k−2), u(k−1), as eqs. 21
+    /// and 22 have it.
     Velocity,
-    /// The partition is in (Δy, u, y(k−1)), sub-models as before.
+    /// Partition in (Δ, u, y), sub-models with y.
     Position,
-    /// The partition is in (Δy, u − s·y(k−1)), s the slope of the line on which spring and motor
-    /// balance, from the data: what is left of the input to overcome friction. Sub-models as before.
+    /// Partition in (Δ, u − m y), sub-models with y. The slope m is the share of the input that the
+    /// spring takes for each rad or m: u − m y is what is left for friction.
+    #[default]
     Balance,
 }
 
 impl Reading {
-    /// All of them.
+    /// All, in the order in which they know more.
     pub const ALL: [Self; 5] = [
         Self::Output,
         Self::Growth,
@@ -39,7 +40,7 @@ impl Reading {
         Self::Balance,
     ];
 
-    /// Its name in files.
+    /// What it is called in a table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Output => "output",
@@ -50,96 +51,99 @@ impl Reading {
         }
     }
 
-    /// Coefficients of a sub-model that are fitted: position, change, input, constant.
-    pub fn fitted(self) -> [bool; REGRESSORS] {
-        let position = !matches!(self, Self::Output | Self::Growth);
-        [position, true, true, true]
-    }
-
-    /// The coefficient of the position where it is not fitted: the growth takes y(k−1) off again, or
-    /// does not know it.
-    pub fn given(self) -> f64 {
-        if self == Self::Output { -1.0 } else { 0.0 }
-    }
-
-    /// Coefficients of the partition's functions that are not zero.
-    pub fn partitioned(self) -> [bool; REGRESSORS] {
-        let position = matches!(self, Self::Position | Self::Balance);
-        [position, true, true, true]
-    }
-}
-
-impl fmt::Display for Reading {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Reading {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = Self::ALL.into_iter().find(|reading| reading.name() == name);
-        found.ok_or_else(|| {
-            let names = Self::ALL.map(Self::name).join(", ");
-            format!("no reading \"{name}\"; expected one of {names}")
-        })
-    }
-}
-
-/// The plane or space in which k-means works: linear in the regressor, every axis scaled by the
-/// spread of the samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plane {
-    /// Two axes or three: Δy, the input or what is left of it, position.
-    pub axes: [Affine; 3],
-}
-
-/// What a change counts, in the spread of the samples. Much less than its spread: friction differs
-/// between standstill and a slow motion, where the samples of fast motions stretch the axis.
-/// Measured on the stand, see [`crate::pwa`].
-const CHANGE_WEIGHT: f64 = 0.5;
-
-impl Plane {
-    /// From samples, and the slope of the balance line in units of the input per rad or m.
-    pub fn new(reading: Reading, samples: &[(Affine, f64)], slope: f64) -> Self {
-        let scaled = |axis: Affine, weight: f64| {
-            let values = samples.iter().map(|(x, _)| value(&axis, x));
-            let mean = values.clone().sum::<f64>() / samples.len() as f64;
-            let variance = values.map(|v| (v - mean) * (v - mean)).sum::<f64>();
-            let spread = (variance / samples.len() as f64).sqrt().max(1e-12);
-            axis.map(|coefficient| weight * coefficient / spread)
-        };
-        let change = scaled([0.0, 1.0, 0.0, 0.0], CHANGE_WEIGHT);
-        let input = scaled([0.0, 0.0, 1.0, 0.0], 1.0);
-        let position = scaled([1.0, 0.0, 0.0, 0.0], 1.0);
-        let axes = match reading {
-            Reading::Output | Reading::Growth | Reading::Velocity => [change, input, [0.0; 4]],
-            Reading::Position => [change, input, position],
-            Reading::Balance => {
-                let mut left = input;
-                left[0] = -slope * input[2];
-                [change, left, [0.0; 4]]
-            }
-        };
-        Self { axes }
-    }
-
-    /// Where a regressor lies.
-    pub fn point(&self, regressor: &Affine) -> Point {
-        self.axes.map(|axis| value(&axis, regressor))
-    }
-
-    /// A function of the regressor that is largest, among those of other centres, where this centre
-    /// is nearest: c·z − ½ |c|².
-    pub fn region(&self, centre: &Point) -> Affine {
-        let mut region = [0.0; REGRESSORS];
-        for (axis, coordinate) in self.axes.iter().zip(centre) {
-            for (sum, coefficient) in region.iter_mut().zip(axis) {
-                *sum += coordinate * coefficient;
-            }
+    /// The coefficients that are identified.
+    pub(super) fn free(self) -> &'static [usize] {
+        match self {
+            Self::Output | Self::Growth => &[0, CHANGE, INPUT],
+            _ => &[0, CHANGE, INPUT, POSITION],
         }
-        region[REGRESSORS - 1] = -0.5 * centre.iter().map(|c| c * c).sum::<f64>();
-        region
     }
+
+    /// The coefficients before anything is identified. A growth of −y + … is y(k) = ….
+    pub(super) fn fixed(self) -> Affine {
+        match self {
+            Self::Output => [0.0, 0.0, 0.0, -1.0],
+            _ => [0.0; 4],
+        }
+    }
+
+    /// Keeps a sub-model from swinging up: the speed of a machine with friction decays, and does not
+    /// ring. To the letter there is no speed to decay.
+    pub(super) fn steady(self, growth: &mut Affine) {
+        if self != Self::Output {
+            growth[CHANGE] = growth[CHANGE].clamp(0.0, 1.0);
+        }
+    }
+
+    /// The clustered space: the regressor's coordinates, each over its standard deviation.
+    pub(super) fn space(self, steps: &[Step]) -> Space {
+        let [_, change, input, position] = deviations(steps);
+        let mut rows = [[0.0; 4]; DIMENSIONS];
+        rows[0][CHANGE] = CHANGE_WEIGHT / change;
+        rows[1][INPUT] = 1.0 / input;
+        match self {
+            Self::Position => rows[2][POSITION] = 1.0 / position,
+            Self::Balance => rows[1][POSITION] = -spring_slope(steps) / input,
+            _ => {}
+        }
+        Space { rows }
+    }
+}
+
+/// A linear map of the regressor to the space that is clustered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Space {
+    /// A row for each dimension; those of zeros do not count.
+    pub rows: [Affine; DIMENSIONS],
+}
+
+impl Space {
+    /// The image of a regressor.
+    pub fn point(&self, regressor: &Affine) -> [f64; DIMENSIONS] {
+        self.rows.map(|row| value(&row, regressor))
+    }
+
+    /// Dimensions that count.
+    pub fn dimensions(&self) -> usize {
+        self.rows.iter().filter(|row| **row != [0.0; 4]).count()
+    }
+}
+
+/// Standard deviation of each regressor, 1 for what does not vary.
+fn deviations(steps: &[Step]) -> Affine {
+    let count = steps.len() as f64;
+    std::array::from_fn(|which| {
+        let values = || steps.iter().map(|step| step.regressor[which]);
+        let mean = values().sum::<f64>() / count;
+        let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+        if variance > 0.0 { variance.sqrt() } else { 1.0 }
+    })
+}
+
+/// m: by how much the input that balances the machine changes with its position.
+///
+/// From least squares over the steps in motion: the growth is affine in Δ, u, y and, for
+/// friction, the sign of Δ. 0 where that says nothing.
+fn spring_slope(steps: &[Step]) -> f64 {
+    let rms = (steps
+        .iter()
+        .map(|step| step.regressor[CHANGE].powi(2))
+        .sum::<f64>()
+        / steps.len() as f64)
+        .sqrt();
+    let mut gram = DMatrix::<f64>::zeros(5, 5);
+    let mut moment = DVector::<f64>::zeros(5);
+    for step in steps {
+        let [one, change, input, position] = step.regressor;
+        if change.abs() > 0.3 * rms {
+            let row = DVector::from_column_slice(&[one, change, input, position, change.signum()]);
+            gram.ger(1.0, &row, &row, 1.0);
+            moment.axpy(step.growth, &row, 1.0);
+        }
+    }
+    let slope = gram.cholesky().map_or(0.0, |factor| {
+        let solution = factor.solve(&moment);
+        -solution[POSITION] / solution[INPUT]
+    });
+    if slope.is_finite() { slope } else { 0.0 }
 }

@@ -1,29 +1,26 @@
 //! Free run of an identified model over a log.
 
+use model_core::plant::inter_sample::InterSample;
 use model_core::plant::piecewise_affine::PiecewiseAffine;
 
-use super::identify::rows;
-use super::sampled::Sampled;
 use crate::failure::Failure;
 use crate::log::Log;
 
-/// Positions of a model in free run, from the log's first position at rest: one for every row, on a
-/// straight line between the model's samples; after the last whole period, the last of them.
+/// Positions of a model in free run, from the log's first position at rest: one for every row, from
+/// the inputs before it.
 ///
 /// # Errors
-/// A log whose period does not divide the model's, an input that the model refuses.
+/// A log whose period does not go into the model's, an input that the model refuses.
 pub fn positions(model: &PiecewiseAffine, log: &Log) -> Result<Vec<f64>, Failure> {
-    let fail = |error| Failure::other(format!("{}: {error}", log.path.display()));
-    let rows = rows(log, f64::from(model.parameters().period))?;
-    let sampled = Sampled::new(log, rows);
-    let mut state = model.rest(log.position[0] as f32).map_err(fail)?;
+    let fail =
+        |error: &dyn std::fmt::Display| Failure::other(format!("{}: {error}", log.path.display()));
+    let start = log.position[0] as f32;
+    let mut run = InterSample::new(model.clone(), start, log.period_s as f32)
+        .map_err(|error| fail(&error))?;
     let mut positions = Vec::with_capacity(log.samples());
-    for &input in &sampled.input {
-        let start = f64::from(state.position());
-        let end = f64::from(model.step(&mut state, input as f32).map_err(fail)?);
-        let part = |row: usize| row as f64 / rows as f64;
-        positions.extend((0..rows).map(|row| start + part(row) * (end - start)));
+    for &input in &log.input {
+        positions.push(f64::from(run.position()));
+        run.tick(input as f32).map_err(|error| fail(&error))?;
     }
-    positions.resize(log.samples(), f64::from(state.position()));
     Ok(positions)
 }

@@ -9,6 +9,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use firmware::app::tape::Driven;
 use model_core::gap::model::Model;
 
 use self::tables::{Column, Implementation, Implemented, Judged};
@@ -57,13 +58,20 @@ pub struct Models {
     /// With what the gap loop found.
     pub extended: Model,
     /// The piecewise affine model.
-    pub piecewise_affine: pwa::identify::Identified,
+    pub piecewise_affine: pwa::Identified,
     /// The ids of what it found.
     pub effects: Vec<String>,
     /// Seconds from logs to models, without the gap loop.
     pub seconds: f64,
     /// Seconds of the gap loop.
     pub gap_seconds: f64,
+}
+
+impl Models {
+    /// The piecewise affine model, to be driven.
+    fn piecewise_affine(&self) -> Driven {
+        Driven::PiecewiseAffine(self.piecewise_affine.model.parameters().clone())
+    }
 }
 
 /// The start of the identification: the machine file with inertia, damping and friction that are wrong.
@@ -89,13 +97,10 @@ pub fn models(logs: &stand::Logs, directory: &Path) -> Result<Models, Failure> {
     let start = start()?;
     let began = Instant::now();
     let identified = identify::identify(&start, &logs.slow, &logs.fast)?;
-    let piecewise_affine = pwa::identify::identify(
-        &[&logs.slow, &logs.fast],
-        &pwa::identify::Options::default(),
-    )?;
+    let piecewise_affine = pwa::identify(&[&logs.slow, &logs.fast], &pwa::Options::default())?;
     let seconds = began.elapsed().as_secs_f64();
     let file = directory.join("piecewise_affine.toml");
-    pwa::file::save(&file, piecewise_affine.reading, &piecewise_affine.model)?;
+    pwa::write(&piecewise_affine.model, &file)?;
     let file = directory.join("identified.toml");
     let text = machine_file::text(
         &start.machine,
@@ -145,30 +150,24 @@ fn degrees(predicted: &[f64], log: &Log) -> Errors {
 /// # Errors
 /// A model that the core does not take.
 pub fn judge_all(models: &Models, logs: &stand::Logs) -> Result<Vec<Judged>, Failure> {
+    let physical = |model: &Model| Driven::Physical(model.clone());
     let columns = [
-        (Column::Physical, &models.physical),
-        (Column::Fitted, &models.fitted),
-        (Column::Extended, &models.extended),
+        (Column::Physical, physical(&models.physical)),
+        (Column::Fitted, physical(&models.fitted)),
+        (Column::Extended, physical(&models.extended)),
+        (Column::PiecewiseAffine, models.piecewise_affine()),
     ];
-    let mut judged: Vec<Judged> = columns
-        .into_iter()
-        .map(|(column, model)| judge(column, model, logs))
-        .collect::<Result<_, _>>()?;
-    let run = |log: &Log| pwa::run::positions(&models.piecewise_affine.model, log);
-    judged.push(Judged::new(
-        Column::PiecewiseAffine,
-        run(&logs.fast)?,
-        run(&logs.validate)?,
-        logs,
-    ));
-    Ok(judged)
+    columns
+        .iter()
+        .map(|(column, model)| judge(*column, model, logs))
+        .collect()
 }
 
 /// A model on both logs of steps, as the core steps it.
 ///
 /// # Errors
 /// A model that the core does not take.
-fn judge(column: Column, model: &Model, logs: &stand::Logs) -> Result<Judged, Failure> {
+fn judge(column: Column, model: &Driven, logs: &stand::Logs) -> Result<Judged, Failure> {
     let run = |log: &Log| -> Result<Vec<f64>, Failure> {
         let tape = implementations::tape(model, log)?;
         Ok(implementations::positions(&replay_run::on_host(&tape)?))
@@ -216,7 +215,7 @@ pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     let repeated = repeated(repeat, announce)?;
     announce("firmware and emulator");
     let toolchain = Toolchain::set_up()?;
-    announce("two models on two emulated boards, in real time");
+    announce("three models on three emulated boards, in real time");
     let (implemented, boards) = implement(&toolchain, &models, &logs, &directory)?;
     let results = Results {
         logs,
@@ -246,7 +245,7 @@ struct Boards {
     ticks: u64,
 }
 
-/// Table 2: the physical model and the extended one.
+/// Table 2: the physical model, the extended one and the piecewise affine one.
 fn implement(
     toolchain: &Toolchain,
     models: &Models,
@@ -255,8 +254,21 @@ fn implement(
 ) -> Result<(Vec<Implemented>, Boards), Failure> {
     let log = &logs.validate;
     let columns = [
-        (Column::Physical, &models.physical, "physical.tape"),
-        (Column::Extended, &models.extended, "extended.tape"),
+        (
+            Column::Physical,
+            Driven::Physical(models.physical.clone()),
+            "physical.tape",
+        ),
+        (
+            Column::Extended,
+            Driven::Physical(models.extended.clone()),
+            "extended.tape",
+        ),
+        (
+            Column::PiecewiseAffine,
+            models.piecewise_affine(),
+            "piecewise_affine.tape",
+        ),
     ];
     let tapes: Vec<(Vec<u8>, PathBuf)> = columns
         .iter()
@@ -272,7 +284,7 @@ fn implement(
         differing_bits: 0,
         ticks: 0,
     };
-    for (((column, model, _), (tape, _)), board) in columns.iter().zip(&tapes).zip(&boards) {
+    for (((column, ..), (tape, _)), board) in columns.iter().zip(&tapes).zip(&boards) {
         let host = replay_run::on_host(tape)?;
         sums.differing_bits += replay_run::differing_bits(&host, &board.rows);
         sums.ticks += board.ticks;
@@ -285,7 +297,7 @@ fn implement(
             });
         };
         if *column == Column::Physical {
-            let continuous = implementations::continuous(&model.plant, log);
+            let continuous = implementations::continuous(&models.physical.plant, log);
             add(Implementation::Continuous, continuous);
         }
         add(Implementation::Discrete, implementations::positions(&host));
@@ -294,7 +306,12 @@ fn implement(
             implementations::positions(&board.rows),
         );
     }
-    Ok((implemented, sums))
+    match sums.differing_bits {
+        0 => Ok((implemented, sums)),
+        bits => Err(Failure::Other(format!(
+            "the models on the emulated board differ from this host's in {bits} bits"
+        ))),
+    }
 }
 
 /// Everything that is shown.
@@ -390,6 +407,11 @@ impl Results {
                 "{name:<8}{:>12.4} ± {:<10.4}{truth:>12.4} {unit}\n",
                 number.value, number.half_width
             );
+        }
+        text += report::INTERVALS;
+        text.push('\n');
+        for warning in &self.models.identified.warnings {
+            text += &format!("note: {warning}\n");
         }
         text += &format!(
             "\nreal-time against time-discrete   {} bits differ in {} ticks, none missed\n\

@@ -11,12 +11,14 @@
 //! * [`actuator`]: the step itself, with its events;
 //! * [`karnopp`]: the published velocity-band scheme by Euler steps, for comparison;
 //! * [`piecewise_affine`]: a model without physics, learned from input and output;
+//! * [`inter_sample`]: its position between its samples;
 //! * [`throttle`]: an actuator behind a [`bridge`], read by two tracks of a [`potentiometer`], with
 //!   the faults that an engine controller has to find;
 //! * [`rise_time`]: the inertia that gives the rise time of a real part.
 
 pub mod actuator;
 pub mod bridge;
+pub mod inter_sample;
 pub mod karnopp;
 pub mod mode_store;
 pub mod modes;

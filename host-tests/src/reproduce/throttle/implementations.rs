@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use firmware::app::replay::Row;
+use firmware::app::tape::Driven;
 use firmware::app::timing::{PLANT_PERIOD_US, TICKS_PER_CONTROL};
-use model_core::gap::model::Model;
 use model_core::plant::parameters::{Drive, Parameters};
 use rig::{Motor, Plant, ReturnSpring, Stops};
 
@@ -29,11 +29,15 @@ fn start(plant: &Parameters, log: &Log) -> f32 {
 ///
 /// # Errors
 /// A log that does not fit into the board's flash.
-pub fn tape(model: &Model, log: &Log) -> Result<Vec<u8>, Failure> {
+pub fn tape(model: &Driven, log: &Log) -> Result<Vec<u8>, Failure> {
     let inputs: Vec<f32> = log.input.iter().map(|&input| input as f32).collect();
     let drive = replay_run::Drive {
         model,
-        start: start(&model.plant, log),
+        start: match model {
+            Driven::Physical(model) => start(&model.plant, log),
+            // It keeps to its limits by itself.
+            Driven::PiecewiseAffine(_) => log.position[0] as f32,
+        },
         ticks_per_input: TICKS_PER_SAMPLE,
         inputs: &inputs,
     };

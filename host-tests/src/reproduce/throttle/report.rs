@@ -15,6 +15,10 @@ use crate::pwa;
 
 /// Seconds of the excerpt that compares the implementations.
 const EXCERPT: f64 = 8.0;
+/// What the intervals of the six numbers are worth on this stand.
+pub(super) const INTERVALS: &str = "The intervals hold for a machine without undeclared effects; here, \
+     friction that differs by direction works as a weaker preload, and bristles yield before a \
+     breakaway.";
 /// Bars of a histogram.
 const BARS: usize = 41;
 
@@ -96,8 +100,12 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
     body += &implementations(&logs.validate, &results.implemented)?.html();
     body += "</section>\n<section>\n<h2>Identification</h2>\n<p class=\"note\">The six numbers of \
              eq. 7 by the four lines of the characteristic and a fast log, with 95 % intervals; the rig's \
-             without its effects. Friction that differs by direction works on them as a weaker \
-             preload.</p>\n";
+             without its effects. ";
+    body += INTERVALS;
+    for warning in &results.models.identified.warnings {
+        body += &escape(&format!(" Note: {warning}."));
+    }
+    body += "</p>\n";
     body += &numbers(results);
     let svg = figure::draw(
         &Series::of(&logs.slow),
@@ -111,7 +119,8 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
     );
     let piecewise_affine = &results.models.piecewise_affine;
     body += "</section>\n<section>\n<h2>Piecewise affine model</h2>\n<p class=\"note\">Numbers of \
-             clusters by their errors, rms in free run.</p>\n";
+             clusters by their errors on the fifth of the data that was held out: rms in free run, large \
+             errors weighing more.</p>\n";
     body += &table(&trials(piecewise_affine));
     let svg =
         pwa::figure::draw(piecewise_affine, &[&logs.slow, &logs.fast]).map_err(io::Error::other)?;
@@ -143,20 +152,20 @@ fn drawing(statement: &str, method: &str, svg: &str) -> String {
 }
 
 /// What came of each number of clusters.
-fn trials(found: &pwa::identify::Identified) -> Vec<Vec<String>> {
+fn trials(found: &pwa::Identified) -> Vec<Vec<String>> {
     let cells = found.model.parameters().cells.len();
     let mut rows = vec![
-        ["clusters", "least squares", "parallel", "held out", ""]
+        ["clusters", "least squares", "parallel", "borders moved", ""]
             .map(str::to_owned)
             .to_vec(),
     ];
     let degrees = |radians: f64| format!("{:.2}°", radians.to_degrees());
-    rows.extend(found.trials.iter().map(|trial| {
+    rows.extend(found.candidates.iter().map(|trial| {
         vec![
             trial.clusters.to_string(),
             degrees(trial.series_parallel),
             degrees(trial.parallel),
-            degrees(trial.held_out),
+            trial.moved.map_or_else(String::new, degrees),
             if trial.clusters == cells {
                 "chosen"
             } else {
