@@ -70,8 +70,8 @@ pub struct Options {
     ///
     /// 10 ms is half of the mechanical time constant of a throttle (20 ms) and many of its electrical ones,
     /// so that two past outputs are state enough. The shorter it is, the more of the difference of two
-    /// positions is noise: at 5 ms errors are a little larger (ten stands, NRMSE 0.031 for 0.029), and the
-    /// work is twice as much.
+    /// positions is noise. Fourteen stands, validation data, mean NRMSE and worst error: 0.030 and 5.2° at
+    /// 5 ms, 0.032 and 4.3° at 10 ms, 0.041 and 8.4° at 20 ms.
     pub period_s: f64,
     /// Seed of the starts.
     pub seed: u64,
