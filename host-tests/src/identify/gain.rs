@@ -17,10 +17,10 @@ const SCAN: u32 = 24;
 const STEP: f64 = 0.01;
 
 /// Length of a block of residuals, s: far longer than their correlation.
-pub(super) const BLOCK_S: f32 = 1.0;
+const BLOCK_S: f32 = 1.0;
 
 /// 97.5 % point of the normal distribution.
-pub(super) const NORMAL_975: f64 = 1.96;
+const NORMAL_975: f64 = 1.96;
 
 /// What was found.
 pub(super) struct Found {

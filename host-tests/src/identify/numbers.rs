@@ -8,7 +8,7 @@ use serde::Serialize;
 pub struct Number {
     /// The number.
     pub value: f64,
-    /// Half of the interval's width.
+    /// Half of the interval's width; infinite (null in JSON) where none is claimed.
     pub half_width: f64,
 }
 

@@ -62,7 +62,10 @@ pub(super) fn render(
     identified: &Identified,
     validation: Option<&Validation>,
 ) -> String {
-    let mut text = format!("{}: six numbers, 95 % intervals\n", machine.name);
+    let mut text = format!(
+        "{}: six numbers, of the lines and b0 with 95 % intervals\n",
+        machine.name
+    );
     let polished = identified.polished.as_ref();
     let _ = writeln!(
         text,
@@ -75,7 +78,7 @@ pub(super) fn render(
             if number.half_width.is_finite() {
                 format!("{:.5} ± {:.5}", number.value, number.half_width)
             } else {
-                format!("{:.5}, not determined", number.value)
+                format!("{:.5}", number.value)
             }
         };
         let _ = writeln!(
