@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
+pub mod prognostics;
 pub mod throttle;
 
 /// What `cargo hil reproduce` takes.
