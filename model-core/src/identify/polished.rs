@@ -10,8 +10,9 @@ use super::annealing::{self, Annealing};
 use super::golden_section::{self, GoldenSection};
 use crate::numeric::invalid_parameter::{InvalidParameter, require};
 
-/// Half of the first bracket, as a share of the distance of the bounds: annealing comes to 2 %.
-const HALF_BRACKET: f32 = 0.025;
+/// Half of the first bracket that suits most costs, as a share of the distance of the bounds: annealing
+/// comes to 2 %.
+pub const HALF_BRACKET: f32 = 0.025;
 
 /// From one round's bracket to the next one's.
 const NARROWING: f32 = 0.5;
@@ -28,6 +29,9 @@ pub struct Parameters<const N: usize> {
     /// Width to which golden section narrows each parameter, as a share of the distance of its
     /// bounds: above 0, at most 0.01.
     pub tolerance: f32,
+    /// Half of each parameter's first bracket, as a share of the distance of its bounds: above 0, up
+    /// to 1. [`HALF_BRACKET`], and more for a parameter on which the cost hardly depends.
+    pub half_bracket: [f32; N],
     /// Most evaluations by golden section; 0 for none.
     pub polish: u32,
 }
@@ -43,12 +47,19 @@ impl<const N: usize> Parameters<N> {
             "tolerance",
             "must lie between 0 and 0.01",
         )?;
+        for half in self.half_bracket {
+            require(
+                half > 0.0 && half <= 1.0,
+                "half_bracket",
+                "must lie between 0 and 1",
+            )?;
+        }
         Ok(Polished {
             annealing: self.annealing.build(seed)?,
             parameters: self,
             best: None,
             line: None,
-            half_bracket: HALF_BRACKET,
+            half_bracket: self.half_bracket,
             moved: false,
             polished: 0,
         })
@@ -68,7 +79,7 @@ struct Line<const N: usize> {
 /// A search under way.
 ///
 /// ```
-/// use model_core::identify::{annealing, polished::Parameters};
+/// use model_core::identify::{annealing, polished::{HALF_BRACKET, Parameters}};
 ///
 /// let mut search = Parameters {
 ///     annealing: annealing::Parameters {
@@ -76,6 +87,7 @@ struct Line<const N: usize> {
 ///         ..annealing::Parameters::new([0.01], [1.5], [0.12])
 ///     },
 ///     tolerance: 1e-4,
+///     half_bracket: [HALF_BRACKET],
 ///     polish: 40,
 /// }
 /// .build(1)?;
@@ -96,7 +108,7 @@ pub struct Polished<const N: usize> {
     best: Option<([f32; N], f32)>,
     /// The line searched now, once annealing is over.
     line: Option<(Line<N>, GoldenSection)>,
-    half_bracket: f32,
+    half_bracket: [f32; N],
     /// Whether this round moved a parameter by more than the tolerance.
     moved: bool,
     polished: u32,
@@ -175,7 +187,7 @@ impl<const N: usize> Polished<N> {
             self.parameters.annealing.lower[along],
             self.parameters.annealing.upper[along],
         );
-        let half = self.half_bracket * self.range(along);
+        let half = self.half_bracket[along] * self.range(along);
         let bracket = (
             (through[along] - half).max(lower),
             (through[along] + half).min(upper),
@@ -209,7 +221,7 @@ impl<const N: usize> Polished<N> {
             || at_end(line.bracket.1, parameters.upper[along]);
         if beyond && moved {
             // Twice as far each time: from anywhere in few searches.
-            self.half_bracket *= 2.0;
+            self.half_bracket[along] *= 2.0;
             return self.search(along);
         }
         if along + 1 < N {
@@ -220,8 +232,11 @@ impl<const N: usize> Polished<N> {
             return None;
         }
         self.moved = false;
-        self.half_bracket *= NARROWING;
-        if self.half_bracket <= 2.0 * self.parameters.tolerance {
+        for half in &mut self.half_bracket {
+            *half *= NARROWING;
+        }
+        let narrow = |half: &f32| *half <= 2.0 * self.parameters.tolerance;
+        if self.half_bracket.iter().all(narrow) {
             return None;
         }
         self.search(0)
@@ -257,6 +272,7 @@ mod tests {
                 ..annealing::Parameters::new([0.01], [1.5], [0.12])
             },
             tolerance: 1e-4,
+            half_bracket: [HALF_BRACKET],
             polish: 60,
         }
     }
@@ -289,6 +305,7 @@ mod tests {
                     ..annealing::Parameters::new([0.0, 0.0], [1.0, 1.0], [0.1, 0.1])
                 },
                 tolerance: 1e-4,
+                half_bracket: [HALF_BRACKET; 2],
                 polish: 400,
             };
             let search = run(parameters, seed, |[x, y]| {
@@ -309,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tolerance_out_of_range_is_refused() {
+    fn what_is_out_of_range_is_refused() {
         for tolerance in [0.0, 0.1, f32::NAN] {
             let parameters = Parameters {
                 tolerance,
@@ -317,5 +334,10 @@ mod tests {
             };
             assert_eq!(parameters.build(1).unwrap_err().name, "tolerance");
         }
+        let parameters = Parameters {
+            half_bracket: [2.0],
+            ..line(20)
+        };
+        assert_eq!(parameters.build(1).unwrap_err().name, "half_bracket");
     }
 }

@@ -2,7 +2,7 @@
 
 use model_core::gap::log::Log;
 use model_core::identify::annealing;
-use model_core::identify::polished;
+use model_core::identify::polished::{self, HALF_BRACKET};
 use model_core::identify::position_error::{Levels, PositionError};
 use model_core::numeric::invalid_parameter::InvalidParameter;
 use model_core::plant::parameters::Parameters;
@@ -20,6 +20,10 @@ pub const WINDOW: f32 = 0.2;
 /// What the estimate of one level takes the other for: the middle of what an actuator of this kind
 /// has, breakaway per Coulomb level.
 pub const BREAKAWAY_PER_COULOMB: f32 = 1.075;
+
+/// Largest breakaway level per Coulomb level that is looked for. That it is never below 1 is what the
+/// paper's simplex could not be told.
+const MOST_BREAKAWAY: f32 = 1.5;
 
 /// Width to which golden section goes, as a share of the bounds: 1.5e-4 N·m.
 const TOLERANCE: f32 = 1e-4;
@@ -101,12 +105,13 @@ pub fn one(
     options: &Options,
     seed: u64,
 ) -> Result<Estimate, InvalidParameter> {
-    search(model, log, options, options.annealing, seed, |[coulomb]| {
+    let search_for = (options.annealing, [HALF_BRACKET]);
+    search(model, log, options, search_for, seed, |[coulomb]| {
         in_ratio(coulomb)
     })
 }
 
-/// Coulomb and breakaway level, each a number.
+/// Coulomb and breakaway level, each a number. The second is searched as a ratio to the first.
 ///
 /// # Errors
 /// As [`one`].
@@ -124,14 +129,23 @@ pub fn two(
         acceptance: one.acceptance,
         reannealing_interval: one.reannealing_interval,
         evaluations: 2 * one.evaluations,
-        ..annealing::Parameters::new([LOWER; 2], [UPPER; 2], [START; 2])
+        ..annealing::Parameters::new(
+            [LOWER, 1.0],
+            [UPPER, MOST_BREAKAWAY],
+            [START, BREAKAWAY_PER_COULOMB],
+        )
     };
     let options = Options {
         polish: 4 * options.polish,
         ..*options
     };
-    let levels = |[coulomb, breakaway]: [f32; 2]| Levels { coulomb, breakaway };
-    search(model, log, &options, annealing, seed, levels)
+    let levels = |[coulomb, ratio]: [f32; 2]| Levels {
+        coulomb,
+        breakaway: ratio * coulomb,
+    };
+    // E hardly depends on the breakaway: annealing leaves it anywhere.
+    let brackets = [HALF_BRACKET, 1.0];
+    search(model, log, &options, (annealing, brackets), seed, levels)
 }
 
 /// The levels that a Coulomb level alone stands for.
@@ -146,7 +160,7 @@ fn search<const N: usize>(
     model: &Parameters,
     log: &Log,
     options: &Options,
-    annealing: annealing::Parameters<N>,
+    (annealing, half_bracket): (annealing::Parameters<N>, [f32; N]),
     seed: u64,
     levels: impl Fn([f32; N]) -> Levels,
 ) -> Result<Estimate, InvalidParameter> {
@@ -166,6 +180,7 @@ fn search<const N: usize>(
             ..annealing
         },
         tolerance: TOLERANCE,
+        half_bracket,
         polish: options.polish,
     }
     .build(seed)?;
@@ -191,10 +206,8 @@ fn search<const N: usize>(
     let (Some((best, cost)), Some(annealed)) = (search.best(), annealed) else {
         return Err(unusable);
     };
-    let mut levels = levels(best);
-    levels.breakaway = levels.breakaway.max(levels.coulomb);
     Ok(Estimate {
-        levels,
+        levels: levels(best),
         cost,
         annealed,
         annealing_evaluations: search.annealing().evaluations(),
