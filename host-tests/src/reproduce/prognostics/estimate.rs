@@ -23,7 +23,7 @@ pub const BREAKAWAY_PER_COULOMB: f32 = 1.075;
 
 /// Largest breakaway level per Coulomb level that is looked for. That it is never below 1 is what the
 /// paper's simplex could not be told.
-const MOST_BREAKAWAY: f32 = 1.5;
+pub const MOST_BREAKAWAY: f32 = 1.5;
 
 /// Width to which golden section goes, as a share of the bounds: 1.5e-4 N·m.
 const TOLERANCE: f32 = 1e-4;
