@@ -65,13 +65,7 @@ mod tests {
             ..Bench::IDEAL
         };
         let mut sensor = 0.0;
-        for (motor, expected) in [
-            (0.05, 0.0),
-            (0.3, 0.2),
-            (1.0, 0.9),
-            (0.85, 0.9),
-            (0.5, 0.6),
-        ] {
+        for (motor, expected) in [(0.05, 0.0), (0.3, 0.2), (1.0, 0.9), (0.85, 0.9), (0.5, 0.6)] {
             sensor = bench.take_up(sensor, motor);
             assert!((sensor - expected).abs() < 1e-12, "{motor}");
         }

@@ -277,7 +277,9 @@ impl Powered<'_> {
         let parts = if self.bench.supply_ripple == 0.0 {
             1.0
         } else {
-            (8.0 * seconds * self.bench.supply_frequency).ceil().max(1.0)
+            (8.0 * seconds * self.bench.supply_frequency)
+                .ceil()
+                .max(1.0)
         };
         let part = seconds / parts;
         for _ in 0..parts as usize {

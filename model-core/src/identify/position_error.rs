@@ -143,8 +143,7 @@ impl<'a> PositionError<'a> {
     /// with its weight in the trapezoidal rule: 1, and ½ at both ends of a window.
     pub fn errors(&mut self, levels: Levels, mut each: impl FnMut(f32, f32)) {
         let (log, last) = (&self.log, self.window);
-        self.actuator
-            .set_friction(levels.coulomb, levels.breakaway);
+        self.actuator.set_friction(levels.coulomb, levels.breakaway);
         for window in 0..self.windows {
             let start = HALF_WIDTH + window * last;
             let mut state = self.restart(start);
@@ -183,9 +182,7 @@ impl<'a> PositionError<'a> {
     /// Where the machine was. The current is the one that the winding settles on, within L/R: a
     /// measured one would bring the offset of its sensor in.
     fn restart(&self, start: usize) -> State {
-        let mut state = self
-            .log
-            .smoothed_state(start, HALF_WIDTH, self.resolution);
+        let mut state = self.log.smoothed_state(start, HALF_WIDTH, self.resolution);
         state.current = self
             .declared
             .steady_current(state.velocity.value(), self.log.input.at(start));
@@ -236,7 +233,11 @@ mod tests {
         for sample in 0..SAMPLES {
             let phase = sample % 500;
             // From standstill through the breakaway, back to standstill.
-            let ramp = if phase < 400 { 0.04 * phase as f32 } else { 0.0 };
+            let ramp = if phase < 400 {
+                0.04 * phase as f32
+            } else {
+                0.0
+            };
             input[sample] = if sample / 500 % 2 == 0 { ramp } else { -ramp };
             position[sample] = state.position.value();
             actuator.step(&mut state, input[sample]).unwrap();

@@ -60,7 +60,10 @@ pub fn read(path: &Path, rate: f64, seconds: f64) -> Result<Vec<f64>, InputError
 /// The command at a time, between points of which there is at least one.
 fn at(points: &[[f64; 2]], time: f64) -> f64 {
     let next = points.partition_point(|point| point[0] <= time);
-    match (next.checked_sub(1).map(|last| points[last]), points.get(next)) {
+    match (
+        next.checked_sub(1).map(|last| points[last]),
+        points.get(next),
+    ) {
         (Some(last), Some(next)) => {
             last[1] + (time - last[0]) / (next[0] - last[0]) * (next[1] - last[1])
         }

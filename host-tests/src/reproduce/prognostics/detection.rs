@@ -36,8 +36,11 @@ pub const LOGS: usize = 60;
 /// Failure, N·m: half of the motor's peak torque, about the paper's faulty case.
 pub const FAILURE: f64 = 0.72;
 
-/// Estimates that the line is laid through, the latest ones.
-const LINE: usize = 12;
+/// Estimates that the line is laid through: the latest ones since the alert, at most and at least.
+const LINE: (usize, usize) = (15, 5);
+
+/// Logs of each growth per log of the healthy population.
+const WORN_SHARE: f64 = 0.5;
 
 /// What the threshold is and how often it errs.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,26 +72,36 @@ pub struct Life {
     pub alert: Option<usize>,
     /// First log at which the wear alone, without scatter, is at [`FAILURE`].
     pub failure: usize,
-    /// Line at each log since the alert, as far as there is one that rises: the log at which it reaches
-    /// [`FAILURE`].
-    pub predicted: Vec<(usize, f64)>,
-    /// The last line before failure: friction at log 0, growth a log.
-    pub line: Option<(f64, f64)>,
+    /// The line after each log since the alert, as far as there is one that rises.
+    pub predicted: Vec<Prediction>,
+}
+
+/// A robust line through the latest estimates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction {
+    /// After which log.
+    pub log: usize,
+    /// Friction of the line at log 0, N·m.
+    pub level: f64,
+    /// Its growth a log, N·m.
+    pub growth: f64,
+    /// Where it reaches [`FAILURE`].
+    pub failure_log: f64,
 }
 
 impl Life {
     /// Logs from the alert to failure.
     pub fn lead(&self) -> Option<f64> {
-        self.alert
-            .map(|alert| self.failure as f64 - alert as f64)
+        self.alert.map(|alert| self.failure as f64 - alert as f64)
     }
 
-    /// Error of the predicted log of failure when this share of the time from alert to failure is over.
+    /// Error of the predicted log of failure when this share of the time from alert to failure is over, or as soon
+    /// after that as there is a line.
     pub fn error_at(&self, share: f64) -> Option<f64> {
         let lead = self.lead()?;
         let log = self.alert? + (share * lead).round() as usize;
-        let found = self.predicted.iter().find(|(at, _)| *at >= log);
-        found.map(|(_, predicted)| predicted - self.failure as f64)
+        let found = self.predicted.iter().find(|it| it.log >= log);
+        found.map(|it| it.failure_log - self.failure as f64)
     }
 }
 
@@ -127,9 +140,11 @@ pub fn detect(
     seed: u64,
 ) -> Result<Detection, InvalidParameter> {
     let healthy = LEVELS[0];
+    let worn_count = (WORN_SHARE * count as f64).ceil() as usize;
     let of = |level: f64, block: u64| -> Result<Vec<f64>, InvalidParameter> {
         let first = (seed * 100 + block) * 10_000;
-        let plan = (0..count as u64).map(|number| (level, first + number));
+        let logs = if level > healthy { worn_count } else { count };
+        let plan = (0..logs as u64).map(|number| (level, first + number));
         estimates(stand, model, plan.collect())
     };
     let (mean, deviation) = moments(&of(healthy, 0)?);
@@ -144,7 +159,7 @@ pub fn detect(
         .zip(2..)
         .map(|(growth, block)| {
             let worn = of(healthy * (1.0 + growth), block)?;
-            Ok((*growth, count, 1.0 - above(&worn)))
+            Ok((*growth, worn_count, 1.0 - above(&worn)))
         })
         .collect::<Result<_, InvalidParameter>>()?;
     Ok(Detection {
@@ -180,17 +195,27 @@ pub fn wear(
     let plan = (0..LOGS).map(|log| (level(log), seed_of(log))).collect();
     let estimates = estimates(stand, model, plan)?;
     let alert = (1..LOGS).find(|&log| estimates[log].min(estimates[log - 1]) > threshold);
-    let (mut predicted, mut line) = (Vec::new(), None);
+    let mut predicted = Vec::new();
     for log in alert.unwrap_or(LOGS)..failure {
-        let from = (log + 1).saturating_sub(LINE);
+        // The first of the two estimates of the alert is the first that is worn for certain.
+        let from = (log + 1)
+            .saturating_sub(LINE.0)
+            .max(alert.unwrap_or(LOGS).saturating_sub(1));
+        if log + 1 - from < LINE.1 {
+            continue;
+        }
         let points: Vec<(f64, f64)> = (from..=log)
             .map(|log| (log as f64, estimates[log]))
             .collect();
         if let Some((level, growth)) = robust_line(&points)
             && growth > 0.0
         {
-            predicted.push((log, (FAILURE - level) / growth));
-            line = Some((level, growth));
+            predicted.push(Prediction {
+                log,
+                level,
+                growth,
+                failure_log: (FAILURE - level) / growth,
+            });
         }
     }
     Ok(Life {
@@ -201,6 +226,5 @@ pub fn wear(
         alert,
         failure,
         predicted,
-        line,
     })
 }

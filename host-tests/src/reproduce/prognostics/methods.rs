@@ -177,7 +177,11 @@ fn judge(
         coulomb: Spread::of(coulomb()),
         breakaway: (numbers == 2).then(|| Spread::of(breakaway)),
         failed: coulomb().filter(|error| error.abs() > FAILURE).count() as f64 / count,
-        evaluations: found.iter().map(|it| f64::from(it.evaluations)).sum::<f64>() / count,
+        evaluations: found
+            .iter()
+            .map(|it| f64::from(it.evaluations))
+            .sum::<f64>()
+            / count,
         impossible: found.iter().filter(|it| it.impossible).count() as f64 / count,
     }
 }
@@ -252,8 +256,9 @@ fn simplex(error: &mut PositionError, numbers: u32) -> Found {
     let start = in_ratio(START);
     let (levels, evaluations) = if numbers == 1 {
         let ratio = f64::from(start.breakaway / start.coulomb);
-        let (at, evaluations) =
-            nelder_mead::minimise([f64::from(START)], |[coulomb]| cost(coulomb, ratio * coulomb));
+        let (at, evaluations) = nelder_mead::minimise([f64::from(START)], |[coulomb]| {
+            cost(coulomb, ratio * coulomb)
+        });
         (in_ratio(at[0] as f32), evaluations)
     } else {
         let start = [start.coulomb, start.breakaway].map(f64::from);

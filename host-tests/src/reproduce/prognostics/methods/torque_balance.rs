@@ -21,9 +21,8 @@ const REST: usize = 20;
 /// Coulomb and breakaway level, N·m. Either is `None` where the machine never slid, or never broke
 /// away.
 pub fn estimate(model: &Parameters, log: &Recorded) -> (Option<f64>, Option<f64>) {
-    let torque = |sample: usize| {
-        f64::from(model.torque_per_current()) * f64::from(log.current[sample])
-    };
+    let torque =
+        |sample: usize| f64::from(model.torque_per_current()) * f64::from(log.current[sample]);
     let position = |sample: usize| f64::from(log.position[sample]);
     (
         coulomb(model, log.position.len(), position, torque),
