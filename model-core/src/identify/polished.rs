@@ -1,7 +1,7 @@
 //! Simulated annealing, polished by golden section.
 //!
-//! [`annealing`](super::annealing) comes near the lowest minimum from wherever it starts, but takes
-//! hundreds of evaluations for the last per cent. [`golden_section`](super::golden_section) takes a
+//! [`annealing`] comes near the lowest minimum from wherever it starts, but takes
+//! hundreds of evaluations for the last per cent. [`golden_section`] takes a
 //! dozen, but sees one minimum of one parameter. So the first brings the second near, and the second
 //! goes on along each parameter in turn: in a bracket around the best point, which is drawn in from
 //! round to round, and moved and widened where the minimum lies at its end.

@@ -14,8 +14,9 @@
 //!
 //! Windows are the better choice. A free run adds up every small fault of the model, and once it has
 //! stuck where the machine slid it is lost for the rest of the log: E has many minima, and the lowest
-//! need not be at the friction. In windows of 0.2 s E is smooth and has one minimum, and the
-//! estimate is better by an order of magnitude (`cargo hil reproduce prognostics`).
+//! need not be at the friction. In windows of 0.2 s E has one minimum. On sweeps with 0.12 to
+//! 1.2 N·m the largest error of the estimate falls from 9 % to 0.3 % (`cargo hil reproduce
+//! prognostics`).
 
 use crate::gap::log::Log;
 use crate::gap::replay::samples;

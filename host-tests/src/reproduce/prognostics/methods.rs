@@ -4,8 +4,8 @@
 //! because it could not be told that the sliding friction stays below the static one. What was found:
 //!
 //! - What counts is the objective. In a *free run* over the whole log, the paper's, the error of the
-//!   position has many minima and the lowest need not be at the friction: every method fails now and
-//!   then by 5 % and more, annealing too. Replayed in *windows* it has one minimum, and every
+//!   position has many minima and the lowest need not be at the friction: every method is now and then
+//!   off by 4 % and more, annealing too. Replayed in *windows* it has one minimum, and every
 //!   method finds it from the paper's start: golden section in a quarter of annealing's
 //!   evaluations, least squares in an eighth.
 //! - Annealing alone is off by a per cent after 82 evaluations; polished it is as good as the others.
