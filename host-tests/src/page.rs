@@ -52,6 +52,29 @@ impl Figure {
     }
 }
 
+/// A table of cells; the first row is its head, the first column its names.
+pub(crate) fn table(rows: &[Vec<String>]) -> String {
+    let Some((head, body)) = rows.split_first() else {
+        return String::new();
+    };
+    let cells = |row: &[String], tag: &str| -> String {
+        let cell = |(index, cell): (usize, &String)| {
+            let class = if index == 0 { "" } else { " class=\"n\"" };
+            format!("<{tag}{class}>{}</{tag}>", escape(cell))
+        };
+        row.iter().enumerate().map(cell).collect()
+    };
+    let body: String = body
+        .iter()
+        .map(|row| format!("<tr>{}</tr>\n", cells(row, "td")))
+        .collect();
+    format!(
+        "<div class=\"wide\"><table>\n<thead>\n<tr>{}</tr>\n</thead>\n<tbody>\n{body}</tbody>\n\
+         </table></div>\n",
+        cells(head, "th")
+    )
+}
+
 /// Text as HTML and its attributes hold it.
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());

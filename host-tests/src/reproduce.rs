@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
+pub mod prognostics;
 pub mod throttle;
 
 /// What `cargo hil reproduce` takes.
@@ -17,7 +18,7 @@ pub struct Args {
     /// Write the results to this file as JSON
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
-    /// Repeat it on so many stands more, with other noise and other test signals
+    /// Throttle only: repeat it on so many stands more, with other noise and other test signals
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub repeat: u64,
 }
@@ -25,6 +26,8 @@ pub struct Args {
 /// A paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Paper {
+    /// Friction of an electromechanical actuator by simulated annealing: campaign, alerts, methods
+    Prognostics,
     /// A throttle for hardware-in-the-loop simulation: identification, PWA model, error tables
     Throttle,
 }
@@ -50,6 +53,7 @@ pub struct Entry {
 /// What is missing on this machine, or what is not in order with the run.
 pub fn run(args: &Args) -> Result<(), Failure> {
     match args.paper {
+        Paper::Prognostics => prognostics::run(args.json.as_deref()),
         Paper::Throttle => throttle::run(args.json.as_deref(), args.repeat),
     }
 }

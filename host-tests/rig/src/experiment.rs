@@ -1,9 +1,10 @@
 //! A machine on the bench: who drives it, for how long, how it is measured.
 
+use crate::bench::Bench;
 use crate::controller::Pid;
 use crate::effect::Effect;
 use crate::machine::{Machine, Motor};
-use crate::plant::Plant;
+use crate::plant::{Plant, STEP};
 use crate::random::Random;
 use crate::recording::Recording;
 use crate::trajectory::Trajectory;
@@ -68,6 +69,10 @@ pub struct Experiment {
     pub seed: u64,
     /// How noisy the sensors are.
     pub noise: Noise,
+    /// What else the bench adds.
+    pub bench: Bench,
+    /// Integration step, s: 2 µs unless it was changed.
+    pub step: f64,
 }
 
 impl Experiment {
@@ -81,6 +86,8 @@ impl Experiment {
             sample_rate: 1000.0,
             seed: 1,
             noise: Noise::SHUNT,
+            bench: Bench::IDEAL,
+            step: STEP,
         }
     }
 
@@ -126,6 +133,18 @@ impl Experiment {
         self
     }
 
+    /// On another bench.
+    pub fn on(mut self, bench: Bench) -> Self {
+        self.bench = bench;
+        self
+    }
+
+    /// Integrated in steps of at most `step` seconds.
+    pub fn with_step(mut self, step: f64) -> Self {
+        self.step = step;
+        self
+    }
+
     /// The log. A machine starts at standstill without current: at the spring's rest if it has
     /// one, else where its trajectory starts, else at 0.
     pub fn run(&self) -> Recording {
@@ -140,8 +159,15 @@ impl Experiment {
             (None, Excitation::Position(trajectory)) => trajectory.at(0.0),
             (None, Excitation::Input(_) | Excitation::Recorded(_)) => 0.0,
         };
-        let mut plant = Plant::new(machine, &self.effects);
+        let mut plant = Plant::new(machine, &self.effects)
+            .with_step(self.step)
+            .with_torque_ripple(self.bench.torque_ripple, self.bench.ripples_per_turn);
         plant.place(start, 0.0);
+        let mut powered = Powered {
+            plant,
+            bench: &self.bench,
+            time: 0.0,
+        };
         let mut pid = Pid::new(machine.gains, machine.input_limit, period);
         let mut random = Random::new(self.seed);
 
@@ -160,15 +186,17 @@ impl Experiment {
         // Positions in the order in which the sensor caught them, one a period.
         let mut caught: Vec<f64> = with(true);
         let mut acting = 0.0;
+        let mut behind_the_play = start;
         for row in 0..rows {
             let time = row as f64 * period;
             if sensor_age == 0.0 {
-                caught.push(plant.state().position);
+                caught.push(powered.plant.state().position);
             }
             let reported = caught.len().checked_sub(1 + sensor_rows);
             let seen = reported.map_or(start, |index| caught[index]);
+            behind_the_play = self.bench.take_up(behind_the_play, seen);
             let position = quantise(
-                seen + self.noise.position * random.normal(),
+                behind_the_play + self.noise.position * random.normal(),
                 machine.resolution,
             );
             let input = match &self.excitation {
@@ -189,8 +217,8 @@ impl Experiment {
             log.time.push(time);
             log.input.push(input);
             log.position.push(position);
-            log.true_position.push(plant.state().position);
-            log.true_velocity.push(plant.state().velocity);
+            log.true_position.push(powered.plant.state().position);
+            log.true_velocity.push(powered.plant.state().velocity);
             if has_winding {
                 // A winding without inductance answers the new input at once.
                 let acting = if input_rows == 0 && input_phase == 0.0 {
@@ -198,8 +226,12 @@ impl Experiment {
                 } else {
                     acting
                 };
-                log.current
-                    .push(plant.current(acting) + self.noise.current * random.normal());
+                let volts = acting * self.bench.supply(time);
+                log.current.push(
+                    powered.plant.current(volts)
+                        + self.bench.current_error(time)
+                        + self.noise.current * random.normal(),
+                );
             }
 
             // Within the period two things happen, each at its own instant: a delayed input
@@ -207,18 +239,18 @@ impl Experiment {
             let arriving = row.checked_sub(input_rows).map_or(0.0, |k| log.input[k]);
             let catch_phase = period - sensor_age;
             if sensor_age == 0.0 {
-                plant.advance(acting, input_phase);
-                plant.advance(arriving, period - input_phase);
+                powered.advance(acting, input_phase);
+                powered.advance(arriving, period - input_phase);
             } else if catch_phase < input_phase {
-                plant.advance(acting, catch_phase);
-                caught.push(plant.state().position);
-                plant.advance(acting, input_phase - catch_phase);
-                plant.advance(arriving, period - input_phase);
+                powered.advance(acting, catch_phase);
+                caught.push(powered.plant.state().position);
+                powered.advance(acting, input_phase - catch_phase);
+                powered.advance(arriving, period - input_phase);
             } else {
-                plant.advance(acting, input_phase);
-                plant.advance(arriving, catch_phase - input_phase);
-                caught.push(plant.state().position);
-                plant.advance(arriving, sensor_age);
+                powered.advance(acting, input_phase);
+                powered.advance(arriving, catch_phase - input_phase);
+                caught.push(powered.plant.state().position);
+                powered.advance(arriving, sensor_age);
             }
             acting = arriving;
         }
@@ -228,6 +260,33 @@ impl Experiment {
     /// Sum of the delays that `select` finds among the effects, s.
     fn delay(&self, select: fn(&Effect) -> f64) -> f64 {
         self.effects.iter().map(select).sum()
+    }
+}
+
+/// The plant on the bench's supply.
+struct Powered<'a> {
+    plant: Plant,
+    bench: &'a Bench,
+    /// Since the start of the log, s.
+    time: f64,
+}
+
+impl Powered<'_> {
+    /// Lets `seconds` pass; the ripple is held over an eighth of its period at most.
+    fn advance(&mut self, input: f64, seconds: f64) {
+        let parts = if self.bench.supply_ripple == 0.0 {
+            1.0
+        } else {
+            (8.0 * seconds * self.bench.supply_frequency)
+                .ceil()
+                .max(1.0)
+        };
+        let part = seconds / parts;
+        for _ in 0..parts as usize {
+            let volts = input * self.bench.supply(self.time + 0.5 * part);
+            self.plant.advance(volts, part);
+            self.time += part;
+        }
     }
 }
 

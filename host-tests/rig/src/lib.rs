@@ -23,6 +23,7 @@
 //! assert_eq!(recording.time.len(), 500);
 //! ```
 
+mod bench;
 mod controller;
 mod effect;
 mod experiment;
@@ -32,6 +33,7 @@ mod random;
 mod recording;
 mod trajectory;
 
+pub use bench::Bench;
 pub use controller::{Pid, PidGains};
 pub use effect::{Effect, EffectKind};
 pub use experiment::{Excitation, Experiment, Noise};

@@ -15,7 +15,7 @@ use crate::machine::{Machine, Motor, Stops};
 use std::f64::consts::TAU;
 
 /// Default and largest integration step, s.
-const STEP: f64 = 2.0e-6;
+pub(crate) const STEP: f64 = 2.0e-6;
 
 /// What the integrator carries.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -71,6 +71,8 @@ pub struct Plant {
     deflection: f64,
     /// Effects that cost a transcendental function each.
     shaped: Vec<Effect>,
+    /// Ripple of the torque constant, and its waves in a radian or metre.
+    torque_ripple: (f64, f64),
     step: f64,
     state: State,
     motion: Motion,
@@ -105,6 +107,7 @@ impl Plant {
             bristles: None,
             deflection: 0.0,
             shaped: Vec::new(),
+            torque_ripple: (0.0, 1.0),
             step: STEP,
             state: State::default(),
             motion: Motion::Stuck,
@@ -155,6 +158,12 @@ impl Plant {
         self
     }
 
+    /// The same plant with a torque constant k (1 + share · sin(waves · x)).
+    pub fn with_torque_ripple(mut self, share: f64, waves: f64) -> Self {
+        self.torque_ripple = (share, waves);
+        self
+    }
+
     /// Puts the machine somewhere, without current.
     pub fn place(&mut self, position: f64, velocity: f64) {
         self.state = State {
@@ -193,7 +202,10 @@ impl Plant {
                 resistance,
                 inductance: 0.0,
                 torque_constant,
-            } => (input - torque_constant * self.state.velocity) / resistance,
+            } => {
+                let emf = torque_constant * self.rippled(self.state) * self.state.velocity;
+                (input - emf) / resistance
+            }
             Motor::Winding { .. } => self.state.current,
             Motor::Direct { .. } => 0.0,
         }
@@ -498,9 +510,21 @@ impl Plant {
                 inductance,
                 torque_constant,
             } if inductance > 0.0 => {
-                (input - resistance * state.current - torque_constant * state.velocity) / inductance
+                let emf = torque_constant * self.rippled(state) * state.velocity;
+                (input - resistance * state.current - emf) / inductance
             }
             _ => 0.0,
+        }
+    }
+
+    /// What the ripple makes of a torque constant of 1.
+    #[inline]
+    fn rippled(&self, state: State) -> f64 {
+        let (share, waves) = self.torque_ripple;
+        if share == 0.0 {
+            1.0
+        } else {
+            1.0 + share * (waves * state.position).sin()
         }
     }
 
@@ -513,6 +537,7 @@ impl Plant {
                 inductance,
                 torque_constant,
             } => {
+                let torque_constant = torque_constant * self.rippled(state);
                 let current = if inductance > 0.0 {
                     state.current
                 } else {

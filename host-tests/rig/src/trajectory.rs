@@ -71,6 +71,13 @@ pub enum Trajectory {
         /// Largest speed; infinite for a sweep of constant amplitude.
         speed: f64,
     },
+    /// Values from elsewhere, each held until the next; the last one for ever, 0 if there is none.
+    Sampled {
+        /// Values a second, Hz.
+        rate: f64,
+        /// The values.
+        values: Vec<f64>,
+    },
 }
 
 impl Trajectory {
@@ -182,6 +189,12 @@ impl Trajectory {
                 let frequency = from + slope * time;
                 let phase = TAU * from * time + PI * slope * time * time;
                 centre + amplitude.min(speed / (TAU * frequency)) * phase.sin()
+            }
+            Self::Sampled { rate, values } => {
+                // A hair early, so that a rounded time does not fall behind its value.
+                let index = (time * rate + 1e-6).floor() as usize;
+                let last = values.len().saturating_sub(1);
+                values.get(index.min(last)).copied().unwrap_or(0.0)
             }
         }
     }

@@ -1,6 +1,7 @@
 //! What the bench logs: delays, quantisation, noise, coverage of the stroke, files.
 
-use rig::{Effect, EffectKind, Experiment, Machine, Motor, Noise, Random, Trajectory};
+use rig::{Bench, Effect, EffectKind, Experiment, Machine, Motor, Noise, Random, Trajectory};
+use std::f64::consts::TAU;
 
 fn machines() -> [Machine; 6] {
     [
@@ -285,4 +286,118 @@ fn machine_file_declares_the_machine() {
 fn random_numbers_differ_between_seeds() {
     let (mut a, mut b) = (Random::new(1), Random::new(2));
     assert!((0..100).all(|_| a.bits() != b.bits()));
+}
+
+/// A motor without inductance that a brake holds: its current is the voltage over the resistance.
+#[test]
+fn supply_and_current_sensor_err_as_asked_for() {
+    let machine = Machine {
+        motor: Motor::Winding {
+            resistance: 2.0,
+            inductance: 0.0,
+            torque_constant: 0.06,
+        },
+        coulomb: 9.0,
+        static_friction: 9.0,
+        ..Machine::rotary_ema()
+    };
+    let bench = Bench {
+        current_offset: 0.3,
+        current_drift: -0.05,
+        supply_ripple: 0.04,
+        supply_frequency: 90.0,
+        supply_phase: 0.7,
+        ..Bench::IDEAL
+    };
+    let log = Experiment::driven(machine, Trajectory::Constant(12.0))
+        .lasting(2.0)
+        .with_noise(Noise::NONE)
+        .on(bench)
+        .run();
+    for (time, current) in log.time.iter().zip(&log.current) {
+        let supply = 1.0 + 0.04 * (TAU * 90.0 * time + 0.7).sin();
+        let expected = 12.0 * supply / 2.0 + 0.3 - 0.05 * time;
+        assert!((current - expected).abs() < 1e-9, "{time}");
+    }
+    assert!(log.input.iter().all(|input| *input == 12.0));
+}
+
+/// Almost without inertia and without any friction, the back-EMF is the voltage at every angle.
+#[test]
+fn the_torque_constant_ripples_over_the_angle() {
+    let machine = Machine {
+        motor: Motor::Winding {
+            resistance: 1.0,
+            inductance: 0.0,
+            torque_constant: 0.06,
+        },
+        inertia: 1e-7,
+        viscous: 0.0,
+        coulomb: 0.0,
+        static_friction: 0.0,
+        ..Machine::rotary_ema()
+    };
+    let bench = Bench {
+        torque_ripple: 0.1,
+        ripples_per_turn: 3.0,
+        ..Bench::IDEAL
+    };
+    let log = Experiment::driven(machine, Trajectory::Constant(1.2))
+        .lasting(1.0)
+        .on(bench)
+        .run();
+    let states = log.true_position.iter().zip(&log.true_velocity).skip(5);
+    for (position, velocity) in states {
+        let emf = 0.06 * (1.0 + 0.1 * (3.0 * position).sin()) * velocity;
+        assert!((emf / 1.2 - 1.0).abs() < 5e-3, "{position}");
+    }
+}
+
+/// The position sensor stays within half of the play of the machine, and uses all of it.
+#[test]
+fn lost_motion_shows_at_reversals() {
+    let machine = Machine {
+        resolution: 0.0,
+        ..Machine::rotary_ema()
+    };
+    let bench = Bench {
+        backlash: 0.02,
+        ..Bench::IDEAL
+    };
+    let log = Experiment::tracking(machine.clone(), Trajectory::triangle(&machine))
+        .lasting(2.0)
+        .on(bench)
+        .run();
+    let lag = |pair: (&f64, &f64)| pair.0 - pair.1;
+    let lags: Vec<f64> = log
+        .position
+        .iter()
+        .zip(&log.true_position)
+        .map(lag)
+        .collect();
+    let (low, high) = lags.iter().fold((0.0_f64, 0.0_f64), |(low, high), lag| {
+        (low.min(*lag), high.max(*lag))
+    });
+    assert!(
+        (low + 0.01).abs() < 1e-9 && (high - 0.01).abs() < 1e-9,
+        "{low} {high}"
+    );
+}
+
+#[test]
+fn a_sampled_trajectory_holds_each_value_and_the_last_one_for_ever() {
+    let trajectory = Trajectory::Sampled {
+        rate: 1000.0,
+        values: vec![1.0, 2.0, 3.0],
+    };
+    let at: Vec<f64> = (0..5)
+        .map(|row| trajectory.at(f64::from(row) * 1e-3))
+        .collect();
+    assert_eq!(at, [1.0, 2.0, 3.0, 3.0, 3.0]);
+    assert_eq!(trajectory.at(1.7e-3), 2.0);
+    let none = Trajectory::Sampled {
+        rate: 1000.0,
+        values: Vec::new(),
+    };
+    assert_eq!(none.at(0.5), 0.0);
 }

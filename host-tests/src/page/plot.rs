@@ -100,6 +100,35 @@ impl Panel {
     }
 }
 
+/// A curve as a layer.
+pub(crate) fn line(colour: RGBColor, width: u32, opacity: f64, points: Vec<Point>) -> Layer {
+    Layer {
+        mark: Mark::Line(width),
+        colour,
+        opacity,
+        points,
+    }
+}
+
+/// A panel around its layers, from the first to the last second of them.
+pub(crate) fn panel(title: &str, x_title: &str, layers: Vec<Layer>) -> Panel {
+    let range = |pick: fn(&Point) -> f64| {
+        let values = layers
+            .iter()
+            .flat_map(|layer| layer.points.iter().map(pick));
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+    };
+    Panel {
+        title: title.to_owned(),
+        x_title: x_title.to_owned(),
+        x: range(|point| point.0),
+        y: Panel::padded(range(|point| point.1)),
+        layers,
+    }
+}
+
 /// The style sheet's share for drawings: the palette as custom properties, light and dark, and
 /// rules that let it override the colours in the SVG.
 pub(crate) fn theme() -> String {

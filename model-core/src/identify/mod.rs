@@ -8,3 +8,5 @@ pub mod characteristic;
 pub mod friction;
 pub mod golden_section;
 pub mod line;
+pub mod polished;
+pub mod position_error;

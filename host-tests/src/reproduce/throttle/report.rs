@@ -8,9 +8,11 @@ use super::tables::{self, Column, Implementation, Implemented, Judged};
 use super::{Results, stand};
 use crate::identify::{Series, figure};
 use crate::log::Log;
-use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, Layer, MEASURED, Mark, OTHER, Panel};
+use crate::page::plot::{
+    self, AFTER, BEFORE, COLUMNS, Layer, MEASURED, Mark, OTHER, Panel, line, panel,
+};
 use crate::page::series::{Point, envelope, histogram};
-use crate::page::{self, Figure, escape};
+use crate::page::{self, Figure, escape, table};
 use crate::pwa;
 
 /// Seconds of the excerpt that compares the implementations.
@@ -46,34 +48,6 @@ fn curve(log: &Log, series: &[f64], (from, to): (usize, usize)) -> Vec<Point> {
 fn difference(model: &[f64], measured: &[f64]) -> Vec<f64> {
     let pairs = model.iter().zip(measured);
     pairs.map(|(model, measured)| model - measured).collect()
-}
-
-fn line(colour: RGBColor, width: u32, opacity: f64, points: Vec<Point>) -> Layer {
-    Layer {
-        mark: Mark::Line(width),
-        colour,
-        opacity,
-        points,
-    }
-}
-
-/// A panel around its layers, from the first to the last second of them.
-fn panel(title: &str, x_title: &str, layers: Vec<Layer>) -> Panel {
-    let range = |pick: fn(&Point) -> f64| {
-        let values = layers
-            .iter()
-            .flat_map(|layer| layer.points.iter().map(pick));
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        })
-    };
-    Panel {
-        title: title.to_owned(),
-        x_title: x_title.to_owned(),
-        x: range(|point| point.0),
-        y: Panel::padded(range(|point| point.1)),
-        layers,
-    }
 }
 
 /// The page.
@@ -338,29 +312,6 @@ fn transposed(cells: &[Vec<String>]) -> Vec<Vec<String>> {
     (0..columns)
         .map(|column| cells.iter().map(|row| row[column].clone()).collect())
         .collect()
-}
-
-/// A table of cells; the first row is its head, the first column its names.
-fn table(rows: &[Vec<String>]) -> String {
-    let Some((head, body)) = rows.split_first() else {
-        return String::new();
-    };
-    let cells = |row: &[String], tag: &str| -> String {
-        let cell = |(index, cell): (usize, &String)| {
-            let class = if index == 0 { "" } else { " class=\"n\"" };
-            format!("<{tag}{class}>{}</{tag}>", escape(cell))
-        };
-        row.iter().enumerate().map(cell).collect()
-    };
-    let body: String = body
-        .iter()
-        .map(|row| format!("<tr>{}</tr>\n", cells(row, "td")))
-        .collect();
-    format!(
-        "<div class=\"wide\"><table>\n<thead>\n<tr>{}</tr>\n</thead>\n<tbody>\n{body}</tbody>\n\
-         </table></div>\n",
-        cells(head, "th")
-    )
 }
 
 /// The sentence on the stand.

@@ -1,0 +1,217 @@
+//! Friction from a log: eq. 5 minimised by annealing, polished by golden section.
+
+use model_core::gap::log::Log;
+use model_core::identify::annealing;
+use model_core::identify::polished::{self, HALF_BRACKET};
+use model_core::identify::position_error::{Levels, PositionError};
+use model_core::numeric::invalid_parameter::InvalidParameter;
+use model_core::plant::parameters::Parameters;
+
+/// The paper's bounds and start, N·m.
+pub const LOWER: f32 = 0.01;
+/// Upper bound.
+pub const UPPER: f32 = 1.5;
+/// Friction of the healthy actuator.
+pub const START: f32 = 0.12;
+
+/// Length of the windows of the replay, s.
+pub const WINDOW: f32 = 0.2;
+
+/// What the estimate of one level takes the other for: the middle of what an actuator of this kind
+/// has, breakaway per Coulomb level.
+pub const BREAKAWAY_PER_COULOMB: f32 = 1.075;
+
+/// Largest breakaway level per Coulomb level that is looked for. That it is never below 1 is what the
+/// paper's simplex could not be told.
+pub const MOST_BREAKAWAY: f32 = 1.5;
+
+/// Width to which golden section goes, as a share of the bounds: 1.5e-4 N·m.
+const TOLERANCE: f32 = 1e-4;
+
+/// One evaluation of a search, in order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evaluation {
+    /// Of the annealing, as a share of the bounds; the last one while golden section polishes.
+    pub temperature: f32,
+    /// What was tried, N·m.
+    pub coulomb: f32,
+    /// Its E, rad²·s.
+    pub cost: f32,
+    /// The least E so far.
+    pub least: f32,
+}
+
+/// What came of a search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// The levels with the least E.
+    pub levels: Levels,
+    /// Their E, rad²·s.
+    pub cost: f32,
+    /// The best that annealing alone found.
+    pub annealed: Levels,
+    /// Replays of the log by annealing.
+    pub annealing_evaluations: u32,
+    /// Replays by golden section.
+    pub polish_evaluations: u32,
+    /// Every evaluation.
+    pub history: Vec<Evaluation>,
+}
+
+/// How a search is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Windows of the replay, s; `None` for the paper's free run.
+    pub window: Option<f32>,
+    /// T₀, step, cooling, acceptance, re-annealing, evaluations; bounds, start and k_b are set.
+    pub annealing: annealing::Parameters<1>,
+    /// Most evaluations by golden section.
+    pub polish: u32,
+}
+
+impl Default for Options {
+    /// In windows, 82 evaluations by annealing with its defaults.
+    fn default() -> Self {
+        Self {
+            window: Some(WINDOW),
+            annealing: annealing::Parameters {
+                evaluations: 82,
+                ..annealing::Parameters::new([LOWER], [UPPER], [START])
+            },
+            polish: 60,
+        }
+    }
+}
+
+/// E on a log of the bench's encoder.
+///
+/// # Errors
+/// What the core refuses.
+pub fn error<'a>(
+    model: &Parameters,
+    log: &Log<'a>,
+    window: Option<f32>,
+) -> Result<PositionError<'a>, InvalidParameter> {
+    PositionError::new(model, log, super::stand::RESOLUTION as f32, window)
+}
+
+/// One number: the Coulomb level, the breakaway level in a fixed ratio to it.
+///
+/// # Errors
+/// What the core refuses, and a log that it cannot replay (`log`).
+pub fn one(
+    model: &Parameters,
+    log: &Log,
+    options: &Options,
+    seed: u64,
+) -> Result<Estimate, InvalidParameter> {
+    let search_for = (options.annealing, [HALF_BRACKET]);
+    search(model, log, options, search_for, seed, |[coulomb]| {
+        in_ratio(coulomb)
+    })
+}
+
+/// Coulomb and breakaway level, each a number. The second is searched as a ratio to the first.
+///
+/// # Errors
+/// As [`one`].
+pub fn two(
+    model: &Parameters,
+    log: &Log,
+    options: &Options,
+    seed: u64,
+) -> Result<Estimate, InvalidParameter> {
+    let one = options.annealing;
+    let annealing = annealing::Parameters {
+        initial_temperature: one.initial_temperature,
+        step: one.step,
+        cooling: one.cooling,
+        acceptance: one.acceptance,
+        reannealing_interval: one.reannealing_interval,
+        evaluations: 2 * one.evaluations,
+        ..annealing::Parameters::new(
+            [LOWER, 1.0],
+            [UPPER, MOST_BREAKAWAY],
+            [START, BREAKAWAY_PER_COULOMB],
+        )
+    };
+    let options = Options {
+        polish: 4 * options.polish,
+        ..*options
+    };
+    let levels = |[coulomb, ratio]: [f32; 2]| Levels {
+        coulomb,
+        breakaway: ratio * coulomb,
+    };
+    // E hardly depends on the breakaway: annealing leaves it anywhere.
+    let brackets = [HALF_BRACKET, 1.0];
+    search(model, log, &options, (annealing, brackets), seed, levels)
+}
+
+/// The levels that a Coulomb level alone stands for.
+pub fn in_ratio(coulomb: f32) -> Levels {
+    Levels {
+        coulomb,
+        breakaway: BREAKAWAY_PER_COULOMB * coulomb,
+    }
+}
+
+fn search<const N: usize>(
+    model: &Parameters,
+    log: &Log,
+    options: &Options,
+    (annealing, half_bracket): (annealing::Parameters<N>, [f32; N]),
+    seed: u64,
+    levels: impl Fn([f32; N]) -> Levels,
+) -> Result<Estimate, InvalidParameter> {
+    let unusable = InvalidParameter {
+        name: "log",
+        requirement: "must be finite and have motion",
+    };
+    let mut error = error(model, log, options.window)?;
+    let at_rest = error.at_rest();
+    if !(at_rest.is_finite() && at_rest > 0.0) {
+        return Err(unusable);
+    }
+    let mut search = polished::Parameters {
+        annealing: annealing::Parameters {
+            // A model that stands still is as bad as one can be that errs on the safe side.
+            boltzmann_constant: at_rest,
+            ..annealing
+        },
+        tolerance: TOLERANCE,
+        half_bracket,
+        polish: options.polish,
+    }
+    .build(seed)?;
+    let mut history = Vec::new();
+    let (mut annealed, mut least) = (None, f32::INFINITY);
+    while let Some(candidate) = search.propose() {
+        let tried = levels(candidate);
+        let cost = error.at(tried);
+        search.report(cost);
+        if let Some((_, best)) = search.best() {
+            least = best;
+        }
+        if search.polish_evaluations() == 0 {
+            annealed = search.best().map(|(best, _)| levels(best));
+        }
+        history.push(Evaluation {
+            temperature: search.annealing().temperature()[0],
+            coulomb: tried.coulomb,
+            cost,
+            least,
+        });
+    }
+    let (Some((best, cost)), Some(annealed)) = (search.best(), annealed) else {
+        return Err(unusable);
+    };
+    Ok(Estimate {
+        levels: levels(best),
+        cost,
+        annealed,
+        annealing_evaluations: search.annealing().evaluations(),
+        polish_evaluations: search.polish_evaluations(),
+        history,
+    })
+}
