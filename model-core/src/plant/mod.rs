@@ -9,14 +9,17 @@
 //! * [`modes`]: the affine modes, discretised at the step and at its halves, quarters, …;
 //! * [`mode_store`]: modes that several actuators share;
 //! * [`actuator`]: the step itself, with its events;
-//! * [`karnopp`]: the published velocity-band scheme by Euler steps, for comparison;
+//! * [`euler`]: the same actuator by Euler steps, under a published friction rule: [`karnopp`]'s
+//!   velocity band or [`borello`]'s zero crossing, for comparison;
 //! * [`piecewise_affine`]: a model without physics, learned from input and output;
 //! * [`throttle`]: an actuator behind a [`bridge`], read by two tracks of a [`potentiometer`], with
 //!   the faults that an engine controller has to find;
 //! * [`rise_time`]: the inertia that gives the rise time of a real part.
 
 pub mod actuator;
+pub mod borello;
 pub mod bridge;
+pub mod euler;
 pub mod karnopp;
 pub mod mode_store;
 pub mod modes;
