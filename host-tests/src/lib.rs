@@ -25,6 +25,7 @@ pub mod measured;
 pub mod on_target_run;
 pub mod onboard;
 mod page;
+pub mod prognostics;
 pub mod pwa;
 mod quantity;
 pub mod remap;

@@ -30,6 +30,7 @@ mod machine;
 mod plant;
 mod random;
 mod recording;
+mod servo;
 mod trajectory;
 
 pub use controller::{Pid, PidGains};
@@ -39,4 +40,5 @@ pub use machine::{Coordinate, Machine, Motor, ReturnSpring, Stops};
 pub use plant::{Plant, State};
 pub use random::Random;
 pub use recording::Recording;
+pub use servo::{Servo, ServoSample};
 pub use trajectory::{Move, Sine, Trajectory};

@@ -51,6 +51,8 @@ struct Bristles {
 #[derive(Debug, Clone)]
 pub struct Plant {
     motor: Motor,
+    /// What the motor's load saturates at.
+    peak_load: f64,
     inertia: f64,
     viscous_forward: f64,
     viscous_backward: f64,
@@ -85,6 +87,7 @@ impl Plant {
         let spring = machine.spring;
         let mut plant = Self {
             motor: machine.motor,
+            peak_load: f64::INFINITY,
             inertia: machine.inertia,
             viscous_forward: machine.viscous,
             viscous_backward: machine.viscous,
@@ -152,6 +155,12 @@ impl Plant {
     /// The same plant with an integration step of at most `step` seconds.
     pub fn with_step(mut self, step: f64) -> Self {
         self.step = step;
+        self
+    }
+
+    /// The same plant with a motor that gives no more than `load` N·m or N either way.
+    pub fn with_peak_load(mut self, load: f64) -> Self {
+        self.peak_load = load;
         self
     }
 
@@ -507,7 +516,7 @@ impl Plant {
     /// Load of the motor.
     #[inline]
     fn motor_load(&self, input: f64, state: State) -> f64 {
-        match self.motor {
+        let load = match self.motor {
             Motor::Winding {
                 resistance,
                 inductance,
@@ -521,7 +530,8 @@ impl Plant {
                 torque_constant * current
             }
             Motor::Direct { gain } => gain * input,
-        }
+        };
+        load.clamp(-self.peak_load, self.peak_load)
     }
 
     /// All loads but friction.

@@ -11,6 +11,7 @@
 //! * [`actuator`]: the step itself, with its events;
 //! * [`euler`]: the same actuator by Euler steps, under a published friction rule: [`karnopp`]'s
 //!   velocity band or [`borello`]'s zero crossing, for comparison;
+//! * [`ema`]: the whole servo of the prognostics paper, from its position command to its rod;
 //! * [`piecewise_affine`]: a model without physics, learned from input and output;
 //! * [`throttle`]: an actuator behind a [`bridge`], read by two tracks of a [`potentiometer`], with
 //!   the faults that an engine controller has to find;
@@ -19,6 +20,7 @@
 pub mod actuator;
 pub mod borello;
 pub mod bridge;
+pub mod ema;
 pub mod euler;
 pub mod karnopp;
 pub mod mode_store;
