@@ -85,8 +85,8 @@ fn every_scheme_sticks_and_slips_as_the_bench_does() {
             f64::from(stepped.position.value()) - truth,
         ]);
     }
-    // It does stick, and it does slip.
-    assert!((2000..6000).contains(&stuck), "{stuck}");
+    // A second of each at least.
+    assert!((1000..7000).contains(&stuck), "{stuck}");
     let [by_karnopp, by_borello, by_exact] =
         [0, 1, 2].map(|scheme| rms(errors.iter().map(|row| row[scheme])));
     println!(
@@ -94,23 +94,26 @@ fn every_scheme_sticks_and_slips_as_the_bench_does() {
          exact {by_exact:.1e} rad rms; stuck {stuck} of 8000 ms"
     );
     assert!(by_karnopp < 1e-2 * largest, "{by_karnopp}");
-    assert!(by_borello < 1e-2 * largest, "{by_borello}");
-    assert!(by_exact < 1e-4 * largest, "{by_exact}");
+    assert!(by_borello < 1e-4 * largest, "{by_borello}");
+    assert!(by_exact < 1e-6 * largest, "{by_exact}");
 }
 
-/// The commands of the paper, as functions of the drive's period.
-fn inputs(scale: f32) -> [(&'static str, Box<dyn Fn(u32) -> f32>); 5] {
+/// A command as a function of the drive's period.
+type Input = Box<dyn Fn(u32) -> f32>;
+
+/// The commands of the paper; its random sequence is the core's APRTS.
+fn inputs(scale: f32) -> [(&'static str, Input); 5] {
     const PERIOD: f32 = 0.016;
     let step = step::Parameters {
-        initial: 0.0,
-        amplitude: scale,
+        initial_value: 0.0,
+        final_value: scale,
         time: 0.1,
     }
     .build(PERIOD)
     .unwrap();
     let ramp = ramp::Parameters {
-        initial: 0.0,
-        slope: 0.25 * scale,
+        initial_value: 0.0,
+        final_value: scale,
         start: 0.1,
         duration: 4.0,
     }
@@ -176,7 +179,14 @@ fn servo_follows_the_bench_under_every_input() {
                 let error = rms(positions.iter().map(|(ours, theirs)| ours - theirs));
                 let largest = positions.iter().fold(0.0_f64, |l, (_, p)| l.max(p.abs()));
                 println!("{scheme:?} closed {closed} {name}: {error:.1e} of {largest:.1e} m");
-                assert!(error < 1e-2 * largest, "{scheme:?} {name}: {error}");
+                // The loop sees an encoder's count of 2 µm; a band of velocities costs travel each
+                // time that it is crossed.
+                let allowed = match scheme {
+                    Scheme::Karnopp { .. } => 5e-3 * largest,
+                    Scheme::Borello => 4e-6,
+                    Scheme::Exact => 2e-6,
+                };
+                assert!(error < allowed, "{scheme:?} {name}: {error}");
             }
         }
     }
@@ -244,30 +254,21 @@ fn torque_saturates_at_its_peak() {
         parameters.motor.peak_torque = 0.2;
         parameters.motor.viscous = 0.0;
         let mut ema = Ema::build(&parameters).unwrap();
-        for _ in 0..20 {
-            ema.step(Command::Duty(0.5)).unwrap();
-        }
-        let early = ema.step(Command::Duty(0.5)).unwrap();
-        // (0.2 − 0.12)/J, but for the rise of the current: after 16 ms it is over.
-        let reached = 0.08 / 1.2e-4 * 0.016;
-        let second = {
-            let mut ema = Ema::build(&parameters).unwrap();
-            ema.step(Command::Duty(0.5)).unwrap();
-            let first = ema.step(Command::Duty(0.5)).unwrap();
-            ema.step(Command::Duty(0.5)).unwrap().speed - first.speed
-        };
-        assert!((f64::from(second) / reached - 1.0).abs() < 1e-3, "{second}");
-        // Far from the peak the final speed is that of the motor: (k u − R F)/k².
-        let last = {
-            for _ in 0..200 {
-                ema.step(Command::Duty(0.1)).unwrap();
+        let mut run = |duty: f32, periods: u32| {
+            for _ in 1..periods {
+                ema.step(Command::Duty(duty)).unwrap();
             }
-            f64::from(ema.step(Command::Duty(0.1)).unwrap().speed)
+            f64::from(ema.step(Command::Duty(duty)).unwrap().speed)
         };
-        let volts = 24.0 * 13.0 / 127.0;
-        let expected = (0.06 * volts - 0.12) / 3.6e-3;
-        assert!((last / expected - 1.0).abs() < 1e-3, "{last} {expected}");
-        assert!(f64::from(early.speed) > 2.0 * expected);
+        // Once the current has risen: (0.2 − 0.12)/J for 16 ms.
+        let second = run(0.5, 2);
+        let gained = run(0.5, 1) - second;
+        let expected = 0.08 / 1.2e-4 * 0.016;
+        assert!((gained / expected - 1.0).abs() < 1e-3, "{gained}");
+        // Far below the peak the final speed is the motor's: (k u − R F)/k², u of 13 counts.
+        let last = run(0.1, 200);
+        let expected = (0.06 * 24.0 * 13.0 / 127.0 - 0.12) / 3.6e-3;
+        assert!((last / expected - 1.0).abs() < 1e-3, "{last}");
     }
 }
 
@@ -306,9 +307,12 @@ fn what_is_no_command_is_refused_and_leaves_the_servo_alone() {
     }
 }
 
+/// A name, and what makes the parameter of that name wrong.
+type Case = (&'static str, fn(&mut Parameters));
+
 #[test]
 fn parameters_out_of_range_are_refused_by_name() {
-    let cases: [(&str, fn(&mut Parameters)); 12] = [
+    let cases: [Case; 12] = [
         ("drive period", |p| p.drive.period = 0.0),
         ("full command", |p| p.drive.full_command = 0),
         ("supply", |p| p.drive.supply = f32::NAN),
@@ -330,7 +334,7 @@ fn parameters_out_of_range_are_refused_by_name() {
         };
         assert_eq!(error.name, name);
     }
-    let cases: [(&str, fn(&mut Parameters)); 4] = [
+    let cases: [Case; 4] = [
         ("resistance", |p| p.motor.resistance = 0.0),
         ("torque limit", |p| p.motor.peak_torque = 0.0),
         ("coulomb", |p| p.friction.coulomb = -0.1),
