@@ -21,6 +21,7 @@
 //! so constructors and sums over windows may use it; it only costs time.
 
 pub mod control;
+mod ema;
 mod findings;
 pub mod log;
 mod numeric;
@@ -48,7 +49,7 @@ impl Check {
 }
 
 /// All tests.
-pub const CHECKS: [Check; 21] = [
+pub const CHECKS: [Check; 22] = [
     check("square_root", numeric::square_root),
     check("transcendental", numeric::transcendental),
     check("rounding", numeric::rounding),
@@ -67,6 +68,7 @@ pub const CHECKS: [Check; 21] = [
     check("piecewise_affine", piecewise_affine::steps),
     check("throttle_body", throttle::body),
     check("throttle_rise", throttle::rise),
+    check("ema_servo", ema::servo),
     check("annealing", search::annealing),
     check("golden_section", search::golden_section),
     check("friction", search::friction),

@@ -31,6 +31,7 @@ mod machine;
 mod plant;
 mod random;
 mod recording;
+mod servo;
 mod trajectory;
 
 pub use bench::Bench;
@@ -41,4 +42,5 @@ pub use machine::{Coordinate, Machine, Motor, ReturnSpring, Stops};
 pub use plant::{Plant, State};
 pub use random::Random;
 pub use recording::Recording;
+pub use servo::{Servo, ServoSample};
 pub use trajectory::{Move, Sine, Trajectory};

@@ -51,6 +51,8 @@ struct Bristles {
 #[derive(Debug, Clone)]
 pub struct Plant {
     motor: Motor,
+    /// What the motor's load saturates at.
+    peak_load: f64,
     inertia: f64,
     viscous_forward: f64,
     viscous_backward: f64,
@@ -87,6 +89,7 @@ impl Plant {
         let spring = machine.spring;
         let mut plant = Self {
             motor: machine.motor,
+            peak_load: f64::INFINITY,
             inertia: machine.inertia,
             viscous_forward: machine.viscous,
             viscous_backward: machine.viscous,
@@ -161,6 +164,12 @@ impl Plant {
     /// The same plant with a torque constant k (1 + share · sin(waves · x)).
     pub fn with_torque_ripple(mut self, share: f64, waves: f64) -> Self {
         self.torque_ripple = (share, waves);
+        self
+    }
+
+    /// The same plant with a motor that gives no more than `load` N·m or N either way.
+    pub fn with_peak_load(mut self, load: f64) -> Self {
+        self.peak_load = load;
         self
     }
 
@@ -531,7 +540,7 @@ impl Plant {
     /// Load of the motor.
     #[inline]
     fn motor_load(&self, input: f64, state: State) -> f64 {
-        match self.motor {
+        let load = match self.motor {
             Motor::Winding {
                 resistance,
                 inductance,
@@ -546,7 +555,8 @@ impl Plant {
                 torque_constant * current
             }
             Motor::Direct { gain } => gain * input,
-        }
+        };
+        load.clamp(-self.peak_load, self.peak_load)
     }
 
     /// All loads but friction.

@@ -20,6 +20,7 @@ use super::Entry;
 use crate::failure::Failure;
 use crate::{whole_file, workspace};
 
+pub mod anti_windup;
 pub mod calibration;
 pub mod campaign;
 pub mod command_file;

@@ -23,6 +23,37 @@ pub struct Load {
     pub breakaway: Directional,
 }
 
+impl Load {
+    /// What the parameters declare, the breakaway level raised to the Coulomb level.
+    pub fn declared(parameters: &Parameters) -> Self {
+        let Parameters {
+            coulomb, breakaway, ..
+        } = *parameters;
+        Self {
+            torque: parameters.offset,
+            coulomb,
+            breakaway: Directional {
+                forward: breakaway.forward.max(coulomb.forward),
+                backward: breakaway.backward.max(coulomb.backward),
+            },
+        }
+    }
+
+    /// Sets the friction levels of both directions. Negative or non-finite levels count as zero, and
+    /// the breakaway level is raised to the Coulomb level.
+    pub fn set_friction(&mut self, coulomb: f32, breakaway: f32) {
+        let level = |value: f32| {
+            if value.is_finite() {
+                value.max(0.0)
+            } else {
+                0.0
+            }
+        };
+        self.coulomb = Directional::both(level(coulomb));
+        self.breakaway = Directional::both(level(breakaway).max(level(coulomb)));
+    }
+}
+
 /// An actuator with everything that does not depend on its state worked out for one step period.
 ///
 /// It owns its modes, or borrows them (`M` is `&Modes`) where several actuators have the same: they
@@ -157,17 +188,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
         };
         Ok(Self {
             modes,
-            load: Load {
-                torque: parameters.offset,
-                coulomb: parameters.coulomb,
-                breakaway: Directional {
-                    forward: parameters.breakaway.forward.max(parameters.coulomb.forward),
-                    backward: parameters
-                        .breakaway
-                        .backward
-                        .max(parameters.coulomb.backward),
-                },
-            },
+            load: Load::declared(parameters),
             torque_per_current: parameters.torque_per_current(),
             algebraic,
             spring: parameters.spring,
@@ -202,18 +223,9 @@ impl<M: Borrow<Modes>> Actuator<M> {
     }
 
     /// Sets the friction levels without working the modes out again: the annealing loop changes
-    /// nothing else. Negative or non-finite levels count as zero, and the breakaway level is
-    /// raised to the Coulomb level.
+    /// nothing else. As [`Load::set_friction`].
     pub fn set_friction(&mut self, coulomb: f32, breakaway: f32) {
-        let level = |value: f32| {
-            if value.is_finite() {
-                value.max(0.0)
-            } else {
-                0.0
-            }
-        };
-        self.load.coulomb = Directional::both(level(coulomb));
-        self.load.breakaway = Directional::both(level(breakaway).max(level(coulomb)));
+        self.load.set_friction(coulomb, breakaway);
     }
 
     /// One step with the input held over it.

@@ -9,7 +9,9 @@
 //! * [`modes`]: the affine modes, discretised at the step and at its halves, quarters, …;
 //! * [`mode_store`]: modes that several actuators share;
 //! * [`actuator`]: the step itself, with its events;
-//! * [`karnopp`]: the published velocity-band scheme by Euler steps, for comparison;
+//! * [`euler`]: the same actuator by Euler steps, under a published friction rule: [`karnopp`]'s
+//!   velocity band or [`borello`]'s zero crossing, for comparison;
+//! * [`ema`]: the whole servo of the prognostics paper, from its position command to its rod;
 //! * [`piecewise_affine`]: a model without physics, learned from input and output;
 //! * [`inter_sample`]: its position between its samples;
 //! * [`throttle`]: an actuator behind a [`bridge`], read by two tracks of a [`potentiometer`], with
@@ -17,7 +19,10 @@
 //! * [`rise_time`]: the inertia that gives the rise time of a real part.
 
 pub mod actuator;
+pub mod borello;
 pub mod bridge;
+pub mod ema;
+pub mod euler;
 pub mod inter_sample;
 pub mod karnopp;
 pub mod mode_store;

@@ -1,10 +1,12 @@
 //! The page: the paper's Figs. 9 to 14, and what follows from the campaign.
 
+use model_core::control::pid::AntiWindup;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::parameters::Parameters;
 use rig::{Machine, Pid};
 
+use super::anti_windup::{self, Response};
 use super::estimate::Evaluation;
 use super::stand::{Input, LEVELS, Recorded, SAMPLE_RATE};
 use super::tables;
@@ -70,6 +72,7 @@ pub(super) fn page(results: &Results) -> Result<String, Failure> {
     body += &calibration(results)?.html();
     body += &positions(results)?.html();
     body += &history(&results.case.estimate.history)?.html();
+    body += &anti_windups()?.html();
     body += "</section>\n<section>\n<h2>Campaign</h2>\n<p class=\"note\">Magnitude of the relative \
              error: median / 95 % / worst. One number: the Coulomb level, the breakaway level taken \
              for 7.5 % above it, while the bench's lies 0 to 15 % above. Two: both levels, the \
@@ -118,6 +121,44 @@ fn header(results: &Results) -> String {
          annealing</h1>\n<p class=\"finding\">{}</p>\n</header>\n",
         escape(&finding)
     )
+}
+
+/// Figs. 5 and 6.
+fn anti_windups() -> Result<Figure, Failure> {
+    let with = anti_windup::response(AntiWindup::ConditionalIntegration)?;
+    let without = anti_windup::response(AntiWindup::None)?;
+    let points = |response: &Response| -> Vec<Point> {
+        let rows = response.time.iter().zip(&response.position);
+        rows.map(|(time, position)| (*time, 1e3 * position))
+            .collect()
+    };
+    let layers = vec![
+        line(BEFORE, 3, 0.9, points(&without)),
+        line(AFTER, 3, 0.9, points(&with)),
+    ];
+    let settled = |response: &Response| {
+        response
+            .settling_time()
+            .map_or("not at all".to_owned(), |time| format!("in {time:.2} s"))
+    };
+    Ok(Figure {
+        statement: "An integral that winds up overshoots.".to_owned(),
+        method: format!(
+            "The six-block servo, a step of {:.0} mm (the paper's Figs. 5 and 6): overshoot {:.1} mm and settled \
+             {} without anti-windup, {:.2} mm and {} with it.",
+            1e3 * anti_windup::STEP_M,
+            1e3 * without.overshoot(),
+            settled(&without),
+            1e3 * with.overshoot(),
+            settled(&with)
+        ),
+        keys: vec![("before", "without anti-windup"), ("after", "with it")],
+        svg: plot::draw(
+            &[(360, vec![panel("position, mm", "time, s", layers)])],
+            "Step responses of the servo with and without anti-windup",
+        )
+        .map_err(|error| system(&error))?,
+    })
 }
 
 /// Figs. 9 and 10.
