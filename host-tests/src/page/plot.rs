@@ -199,7 +199,7 @@ fn draw_panel(
     chart
         .configure_mesh()
         .x_labels((width / 160) as usize)
-        .y_labels((height / 70).max(3) as usize)
+        .y_labels((height / 45).max(3) as usize)
         .x_label_formatter(&|value| tick(*value, right - left))
         .y_label_formatter(&|value| tick(*value, top - bottom))
         .label_style(label)
