@@ -140,6 +140,13 @@ impl Log {
         out.flush()
     }
 
+    /// Whether the other log has the same samples, under whatever name.
+    pub fn repeats(&self, other: &Self) -> bool {
+        self.input == other.input
+            && self.position == other.position
+            && self.current == other.current
+    }
+
     /// Number of samples.
     pub fn samples(&self) -> usize {
         self.input.len()

@@ -313,6 +313,28 @@ mod bad_logs {
     }
 
     #[test]
+    fn that_were_trained_on() {
+        let bench = Bench::new();
+        bench.write("copy.csv", log());
+        let words = ["has the samples of the training log train.csv"];
+        let logs = ["--train", TRAIN, "--validate", "copy.csv"];
+        bench.refuses(&logs, "copy.csv", &words);
+    }
+
+    /// Degrees where radians are declared, or millimetres where metres are.
+    #[test]
+    fn far_beyond_the_declared_stops() {
+        let bench = Bench::new();
+        let stops = "[mechanics]\nlower_stop = -0.12\nupper_stop = 0.12";
+        bench.write_machine("[mechanics]", stops);
+        bench.refuses_log(
+            edited(9, |row| with_field(row, 2, "40.0")),
+            None,
+            &["`position` is 40 at 0.007 s", "expected m"],
+        );
+    }
+
+    #[test]
     fn behind_good_ones() {
         let bench = Bench::new();
         bench.write("bad.csv", edited(9, |row| with_field(row, 1, "off")));
@@ -730,9 +752,10 @@ fn a_measured_current_has_its_error() {
     let bench = Bench::new();
     bench.write(MACHINE, machine.to_toml());
     let sines = Trajectory::sines(&machine);
-    let log = Experiment::tracking(machine, sines).lasting(3.0).run();
-    bench.write(TRAIN, log.to_csv());
-    let answer = bench.answer(&["--train", TRAIN, "--validate", TRAIN]);
+    let log = Experiment::tracking(machine, sines).lasting(3.0);
+    bench.write(TRAIN, log.run().to_csv());
+    bench.write(VALIDATE, log.seeded(2).run().to_csv());
+    let answer = bench.answer(&["--train", TRAIN, "--validate", VALIDATE]);
     structure::check(&answer, true, true);
 }
 

@@ -173,7 +173,12 @@ fn bad_input_is_named_and_nothing_is_written() {
             "fast.csv",
             "error: still.csv: no stretch of uniform motion",
         ),
-        ("fast.csv", "fast.csv", "error: fast.csv: "),
+        (
+            "slow.csv",
+            "slow.csv",
+            "error: slow.csv: has the samples of the slow log",
+        ),
+        ("fast.csv", "slow.csv", "error: fast.csv: "),
         (
             "slow.csv",
             "still.csv",

@@ -96,6 +96,7 @@ pub fn trace(
         .collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
+    check_units(machine, train)?;
     let refused = |error: ParameterError| InputError::new(&machine.path, None, error.to_string());
     declared.build(period as f32).map_err(refused)?;
     let data = Data {
@@ -151,6 +152,8 @@ pub fn trace(
         (None, Vec::new())
     } else {
         same_period(&held_back, Some(period))?;
+        check_units(machine, &held_back)?;
+        check_unseen(train, &held_back)?;
         let series: Vec<Series> = held_back
             .iter()
             .map(|log| Series::new(log, machine.motor.is_some()))
@@ -250,6 +253,47 @@ fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
         }
     }
     Ok(period)
+}
+
+/// Strokes beyond a declared stop from which on a position is in another unit, not at a worn stop.
+const BEYOND_STOPS: f64 = 0.5;
+
+/// Refuses positions far beyond declared stops.
+fn check_units(machine: &Machine, logs: &[Log]) -> Result<(), InputError> {
+    let (Some(lower), Some(upper)) = (machine.mechanics.lower_stop, machine.mechanics.upper_stop)
+    else {
+        return Ok(());
+    };
+    let slack = BEYOND_STOPS * (upper - lower);
+    for log in logs {
+        let beyond = |position: &f64| *position < lower - slack || *position > upper + slack;
+        if let Some(sample) = log.position.iter().position(beyond) {
+            let message = format!(
+                "`position` is {} at {} s, far beyond the stops at {lower} and {upper} of {}; expected \
+                 {}, and the stops where they are",
+                log.position[sample],
+                log.time_s(sample),
+                machine.path.display(),
+                machine.coordinate.unit(),
+            );
+            return Err(InputError::new(&log.path, None, message));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a validation log that was trained on.
+fn check_unseen(train: &[Log], validate: &[Log]) -> Result<(), InputError> {
+    for log in validate {
+        if let Some(seen) = train.iter().find(|seen| seen.repeats(log)) {
+            let message = format!(
+                "has the samples of the training log {}; expected a log that nothing was fitted on",
+                seen.path.display()
+            );
+            return Err(InputError::new(&log.path, None, message));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses logs in which there is too little to trace or to judge, or on which an error relative to

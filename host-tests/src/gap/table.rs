@@ -10,6 +10,9 @@ use crate::quantity::{
 /// Columns that the table takes at most, unless a single word is longer.
 pub const WIDTH: usize = 100;
 
+/// Ratio of a fitted to a declared number from which on the reader is told that units may be wrong.
+const FAR_OFF: f64 = 100.0;
+
 /// Refused candidates that a round lists even though they were not refitted.
 const RUNNERS_UP: usize = 5;
 
@@ -378,6 +381,24 @@ fn parameters(page: &mut Page, outcome: &Outcome) {
                 parameter.name,
                 given(parameter.declared)
             ),
+            Style::Plain,
+        );
+    }
+    let far = outcome.fit.iter().filter(|parameter| {
+        let ratio = (parameter.fitted / parameter.declared).abs();
+        parameter.declared != 0.0 && !(1.0 / FAR_OFF..=FAR_OFF).contains(&ratio) && ratio != 0.0
+    });
+    for parameter in far {
+        page.wrapped(
+            &format!(
+                "note: {} ended {:.0} times off its declared value; if that was meant as a true order of \
+                 magnitude, log and machine file are in different units (s, rad or m, V or A)",
+                parameter.name,
+                (parameter.fitted / parameter.declared)
+                    .abs()
+                    .max((parameter.declared / parameter.fitted).abs())
+            ),
+            0,
             Style::Plain,
         );
     }

@@ -105,7 +105,8 @@ fn report(
     for input in &mut slow.input {
         *input *= machine.gain.signum() as f32;
     }
-    let svg = figure::draw(&slow, &identified.characteristic, machine.coordinate.unit())
+    let units = [machine.coordinate.unit(), "V"];
+    let svg = figure::draw(&slow, &identified.characteristic, units)
         .map_err(|error| Failure::system("the plot", &error))?;
     fs::create_dir_all(directory).map_err(|error| Failure::system(directory.display(), &error))?;
     write(&directory.join("characteristic.svg"), &svg)?;

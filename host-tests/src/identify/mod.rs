@@ -35,6 +35,9 @@ pub use numbers::{Number, Numbers};
 const SMOOTHING_S: f32 = 0.04;
 
 /// Rounds of ratios and b₀: the ratios want the inertia's part of the input, see
+/// Half width of a 95 % interval, as a share of the number, from which on the user is told.
+const UNCERTAIN: f64 = 0.3;
+
 /// [`Task::acceleration_gain`].
 const ROUNDS: usize = 4;
 
@@ -167,6 +170,12 @@ impl Identified {
 /// A log that does not give the numbers, a declared winding that contradicts them.
 pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, InputError> {
     let refuse = |log: &Log, message: &str| InputError::new(&log.path, None, message);
+    if slow.repeats(fast) {
+        return Err(refuse(
+            fast,
+            "has the samples of the slow log; expected a log of fast steps",
+        ));
+    }
     let (slow_series, fast_series) = (Series::of(slow), Series::of(fast));
     let mut assembly = Assembly::new(start);
     assembly.seat_stops(
@@ -213,6 +222,13 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
             .ratios(task.rest)
             .map_err(|refusal| refuse(slow, remedy(refusal)))?;
         let ratios = Numbers::of(&ratios, b0);
+        if ratios.a0.half_width > ratios.a0.value.abs() {
+            return Err(refuse(
+                slow,
+                "the lines do not give the spring's stiffness, its interval holds zero; expected a \
+                 triangle that is slow and reverses at several places (is this the fast log?)",
+            ));
+        }
         assembly
             .check(&ratios)
             .map_err(|message| InputError::new(&start.machine.path, None, message))?;
@@ -411,6 +427,14 @@ impl Assembly {
 
     fn warnings(&self, numbers: &Numbers) -> Vec<String> {
         let mut warnings = Vec::new();
+        for ((symbol, name, _), number) in table::NUMBERS.iter().zip(numbers.all()) {
+            if number.half_width > UNCERTAIN * number.value.abs() {
+                warnings.push(format!(
+                    "{symbol}, {name}, is known to {:.0} % only",
+                    100.0 * (number.half_width / number.value).abs()
+                ));
+            }
+        }
         if numbers.a1.value < self.back_emf {
             warnings.push(format!(
                 "the declared winding's back-EMF alone damps more ({:.4} {}) than the log shows \

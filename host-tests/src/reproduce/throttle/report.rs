@@ -84,7 +84,7 @@ pub(super) fn page(results: &Results) -> io::Result<String> {
     let svg = figure::draw(
         &Series::of(&logs.slow),
         &results.models.identified.characteristic,
-        "rad",
+        ["rad", "V"],
     )?;
     body += &drawing(
         "The input over the position lies on four kinds of lines.",
