@@ -17,6 +17,10 @@ use model_core::control::pid;
 use model_core::identify::friction::{Refit, Task};
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
+use model_core::plant::bench::averaged::Averaged;
+use model_core::plant::bench::electrics::Electrics;
+use model_core::plant::bench::switching::Switching;
+use model_core::plant::bench::{self, Bench};
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::Parameters;
 use model_core::plant::throttle::{Settings, Throttle};
@@ -36,6 +40,8 @@ fn main() -> ! {
     }
     plants();
     throttle_body();
+    bench_sliding::<Averaged>("bench_averaged", &bench::Parameters::AVERAGED);
+    bench_sliding::<Switching>("bench_switching", &bench::Parameters::SWITCHING);
     controller();
     refit();
     defmt::info!("end checks={=usize} failed={=u32}", CHECKS.len(), failed);
@@ -137,6 +143,21 @@ fn throttle_body() {
     });
     count("throttle_body_freewheeling", &[12.0; RUNS], |supply| {
         defmt::assert!(throttle.step(Bridge::Freewheel, supply).is_ok());
+    });
+}
+
+/// A step of the test bench in motion, without its control; and a period of that, with its steps.
+fn bench_sliding<E: Electrics>(name: &str, parameters: &bench::Parameters) {
+    let mut bench = defmt::unwrap!(Bench::<E>::build(parameters).ok());
+    bench.set_brake(0.3);
+    let mut command = 0.0;
+    for _ in 0..200 {
+        command += 1e-5;
+        defmt::assert!(bench.step(command).is_ok());
+    }
+    let wanted = bench.terms().output / parameters.control.torque_constant;
+    count(name, &[wanted; RUNS], |reference| {
+        defmt::assert!(bench.advance(reference).is_ok());
     });
 }
 
