@@ -3,7 +3,7 @@
 
 use rig::pmsm_bench::{
     BacklashLevel, Bench, Brake, CHAIN_RATIO, Contact, EncoderGear, FrictionLevel, GEAR_RATIO,
-    LOAD_CELL_LEVER, Loss, Motor, Plant, Point, Program, Recording, Sensors, State,
+    LOAD_CELL_LEVER, Loss, Motor, Plant, Point, Program, Recording, Sensors, State, campaign,
 };
 use std::f64::consts::TAU;
 
@@ -323,6 +323,29 @@ fn logs_depend_on_the_seed_and_on_nothing_else() {
     assert_eq!(bench.run(&program.sampled_at(1000.0)).time.len(), 1000);
 }
 
+/// The log of a bench at rest shows its sensors alone: even ripple of ±A has the deviation A/√3, and a
+/// first-order filter that goes the share a of the way leaves √(a/(2 − a)) of white noise.
+#[test]
+fn log_at_rest_shows_the_sensors() {
+    let bench = Bench {
+        sensors: Sensors {
+            current_ripple: 0.1,
+            force_noise: 0.05,
+            ..Sensors::IDEAL
+        },
+        ..plain(0.3)
+    };
+    let mut program = Program::paper_sine().settling(0.1).lasting(20.0);
+    program.trajectory = rig::Trajectory::Constant(0.0);
+    let recording = bench.run(&program);
+    let deviation = |values: &[f64]| rms_distance(values, &vec![0.0; values.len()]);
+    let share = 1.0 - (-TAU * 100.0 * 125.0e-6_f64).exp();
+    let exact = 0.1 / 3.0_f64.sqrt() * (share / (2.0 - share)).sqrt();
+    assert_close(deviation(&recording.current_q), exact, 0.03 * exact);
+    assert_close(deviation(&recording.load_cell_force), 0.05, 0.03 * 0.05);
+    assert_eq!(deviation(&recording.true_torque), 0.0);
+}
+
 /// When a position leaves the plateaus of its reversals, s from each, averaged: the last row within
 /// 0.02° of the extreme in each half period of the 0.1 Hz sine.
 fn mean_exit(position: &[f64]) -> f64 {
@@ -382,52 +405,54 @@ fn fifteen_points_show_both_residuals_of_the_paper() {
         println!(
             "point reading/° (table) late/s on the log (in closed loop) i_q/A balance/A low/%"
         );
-        for friction in FrictionLevel::ALL {
-            let mut last = 0.0;
-            for backlash in BacklashLevel::ALL {
-                let point = Point { friction, backlash };
-                let index = Point::ALL.iter().position(|p| *p == point).unwrap();
-                let bench = point.bench(loss);
-                let recording = bench.run(&Program::paper_sine());
-                let reading = backlash.reading();
-                let play = plain_play(&recording, reading);
-                let late = mean_exit(&play) - mean_exit(&recording.encoder_position);
-                let closed = Bench {
-                    gear: EncoderGear::play(2.0 * reading),
-                    ..bench
-                }
-                .run(&Program::paper_sine());
-                let closed_late =
-                    mean_exit(&closed.encoder_position) - mean_exit(&recording.encoder_position);
-                let (measured, balance) = currents(&recording, friction.torque());
-                let low = 1.0 - balance / measured;
-                println!(
-                    "{:2} {:.4} ({:.4}) {late:.3} ({closed_late:.3}) {measured:.4} {balance:.4} {:.1}; \
-                     position of the plain play off by {:.3} % of the stroke, in closed loop {:.3} %",
-                    index + 1,
-                    recording.backlash_reading().to_degrees(),
-                    reading.to_degrees(),
-                    100.0 * low,
-                    100.0 * rms_distance(&play, &recording.encoder_position)
-                        / 20.0_f64.to_radians(),
-                    100.0 * rms_distance(&closed.encoder_position, &recording.encoder_position)
-                        / 20.0_f64.to_radians(),
-                );
-                // A percent, as far as it may depend on the friction level.
-                assert_close(recording.backlash_reading(), reading, 0.01 * reading);
-                assert!(late > last - 2e-3 && late < 0.25, "{point:?} {late} {last}");
-                assert!(
-                    closed_late > 0.0 && closed_late < 0.25,
-                    "{point:?} {closed_late}"
-                );
-                last = late;
-                match friction {
-                    FrictionLevel::Low => assert!(low.abs() < 0.05, "{low}"),
-                    FrictionLevel::Medium => assert!(low > 0.15 && low < 0.43, "{low}"),
-                    FrictionLevel::High => assert!(low > 0.37 && low < 0.43, "{low}"),
-                }
+        let recordings = campaign(loss, &Program::paper_sine());
+        let mut last = 0.0;
+        for (index, (point, recording)) in Point::ALL.iter().zip(&recordings).enumerate() {
+            let Point { friction, backlash } = *point;
+            if backlash == BacklashLevel::Low {
+                last = 0.0;
             }
-            assert!(last > 0.05, "{friction:?} {last}");
+            let bench = point.bench(loss);
+            let reading = backlash.reading();
+            let play = plain_play(recording, reading);
+            let late = mean_exit(&play) - mean_exit(&recording.encoder_position);
+            let closed = Bench {
+                gear: EncoderGear::play(2.0 * reading),
+                ..bench
+            }
+            .run(&Program::paper_sine());
+            let closed_late =
+                mean_exit(&closed.encoder_position) - mean_exit(&recording.encoder_position);
+            let (measured, balance) = currents(recording, friction.torque());
+            let low = 1.0 - balance / measured;
+            println!(
+                "{:2} {:.4} ({:.4}) {late:.3} ({closed_late:.3}) {measured:.4} {balance:.4} {:.1}; \
+                     position of the plain play off by {:.3} % of the stroke, in closed loop {:.3} %",
+                index + 1,
+                recording.backlash_reading().to_degrees(),
+                reading.to_degrees(),
+                100.0 * low,
+                100.0 * rms_distance(&play, &recording.encoder_position) / 20.0_f64.to_radians(),
+                100.0 * rms_distance(&closed.encoder_position, &recording.encoder_position)
+                    / 20.0_f64.to_radians(),
+            );
+            // A percent, as far as it may depend on the friction level.
+            assert_close(recording.backlash_reading(), reading, 0.01 * reading);
+            assert!(late > last - 2e-3 && late < 0.25, "{point:?} {late} {last}");
+            assert!(
+                closed_late > 0.0 && closed_late < 0.25,
+                "{point:?} {closed_late}"
+            );
+            last = late;
+            match friction {
+                // Saturation takes 3.4 % by its formula, the encoder gear 1 %; the rest is offset and noise.
+                FrictionLevel::Low => assert!(low.abs() < 0.06, "{low}"),
+                FrictionLevel::Medium => assert!(low > 0.15 && low < 0.43, "{low}"),
+                FrictionLevel::High => assert!(low > 0.37 && low < 0.43, "{low}"),
+            }
+            if backlash == BacklashLevel::High {
+                assert!(late > 0.05, "{friction:?} {late}");
+            }
         }
     }
 }

@@ -41,3 +41,38 @@ impl CurrentLoop {
         (v_d, v_q)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{BANDWIDTH, Control, CurrentLoop, Motor};
+    use crate::pmsm_bench::{Brake, EncoderGear, Loss, Plant};
+
+    /// With the pole of the winding cancelled the loop is an integrator's: i = I (1 − (1 − ω T)^n)
+    /// after n periods, to the first order of the period over the winding's time constant.
+    #[test]
+    fn current_follows_a_step_at_the_bandwidth() {
+        let held = Motor {
+            inertia: 1e9,
+            ..Motor::SIMOTICS_1FK7060
+        };
+        let mut plant = Plant::new(held, Brake::even(0.0), Loss::None, EncoderGear::play(0.0));
+        let mut control = CurrentLoop::default();
+        for period in 0..40 {
+            let state = *plant.state();
+            let exact = 3.0 * (1.0 - (1.0 - BANDWIDTH * Control::PERIOD).powi(period));
+            assert!(
+                (state.current_q - exact).abs() < 0.02,
+                "{period}: {state:?}"
+            );
+            let measured = (state.current_d, state.current_q);
+            plant.advance(control.step(&held, measured, 3.0, 0.0), Control::PERIOD);
+        }
+    }
+
+    #[test]
+    fn voltage_stays_within_the_inverter() {
+        let motor = Motor::SIMOTICS_1FK7060;
+        let (d, q) = CurrentLoop::default().step(&motor, (-3.0, 0.0), 10.7, 300.0);
+        assert!((d.hypot(q) - motor.peak_voltage).abs() < 1e-9);
+    }
+}

@@ -106,3 +106,34 @@ impl EncoderGear {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ENCODER_RATIO, EncoderGear};
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn encoder_reports_the_last_of_its_counts() {
+        let gear = EncoderGear::printed(0.0);
+        let counts = 40_000.0 * 62.0 / 15.0;
+        let near_the_next_count = (1000.0 + 0.99) / counts * TAU;
+        assert!((gear.reading(near_the_next_count) - 1000.0 / counts * TAU).abs() < 1e-12);
+    }
+
+    /// Once a turn of the encoder, greatest after a quarter of it.
+    #[test]
+    fn eccentricity_bends_the_reading() {
+        let gear = EncoderGear {
+            eccentricity: 1.0e-3,
+            resolution: 0.0,
+            ..EncoderGear::printed(0.0)
+        };
+        for (turns, error) in [(0.0, 0.0), (0.25, 1.0e-3), (0.5, 0.0), (0.75, -1.0e-3)] {
+            let angle = TAU * turns / ENCODER_RATIO;
+            assert!(
+                (gear.reading(angle) - angle - error).abs() < 1e-12,
+                "{turns}"
+            );
+        }
+    }
+}

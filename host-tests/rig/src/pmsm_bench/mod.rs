@@ -40,7 +40,7 @@ pub use encoder_gear::{Contact, EncoderGear};
 pub use loss::Loss;
 pub use motor::Motor;
 pub use plant::{Plant, State};
-pub use points::{BacklashLevel, FrictionLevel, Point};
+pub use points::{BacklashLevel, FrictionLevel, Point, campaign};
 pub use program::Program;
 pub use recording::Recording;
 pub use run::Bench;

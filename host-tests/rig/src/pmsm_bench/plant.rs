@@ -169,11 +169,6 @@ impl Plant {
         self.torque(self.state.current_q)
     }
 
-    /// Of the teeth on the encoder gear, N·m at the slow shaft.
-    pub fn tooth_torque(&self) -> f64 {
-        self.teeth(&self.state)
-    }
-
     /// What the brake holds against at the motor shaft, N·m: its level while it slides, its share of
     /// the load while the shaft stands.
     pub fn brake_torque(&self) -> f64 {
@@ -346,6 +341,7 @@ impl Plant {
         self.friction(state, teeth, self.motor.static_friction)
     }
 
+    /// Torque of the teeth on the encoder gear, N·m at the slow shaft.
     fn teeth(&self, state: &State) -> f64 {
         let rate = state.speed / GEAR_RATIO - state.encoder_speed;
         self.gear.tooth_torque(lead(state), rate)

@@ -3,6 +3,8 @@
 use super::brake::Brake;
 use super::encoder_gear::EncoderGear;
 use super::loss::Loss;
+use super::program::Program;
+use super::recording::Recording;
 use super::run::Bench;
 
 /// Friction of the brake (Table 5.3).
@@ -117,4 +119,14 @@ impl Point {
             ..Bench::default()
         }
     }
+}
+
+/// The logs of [`Point::ALL`] under this program, in their order: the whole campaign. The first point
+/// has the program's seed, each later one the next.
+pub fn campaign(loss: Loss, program: &Program) -> Vec<Recording> {
+    Point::ALL
+        .into_iter()
+        .zip(program.seed..)
+        .map(|(point, seed)| point.bench(loss).run(&program.clone().seeded(seed)))
+        .collect()
 }
