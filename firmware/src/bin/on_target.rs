@@ -40,8 +40,14 @@ fn main() -> ! {
     }
     plants();
     throttle_body();
-    bench_sliding::<Averaged>("bench_averaged", &bench::Parameters::AVERAGED);
-    bench_sliding::<Switching>("bench_switching", &bench::Parameters::SWITCHING);
+    bench_sliding::<Averaged>(
+        ["bench_averaged", "bench_averaged_period"],
+        &bench::Parameters::AVERAGED,
+    );
+    bench_sliding::<Switching>(
+        ["bench_switching", "bench_switching_period"],
+        &bench::Parameters::SWITCHING,
+    );
     controller();
     refit();
     defmt::info!("end checks={=usize} failed={=u32}", CHECKS.len(), failed);
@@ -146,17 +152,21 @@ fn throttle_body() {
     });
 }
 
-/// A step of the test bench in motion, without its control; and a period of that, with its steps.
-fn bench_sliding<E: Electrics>(name: &str, parameters: &bench::Parameters) {
+/// The test bench in motion: a step without its control, and a whole period of that.
+fn bench_sliding<E: Electrics>([step, period]: [&str; 2], parameters: &bench::Parameters) {
     let mut bench = defmt::unwrap!(Bench::<E>::build(parameters).ok());
     bench.set_brake(0.3);
     let mut command = 0.0;
-    for _ in 0..200 {
+    let mut follow = |bench: &mut Bench<E>| {
         command += 1e-5;
         defmt::assert!(bench.step(command).is_ok());
+    };
+    for _ in 0..100 {
+        follow(&mut bench);
     }
+    log_count(period, instructions(|| follow(&mut bench)));
     let wanted = bench.terms().output / parameters.control.torque_constant;
-    count(name, &[wanted; RUNS], |reference| {
+    count(step, &[wanted; RUNS], |reference| {
         defmt::assert!(bench.advance(reference).is_ok());
     });
 }

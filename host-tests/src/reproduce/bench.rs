@@ -17,11 +17,14 @@ use crate::{whole_file, workspace};
 
 pub mod backlash_map;
 pub mod consistency;
+pub mod cost;
 pub mod errors;
 pub mod friction_map;
 pub mod gears;
 pub mod play;
+pub mod points;
 pub mod polynomial;
+pub mod reconstruction;
 mod section;
 pub mod stick_slip;
 
@@ -29,9 +32,11 @@ pub mod stick_slip;
 type Topic = (&'static str, fn() -> Result<Section, Failure>);
 
 /// The topics in the order of the report.
-const TOPICS: [Topic; 4] = [
+const TOPICS: [Topic; 6] = [
     ("map of the friction", friction_map::section),
     ("map of the backlash", backlash_map::section),
+    ("fifteen points", points::report::section),
+    ("cost", cost::section),
     ("stick-slip", stick_slip::report::section),
     ("the paper's own numbers", consistency::section),
 ];
