@@ -17,6 +17,10 @@ use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::replay::WINDOW;
 use model_core::identify::friction;
 use model_core::plant::actuator::Actuator;
+use model_core::plant::bench::averaged::Averaged;
+use model_core::plant::bench::electrics::Electrics;
+use model_core::plant::bench::switching::Switching;
+use model_core::plant::bench::{self as test_bench, Bench};
 use model_core::plant::karnopp::{self, Karnopp};
 use model_core::plant::parameters::Parameters;
 use model_core::plant::{Directional, State};
@@ -58,7 +62,8 @@ pub struct Outcome {
 /// Speed of one plant.
 #[derive(Debug, Clone, Serialize)]
 pub struct PlantSpeed {
-    /// `ema` and `throttle` are the core's; `ema_…` are other ways to simulate the first.
+    /// `ema`, `throttle` and `bench` are the core's; `ema_…` and `bench_…` are other ways to simulate
+    /// the first and the last.
     pub name: &'static str,
     /// Step, s.
     pub step_s: f64,
@@ -267,12 +272,39 @@ fn plants(extent: Extent) -> Result<Vec<PlantSpeed>, Failure> {
         euler(&EMA, black_box(&inputs)).map_err(fault)
     })?;
     let (reference, _) = best(extent.long_runs, || Ok(reference(black_box(&inputs))))?;
+    let averaged = &test_bench::Parameters::AVERAGED;
+    let (bench, _) = best(extent.short_runs, || {
+        follow::<Averaged>(averaged, extent.sweep_s).map_err(fault)
+    })?;
+    let switching = &test_bench::Parameters::SWITCHING;
+    let (switched, _) = best(extent.long_runs, || {
+        follow::<Switching>(switching, extent.sweep_s).map_err(fault)
+    })?;
+    let bench_step = |parameters: &test_bench::Parameters| {
+        f64::from(parameters.control.period) / f64::from(parameters.steps)
+    };
     Ok(vec![
         speed("ema", STEP_S, ema),
         speed("throttle", STEP_S, throttle),
         speed("ema_karnopp_1us", KARNOPP_STEP_S, euler),
         speed("ema_reference_f64", REFERENCE_STEP_S, reference),
+        speed("bench", bench_step(averaged), bench),
+        speed("bench_switching_1us", bench_step(switching), switched),
     ])
+}
+
+/// Last position of the test bench after so many seconds of its paper's command, 10° at 0.1 Hz.
+fn follow<E: Electrics>(
+    parameters: &test_bench::Parameters,
+    seconds: f64,
+) -> Result<f64, Box<dyn std::error::Error>> {
+    let mut bench = Bench::<E>::build(parameters)?;
+    let period = f64::from(parameters.control.period);
+    for tick in 0..(seconds / period).round() as usize {
+        let phase = 0.1 * TAU * tick as f64 * period;
+        bench.step((10.0_f64.to_radians() * phase.sin()) as f32)?;
+    }
+    Ok(f64::from(bench.encoder().angle()))
 }
 
 /// Last position after the inputs, by the core's exact steps.
@@ -557,13 +589,13 @@ fn table(outcome: &Outcome) -> String {
         let _ = writeln!(text, "{cells}");
     };
     line(format_args!(
-        "{:18} {:>8} {:>10} {:>12} {:>14} {:>10}",
+        "{:19} {:>8} {:>10} {:>12} {:>14} {:>10}",
         "plant", "step", "ns a step", "steps a s", "s a second", "ema's time"
     ));
     let reference = outcome.plants[0].seconds_per_simulated_second;
     for plant in &outcome.plants {
         line(format_args!(
-            "{:18} {:>5.0} µs {:>10.1} {:>12.2e} {:>14.2e} {:>10}",
+            "{:19} {:>5.0} µs {:>10.1} {:>12.2e} {:>14.2e} {:>10}",
             plant.name,
             plant.step_s * 1e6,
             plant.ns_per_step,

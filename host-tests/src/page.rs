@@ -1,5 +1,6 @@
 //! One HTML file that needs nothing beside it: its frame, its figures and how they are drawn.
 
+pub(crate) mod heat_map;
 pub(crate) mod plot;
 pub(crate) mod series;
 

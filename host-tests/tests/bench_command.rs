@@ -38,7 +38,14 @@ fn json_has_the_documented_keys() {
     let names: Vec<_> = plants.iter().map(|plant| &plant["name"]).collect();
     assert_eq!(
         names,
-        ["ema", "throttle", "ema_karnopp_1us", "ema_reference_f64"]
+        [
+            "ema",
+            "throttle",
+            "ema_karnopp_1us",
+            "ema_reference_f64",
+            "bench",
+            "bench_switching_1us"
+        ]
     );
     for plant in plants {
         assert_positive(

@@ -17,6 +17,10 @@ use model_core::control::pid;
 use model_core::identify::friction::{Refit, Task};
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
+use model_core::plant::bench::averaged::Averaged;
+use model_core::plant::bench::electrics::Electrics;
+use model_core::plant::bench::switching::Switching;
+use model_core::plant::bench::{self, Bench};
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::Parameters;
 use model_core::plant::throttle::{Settings, Throttle};
@@ -36,6 +40,14 @@ fn main() -> ! {
     }
     plants();
     throttle_body();
+    bench_sliding::<Averaged>(
+        ["bench_averaged", "bench_averaged_period"],
+        &bench::Parameters::AVERAGED,
+    );
+    bench_sliding::<Switching>(
+        ["bench_switching", "bench_switching_period"],
+        &bench::Parameters::SWITCHING,
+    );
     controller();
     refit();
     defmt::info!("end checks={=usize} failed={=u32}", CHECKS.len(), failed);
@@ -137,6 +149,25 @@ fn throttle_body() {
     });
     count("throttle_body_freewheeling", &[12.0; RUNS], |supply| {
         defmt::assert!(throttle.step(Bridge::Freewheel, supply).is_ok());
+    });
+}
+
+/// The test bench in motion: a step without its control, and a whole period of that.
+fn bench_sliding<E: Electrics>([step, period]: [&str; 2], parameters: &bench::Parameters) {
+    let mut bench = defmt::unwrap!(Bench::<E>::build(parameters).ok());
+    bench.set_brake(0.3);
+    let mut command = 0.0;
+    let mut follow = |bench: &mut Bench<E>| {
+        command += 1e-5;
+        defmt::assert!(bench.step(command).is_ok());
+    };
+    for _ in 0..100 {
+        follow(&mut bench);
+    }
+    log_count(period, instructions(|| follow(&mut bench)));
+    let wanted = bench.terms().output / parameters.control.torque_constant;
+    count(step, &[wanted; RUNS], |reference| {
+        defmt::assert!(bench.advance(reference).is_ok());
     });
 }
 

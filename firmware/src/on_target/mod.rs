@@ -20,6 +20,7 @@
 //! `f64` is software on the target and hardware on the host. Both round `+ − × ÷` as IEEE 754 says,
 //! so constructors and sums over windows may use it; it only costs time.
 
+mod bench;
 pub mod control;
 mod ema;
 mod findings;
@@ -49,7 +50,7 @@ impl Check {
 }
 
 /// All tests.
-pub const CHECKS: [Check; 22] = [
+pub const CHECKS: [Check; 24] = [
     check("square_root", numeric::square_root),
     check("transcendental", numeric::transcendental),
     check("rounding", numeric::rounding),
@@ -69,6 +70,8 @@ pub const CHECKS: [Check; 22] = [
     check("throttle_body", throttle::body),
     check("throttle_rise", throttle::rise),
     check("ema_servo", ema::servo),
+    check("bench_averaged", bench::averaged),
+    check("bench_switching", bench::switching),
     check("annealing", search::annealing),
     check("golden_section", search::golden_section),
     check("friction", search::friction),

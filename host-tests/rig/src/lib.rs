@@ -29,6 +29,7 @@ mod effect;
 mod experiment;
 mod machine;
 mod plant;
+pub mod pmsm_bench;
 mod random;
 mod recording;
 mod servo;

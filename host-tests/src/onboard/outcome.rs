@@ -105,6 +105,10 @@ pub struct PerStep {
     pub throttle: u64,
     /// The controller.
     pub pid: u64,
+    /// The test bench by its averaged electrics, without its control.
+    pub bench: u64,
+    /// The test bench by its switching electrics, without its control.
+    pub bench_switching: u64,
     /// The actuator in a step in which it turns round.
     pub ema_reversal: u64,
     /// A sample of the log in one evaluation of the refit.

@@ -157,6 +157,8 @@ impl PerStep {
             ema: count("ema_forward")?,
             throttle: count("throttle_sliding")?,
             pid: count("pid")?,
+            bench: count("bench_averaged")?,
+            bench_switching: count("bench_switching")?,
             ema_reversal: count("ema_reversal")?,
             refit_sample: count("refit_sample")?,
         })

@@ -89,9 +89,14 @@ impl Onboard {
             (
                 "instructions",
                 format!(
-                    "a step of the actuator {}, of the throttle {}, of the PID {}; a sample of the \
-                     refit {}",
-                    steps.ema, steps.throttle, steps.pid, steps.refit_sample
+                    "a step of the actuator {}, of the throttle {}, of the PID {}, of the test bench \
+                     {} (averaged) or {} (switching); a sample of the refit {}",
+                    steps.ema,
+                    steps.throttle,
+                    steps.pid,
+                    steps.bench,
+                    steps.bench_switching,
+                    steps.refit_sample
                 ),
             ),
             (

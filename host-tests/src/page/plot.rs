@@ -18,8 +18,8 @@ pub(crate) const AFTER: RGBColor = RGBColor(0x1F, 0x6A, 0xA5);
 pub(crate) const OTHER: RGBColor = RGBColor(0x4F, 0x83, 0x2F);
 /// Bounds and restarts.
 pub(crate) const GUIDE: RGBColor = RGBColor(0x8A, 0x94, 0xA3);
-const TITLE: RGBColor = RGBColor(0x1C, 0x23, 0x2E);
-const LABEL: RGBColor = RGBColor(0x5B, 0x66, 0x76);
+pub(super) const TITLE: RGBColor = RGBColor(0x1C, 0x23, 0x2E);
+pub(super) const LABEL: RGBColor = RGBColor(0x5B, 0x66, 0x76);
 const GRID: RGBColor = RGBColor(0xE4, 0xE8, 0xED);
 
 /// Every colour of a drawing: its name in the style sheet, on white, on black.
@@ -36,10 +36,10 @@ const PALETTE: [(&str, RGBColor, &str); 8] = [
 
 /// Units of a drawing's width. The page shows it about half as wide: SVG by plotters has integer
 /// coordinates, so this is a resolution of half a pixel.
-const WIDTH: u32 = 2000;
+pub(super) const WIDTH: u32 = 2000;
 /// Columns that a curve over the whole width is thinned to.
 pub(crate) const COLUMNS: usize = 900;
-const FONT: (&str, u32) = ("sans-serif", 26);
+pub(super) const FONT: (&str, u32) = ("sans-serif", 26);
 const LEFT: u32 = 110;
 const TOP: u32 = 62;
 const BOTTOM: u32 = 82;
@@ -168,11 +168,17 @@ pub(crate) fn draw(rows: &[(u32, Vec<Panel>)], description: &str) -> io::Result<
         }
         root.present().map_err(io::Error::other)?;
     }
-    // Inside a page an SVG takes its size from the style sheet and needs no name space.
+    Ok(inlined(&svg, height, description))
+}
+
+/// A drawing of this height as an element of a page.
+///
+/// Inside a page an SVG takes its size from the style sheet and needs no name space.
+pub(super) fn inlined(svg: &str, height: u32, description: &str) -> String {
     let body = svg.split_once('>').map_or("", |(_, body)| body);
-    Ok(format!(
+    format!(
         "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{description}\">{body}"
-    ))
+    )
 }
 
 fn draw_panel(

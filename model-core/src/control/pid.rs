@@ -260,6 +260,32 @@ impl Coefficients {
         set_point: f32,
         measurement: f32,
     ) -> Result<f32, NonFinite> {
+        self.advance(state, set_point, measurement, true)
+    }
+
+    /// As [`Coefficients::step`], with the integral as it stands: for an anti-windup that looks at
+    /// more than the output.
+    ///
+    /// # Errors
+    /// As [`Coefficients::step`].
+    #[inline]
+    pub fn step_holding_integral(
+        &self,
+        state: &mut State,
+        set_point: f32,
+        measurement: f32,
+    ) -> Result<f32, NonFinite> {
+        self.advance(state, set_point, measurement, false)
+    }
+
+    #[inline(always)]
+    fn advance(
+        &self,
+        state: &mut State,
+        set_point: f32,
+        measurement: f32,
+        integrates: bool,
+    ) -> Result<f32, NonFinite> {
         let proportional = self.proportional * (self.set_point_weight * set_point - measurement);
         let derivative_input = self.derivative_set_point_weight * set_point - measurement;
         let derivative = self.derivative_decay * state.terms.derivative
@@ -276,7 +302,7 @@ impl Coefficients {
         };
         let increment = self.integral * (set_point - measurement);
         let excess = unsaturated - output;
-        let held = self.conditional && excess * increment > 0.0;
+        let held = !integrates || (self.conditional && excess * increment > 0.0);
         let mut integral = state.integral;
         if !held {
             integral.add(increment - self.tracking_gain * excess);

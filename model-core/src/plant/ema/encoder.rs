@@ -13,7 +13,7 @@ pub struct Parameters {
 
 impl Parameters {
     /// `turns`: the largest number of turns on one side of zero.
-    pub(super) fn check(&self, turns: f32) -> Result<(), InvalidParameter> {
+    pub(in crate::plant) fn check(&self, turns: f32) -> Result<(), InvalidParameter> {
         require(
             self.counts_per_turn > 0,
             "counts per turn",

@@ -102,10 +102,12 @@ impl Mechanism {
     }
 }
 
-fn by_euler<F: euler::FrictionRule>(
+/// Euler steps of the state of an [`Actuator`] with an input held over them.
+#[inline]
+pub(in crate::plant) fn by_euler<F: euler::FrictionRule>(
     scheme: &euler::Euler<F>,
     state: &mut State,
-    voltage: f32,
+    input: f32,
     steps: u16,
 ) -> Result<(), InputRefused> {
     let mut stepped = euler::State::<Compensated> {
@@ -114,7 +116,7 @@ fn by_euler<F: euler::FrictionRule>(
         position: state.position,
     };
     for _ in 0..steps {
-        scheme.step(&mut stepped, voltage)?;
+        scheme.step(&mut stepped, input)?;
     }
     *state = State {
         current: stepped.current,

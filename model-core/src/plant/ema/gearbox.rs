@@ -11,7 +11,7 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    pub(super) fn check(&self) -> Result<(), InvalidParameter> {
+    pub(in crate::plant) fn check(&self) -> Result<(), InvalidParameter> {
         require(
             (1e-3..=1e6).contains(&self.ratio),
             "gear ratio",
