@@ -25,6 +25,7 @@ pub mod play;
 pub mod points;
 pub mod polynomial;
 pub mod reconstruction;
+pub mod residuals;
 mod section;
 pub mod stick_slip;
 
@@ -32,10 +33,11 @@ pub mod stick_slip;
 type Topic = (&'static str, fn() -> Result<Section, Failure>);
 
 /// The topics in the order of the report.
-const TOPICS: [Topic; 6] = [
+const TOPICS: [Topic; 7] = [
     ("map of the friction", friction_map::section),
     ("map of the backlash", backlash_map::section),
     ("fifteen points", points::report::section),
+    ("the two open residuals", residuals::report::section),
     ("cost", cost::section),
     ("stick-slip", stick_slip::report::section),
     ("the paper's own numbers", consistency::section),

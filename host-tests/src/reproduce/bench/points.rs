@@ -109,6 +109,20 @@ pub fn compare<E: Electrics>(
     sample_rate: f64,
 ) -> Result<Compared, Failure> {
     let given = Reconstruction::of(&log, sample_rate)?;
+    compare_given::<E>(parameters, point, log, given, sample_rate)
+}
+
+/// Compares a model that is given these numbers with a log.
+///
+/// # Errors
+/// Parameters that the core does not take.
+pub fn compare_given<E: Electrics>(
+    parameters: &Parameters,
+    point: Point,
+    log: Recording,
+    given: Reconstruction,
+    sample_rate: f64,
+) -> Result<Compared, Failure> {
     let model = simulate::<E>(parameters, &given, sample_rate)?;
     let [measured, simulated] = [&log.current_q, &model.current].map(|current| {
         let pairs = log.motor_velocity.iter().zip(current);
