@@ -462,6 +462,8 @@ fn the_command_gives_table_report_and_json() {
         "Map of the friction",
         "Harmonics of the load cell",
         "Map of the backlash",
+        "Fifteen points of friction and backlash",
+        "Cost of a simulated second",
         "Stick-slip",
         "The paper's own numbers",
     ];
@@ -486,6 +488,14 @@ fn the_command_gives_table_report_and_json() {
         (fit["paper"].as_f64(), fit["unit"].as_str()),
         (Some(1.48), Some("%"))
     );
+    let position = find("fifteen points, position NRMSE, largest");
+    assert_eq!(position["paper"].as_f64(), Some(1.5));
+    for sample in 1..=15 {
+        let what = format!("sample {sample}, position NRMSE");
+        assert!(find(&what)["ours"].as_f64().unwrap() < 0.5);
+    }
+    let cost = find("computing for a simulated second, averaged, host");
+    assert_eq!(cost["paper"].as_f64(), Some(8.48));
     for entry in &entries {
         assert!(entry["ours"].is_number(), "{entry}");
     }

@@ -45,7 +45,7 @@ const TOPICS: [Topic; 7] = [
 
 /// What the report begins with.
 const FINDING: &str = "Maps, harmonics, stick-slip and data sheets, worked out again from what is \
-     printed. Where the paper's numbers do not agree with each other, it is said.";
+     printed; the model at the fifteen points of friction and backlash, and what it costs. Where the paper's numbers do not agree with each other, it is said.";
 
 /// Runs every topic, prints the tables, leaves the report in `target/hil/bench`.
 ///
