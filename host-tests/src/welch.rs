@@ -105,3 +105,159 @@ impl Density {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rig::Random;
+
+    /// No closed form of anything: two sines, of which one is swept over the other.
+    fn signal() -> Vec<f64> {
+        (0..1000)
+            .map(|n| {
+                let n = f64::from(n);
+                (0.3 * n).sin() + 0.5 * (0.011 * n * n % 7.0).cos() + 0.25
+            })
+            .collect()
+    }
+
+    /// `scipy.signal.welch(x, fs=100.0, window="hann", nperseg=n, noverlap=n // 2)` of
+    /// `x = sin(0.3 * n) + 0.5 * cos(0.011 * n * n % 7.0) + 0.25`, `n = arange(1000)`; SciPy 1.17.1.
+    #[test]
+    fn the_density_is_scipys() {
+        let even = [
+            (0, 0.000586364491695749),
+            (1, 0.0011875817662643146),
+            (5, 0.07656938192192021),
+            (6, 0.4074962863269161),
+            (7, 0.13823154076690855),
+            (30, 0.0032276290064193218),
+            (64, 0.0007143183959922176),
+        ];
+        let odd = [
+            (0, 0.0004001666560444387),
+            (1, 0.001175469924409649),
+            (5, 0.11253336243415919),
+            (6, 0.40328566785903536),
+            (7, 0.08835553003222414),
+            (30, 0.003306243399222571),
+            (62, 0.001506729755577622),
+        ];
+        for (segment, expected) in [(128, even), (125, odd)] {
+            let found = density(&signal(), 100.0, segment).unwrap();
+            assert_eq!(found.values.len(), segment / 2 + 1);
+            assert_eq!(found.resolution, 100.0 / segment as f64);
+            for (at, value) in expected {
+                let off = found.values[at] / value - 1.0;
+                assert!(off.abs() < 1e-10, "{segment}, {at}: {off}");
+            }
+        }
+    }
+
+    /// Parseval: the density's integral is the windowed signal's power, segment by segment.
+    #[test]
+    fn no_power_is_lost() {
+        let signal = signal();
+        for segment in [250, 251] {
+            let found = density(&signal, 8.0, segment).unwrap();
+            let window: Vec<f64> = (0..segment)
+                .map(|at| {
+                    (std::f64::consts::PI * at as f64 / segment as f64)
+                        .sin()
+                        .powi(2)
+                })
+                .collect();
+            let weight: f64 = window.iter().map(|w| w * w).sum();
+            let hop = segment - segment / 2;
+            let mut powers = Vec::new();
+            let mut start = 0;
+            while start + segment <= signal.len() {
+                let cut = &signal[start..start + segment];
+                let mean = cut.iter().sum::<f64>() / segment as f64;
+                let squares = cut
+                    .iter()
+                    .zip(&window)
+                    .map(|(x, w)| (w * (x - mean)).powi(2));
+                powers.push(squares.sum::<f64>() / weight);
+                start += hop;
+            }
+            let expected = powers.iter().sum::<f64>() / powers.len() as f64;
+            let power = found.resolution * found.values.iter().sum::<f64>();
+            assert!((power / expected - 1.0).abs() < 1e-12, "{power} {expected}");
+        }
+    }
+
+    /// On a value a Hann window gives a sine's power to three values as 1 : 4 : 1; half-way between
+    /// two, these are the highest and equal.
+    #[test]
+    fn a_sine_stands_where_and_as_high_as_it_is() {
+        let sine = |cycles: f64| -> Density {
+            let rows = (0..4096).map(|n| 3.0 * (TAU * cycles * f64::from(n) / 512.0).sin());
+            density(&rows.collect::<Vec<_>>(), 512.0, 512).unwrap()
+        };
+        let on = sine(40.0);
+        for (at, share) in [(39, 1.0 / 6.0), (40, 4.0 / 6.0), (41, 1.0 / 6.0)] {
+            assert!((on.values[at] - 4.5 * share).abs() < 1e-9, "{at}");
+        }
+        assert!(on.values[50] < 1e-20);
+        let [peak] = on.peaks(1)[..] else {
+            panic!("one peak")
+        };
+        assert!((peak.frequency - 40.0).abs() < 1e-9 && (peak.density - 3.0).abs() < 1e-9);
+        // A Hann window's lobe is no parabola: up to 0.016 of a value off, and right by symmetry here.
+        let between = sine(40.5);
+        let frequency = between.peaks(1)[0].frequency;
+        assert!((frequency - 40.5).abs() < 1e-3, "{frequency}");
+        assert!((between.values[40] / between.values[41] - 1.0).abs() < 1e-3);
+        let off = sine(40.25).peaks(1)[0].frequency - 40.25;
+        assert!(off.abs() < 0.02, "{off}");
+    }
+
+    /// White noise of variance σ² has the density 2 σ²/f on one side.
+    #[test]
+    fn white_noise_is_flat() {
+        let mut random = Random::new(7);
+        let noise: Vec<f64> = (0..100_000).map(|_| 0.2 * random.normal()).collect();
+        let found = density(&noise, 1000.0, 128).unwrap();
+        let expected = 2.0 * 0.04 / 1000.0;
+        // 1561 segments that half overlap: a value scatters by √((1 + 2/36)/1561), 2.6 %. Next to 0 Hz
+        // the mean took its share.
+        let inner = &found.values[2..64];
+        for value in inner {
+            assert!((value / expected - 1.0).abs() < 5.0 * 0.026, "{value}");
+        }
+        let mean = inner.iter().sum::<f64>() / inner.len() as f64;
+        assert!((mean / expected - 1.0).abs() < 5.0 * 0.0045, "{mean}");
+    }
+
+    #[test]
+    fn peaks_come_by_frequency_and_never_from_the_ends() {
+        let found = Density {
+            resolution: 2.0,
+            values: vec![9.0, 1.0, 4.0, 1.0, 8.0, 1.0, 2.0, 1.0, 99.0],
+        };
+        let frequencies = |count| -> Vec<f64> {
+            let peaks = found.peaks(count);
+            peaks.iter().map(|peak| peak.frequency).collect()
+        };
+        assert_eq!(frequencies(2), [4.0, 8.0]);
+        assert_eq!(frequencies(9), [4.0, 8.0, 12.0]);
+        let empty = Density {
+            resolution: 1.0,
+            values: Vec::new(),
+        };
+        assert!(empty.peaks(3).is_empty());
+    }
+
+    #[test]
+    fn what_has_no_density_is_refused() {
+        let signal = [1.0, 2.0, 3.0];
+        assert!(density(&signal, 1.0, 3).is_some());
+        assert!(density(&signal, 1.0, 4).is_none());
+        assert!(density(&signal, 1.0, 1).is_none());
+        assert!(density(&signal, 0.0, 2).is_none());
+        assert!(density(&signal, f64::INFINITY, 2).is_none());
+        assert!(density(&[1.0, f64::NAN], 1.0, 2).is_none());
+        assert!(density(&[], 1.0, 2).is_none());
+    }
+}

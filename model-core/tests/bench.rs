@@ -327,6 +327,16 @@ fn quadrature_current_is_what_friction_asks_for() {
     };
     let (current, ..) = steady::<Averaged>(&lossy, 0.70092);
     assert!((current - expected / 0.7).abs() < 3e-4, "{current}");
+    let lossy = Parameters {
+        mechanics: mechanics::Parameters {
+            transmission_loss: 0.5,
+            ..Parameters::AVERAGED.mechanics
+        },
+        ..Parameters::AVERAGED
+    };
+    let (current, ..) = steady::<Averaged>(&lossy, 0.70092);
+    let passed_on = 0.5 * 0.70092 / TORQUE_CONSTANT;
+    assert!((current - expected - passed_on).abs() < 3e-4, "{current}");
     let saturated = Parameters {
         electrics: electrics::Parameters {
             torque: torque::Parameters {
@@ -755,7 +765,10 @@ fn parameters_out_of_range_are_refused_by_name() {
         };
         assert_eq!(error.name, name);
     }
-    let cases: [Case; 3] = [
+    let cases: [Case; 4] = [
+        ("transmission_loss", |p| {
+            p.mechanics.transmission_loss = -0.1;
+        }),
         ("inertia", |p| p.mechanics.motor_inertia = 0.0),
         ("coulomb", |p| p.mechanics.tare.coulomb = -0.1),
         ("load_share", |p| p.mechanics.load_share = f32::NAN),

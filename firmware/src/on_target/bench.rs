@@ -42,6 +42,7 @@ fn worn(parameters: Parameters, hold: Hold) -> Parameters {
             ..parameters.electrics
         },
         mechanics: mechanics::Parameters {
+            transmission_loss: 0.2,
             load_share: 0.1,
             ..parameters.mechanics
         },

@@ -6,6 +6,9 @@
 //! machine file that declares the same actuator *without* the effects; the distance between the
 //! two is what `cargo hil gap` has to find.
 //!
+//! [`pmsm_bench`] plays a whole test bench instead: a servo drive under a PLC, a brake, an encoder
+//! behind printed gears.
+//!
 //! The crate depends on nothing and shares no line with `model-core`, so that an error in the
 //! core's equations cannot hide in its own test data. SI units throughout; for a rotary machine
 //! position is in rad and load in N·m, for a linear one in m and N.

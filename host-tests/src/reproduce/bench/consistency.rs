@@ -167,12 +167,6 @@ pub fn checks() -> Vec<Check> {
     ]
 }
 
-/// Turns of the brake's shaft in a test of the friction map: 120 s at 0.085°/s of the slow shaft, with
-/// the gearbox of 120 and the chain.
-pub fn turns_of_the_brake() -> f64 {
-    0.085 * 120.0 * 120.0 / 360.0 / super::friction_map::CHAIN_RATIO
-}
-
 /// What is shown of them.
 pub(super) fn section() -> Result<Section, Failure> {
     let checks = checks();
@@ -189,8 +183,8 @@ pub(super) fn section() -> Result<Section, Failure> {
             .to_owned(),
         "Torque constant and voltage constant are of a rms ampere of a phase and of a rms volt between \
          two; for sinusoidal windings the one is √3 times the other. Here it is 4.6 % less. Torque over \
-         current falls from 1.91 to 1.77 at the rated and 1.68 N·m/A at the largest torque, 12 %: the \
-         motor saturates."
+         current falls from 1.91 to 1.77 at the rated and 1.68 N·m/A at the largest torque, by 12 %, as of \
+         a motor that saturates; losses at speed are in the former too."
             .to_owned(),
         "The ratio of the sprockets is that of their teeth. The printed diameters have another ratio and \
          fit no chain: by them its pitch would be 12.3 mm on the one and 13.1 mm on the other."
@@ -198,14 +192,6 @@ pub(super) fn section() -> Result<Section, Failure> {
         "The printed rule for the tolerance gives neither number of Table 6.2; with layer height and \
          nozzle diameter exchanged it gives both."
             .to_owned(),
-        format!(
-            "A test of the friction map is 120 s at 0.085°/s of the slow shaft: {:.1} turns of the brake's \
-             shaft. Its harmonics are {:.4} Hz apart then; segments with overlap that Welch's method \
-             could average resolve 1/60 Hz at best, less than a Hann window needs to part such \
-             peaks. Three of them from such a test ask for one segment over all of it, or for a longer one.",
-            turns_of_the_brake(),
-            turns_of_the_brake() / 120.0
-        ),
     ];
     let mut parts = vec![Part::Table(
         "Printed numbers and what others make of them".to_owned(),
@@ -215,8 +201,8 @@ pub(super) fn section() -> Result<Section, Failure> {
     Ok(Section {
         title: "The paper's own numbers",
         finding:
-            "The motor's data sheet agrees with itself; sprocket diameters and the tolerance rule \
-                  do not."
+            "The motor's data sheet agrees with itself within 5 %; sprocket diameters and the \
+                  tolerance rule do not agree with what they belong to."
                 .to_owned(),
         parts,
         entries,

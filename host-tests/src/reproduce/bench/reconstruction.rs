@@ -18,6 +18,10 @@ const GRAM_FORCE: f64 = 1e-3 * super::friction_map::GRAVITY;
 /// at rest what the motor holds against it.
 pub const MOVING: f64 = 1.0;
 
+/// Rows around one whose mean its friction is, s either way: of the load cell's noise a small part is
+/// left, of its swings with the brake's shaft, the third harmonic of 1.4 Hz among them, most.
+const SMOOTHING: f64 = 0.05;
+
 /// A sine about zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sine {
@@ -107,8 +111,9 @@ impl Reconstruction {
         let (frequency, phase) =
             frequency_and_phase(&log.command, sample_rate).ok_or_else(|| missing("command"))?;
         let backlash = algorithm_1(&log.residual()).ok_or_else(|| missing("position"))?;
-        let (friction, mean_friction) =
-            friction(&log.motor_velocity, &log.load_cell_force).ok_or_else(|| missing("motion"))?;
+        let around = (SMOOTHING * sample_rate).round() as usize;
+        let (friction, mean_friction) = friction(&log.motor_velocity, &log.load_cell_force, around)
+            .ok_or_else(|| missing("motion"))?;
         Ok(Self {
             command: Sine {
                 amplitude: 0.5 * super::errors::range(&log.encoder_position),
@@ -122,20 +127,35 @@ impl Reconstruction {
     }
 }
 
-/// Friction from the load cell, N·m at each row, and its mean in motion: in motion what opposes it,
-/// at rest what it was last.
-fn friction(velocity: &[f64], force: &[f64]) -> Option<(Vec<f64>, f64)> {
+/// Friction from the load cell, N·m at each row, and its mean in motion: in motion the mean of what
+/// opposes it in the rows around, at rest what it was last.
+fn friction(velocity: &[f64], force: &[f64], around: usize) -> Option<(Vec<f64>, f64)> {
     let opposing = |(velocity, force): (&f64, &f64)| {
         let torque = f64::from(brake::friction((force / GRAM_FORCE) as f32));
         (velocity.abs() > MOVING).then(|| torque * velocity.signum())
     };
     let moving: Vec<Option<f64>> = velocity.iter().zip(force).map(opposing).collect();
-    let known: Vec<f64> = moving.iter().copied().flatten().collect();
-    let mut last = *known.first()?;
-    let mean = known.iter().sum::<f64>() / known.len() as f64;
-    let levels = moving.into_iter().map(|level| {
-        last = level.unwrap_or(last);
-        last.max(0.0)
-    });
-    Some((levels.collect(), mean))
+    let mean = |rows: &[Option<f64>]| {
+        let (sum, count) = rows
+            .iter()
+            .flatten()
+            .fold((0.0, 0.0), |(sum, count), level| (sum + level, count + 1.0));
+        (count > 0.0).then(|| sum / count)
+    };
+    let overall = mean(&moving)?;
+    let mut last = None;
+    let levels: Vec<Option<f64>> = (0..moving.len())
+        .map(|row| {
+            if moving[row].is_some() {
+                let rows = row.saturating_sub(around)..moving.len().min(row + around + 1);
+                last = mean(&moving[rows]);
+            }
+            last
+        })
+        .collect();
+    // A brake cannot push: what noise takes below zero is none.
+    let levels = levels
+        .into_iter()
+        .map(|level| level.unwrap_or(overall).max(0.0));
+    Some((levels.collect(), overall))
 }

@@ -4,7 +4,15 @@
 //! ratio. At an end stop the velocity is reset, and a net torque into the stop does nothing.
 //!
 //! Beyond the paper, friction that grows with the transmitted torque, off by default:
-//! F = F_C + μ |T_motor|, as the effect `load_dependent_friction`.
+//!
+//! ```text
+//! F = F_tare + (1 + c) F_brake + μ |T_motor|
+//! ```
+//!
+//! The effect `load_dependent_friction` is the last term: the motor's torque stands for the
+//! transmitted one. Of a bench whose brake is measured the torque that gearbox and chain pass on is
+//! known, and c is what they lose of it. Where all of the motor's torque is passed on, 1 + c is
+//! 1/(1 − μ).
 
 use crate::plant::actuator::Actuator;
 use crate::plant::borello::Borello;
@@ -34,6 +42,8 @@ pub struct Parameters {
     pub load_viscous: f32,
     /// Dry friction of the bench without its brake, at the motor's shaft.
     pub tare: Friction,
+    /// c: friction of gearbox and chain for 1 N·m that they pass on to the brake, ≥ 0; 0 for none.
+    pub transmission_loss: f32,
     /// μ: share of the motor's torque that friction takes, ≥ 0; 0 for none.
     pub load_share: f32,
     /// Lower end of travel, rad of the slow shaft, below the upper one.
@@ -77,7 +87,9 @@ enum Mechanism {
 pub struct Mechanics {
     mechanism: Mechanism,
     tare: Friction,
+    /// With what the transmission loses.
     brake: f32,
+    transmission_loss: f32,
     load_share: f32,
     state: State,
 }
@@ -88,11 +100,17 @@ impl Mechanics {
     /// # Errors
     /// A parameter outside its range.
     pub fn build(parameters: &Parameters, ratio: f32, period: f32) -> Result<Self, ParameterError> {
-        if !(parameters.load_share >= 0.0 && parameters.load_share.is_finite()) {
-            return Err(ParameterError {
-                parameter: "load_share",
-                requirement: "at least 0 and finite",
-            });
+        let shares = [
+            ("transmission_loss", parameters.transmission_loss),
+            ("load_share", parameters.load_share),
+        ];
+        for (parameter, share) in shares {
+            if !(share >= 0.0 && share.is_finite()) {
+                return Err(ParameterError {
+                    parameter,
+                    requirement: "at least 0 and finite",
+                });
+            }
         }
         let plant = parameters.plant(ratio);
         let mechanism = match parameters.scheme {
@@ -103,6 +121,7 @@ impl Mechanics {
             mechanism,
             tare: parameters.tare,
             brake: 0.0,
+            transmission_loss: parameters.transmission_loss,
             load_share: parameters.load_share,
             state: State::default(),
         })
@@ -111,11 +130,12 @@ impl Mechanics {
     /// Sets the brake's friction at the motor's shaft, N·m, on top of the tare. What is negative or
     /// not finite counts as zero.
     pub fn set_brake(&mut self, friction: f32) {
-        self.brake = if friction.is_finite() {
+        let friction = if friction.is_finite() {
             friction.max(0.0)
         } else {
             0.0
         };
+        self.brake = friction * (1.0 + self.transmission_loss);
         self.set_levels(0.0);
     }
 

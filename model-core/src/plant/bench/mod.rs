@@ -117,6 +117,7 @@ impl Parameters {
                 coulomb: commissioning::TARE_COULOMB,
                 breakaway: commissioning::TARE_BREAKAWAY,
             },
+            transmission_loss: 0.0,
             load_share: 0.0,
             lower_stop: -commissioning::END_STOP,
             upper_stop: commissioning::END_STOP,
