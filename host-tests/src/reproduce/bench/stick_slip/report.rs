@@ -89,9 +89,9 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
             shown.truth.amplitude
         ),
         format!(
-            "Every scheme with steps of 0.1 ms. Times are read to a step, and the ramp is held over a step. Karnopp's band of ±{BAND} m/s adds the \
-             time to leave it, √(2M·band/(kv)), and as much of the belt's way to the amplitude; the other \
-             two schemes have no such term."
+            "Every scheme with steps of 0.1 ms. Times are read to a step, and the ramp is held over a step. \
+             Karnopp's band of ±{BAND} m/s adds the time to leave it, √(2M·band/(kv)), and as much of the \
+             belt's way to the amplitude; the other two schemes have no such term."
         ),
     ];
     let mut entries = Vec::new();
