@@ -34,7 +34,7 @@ pub mod stick_slip;
 type Topic = (&'static str, fn() -> Result<Section, Failure>);
 
 /// The topics in the order of the report.
-const TOPICS: [Topic; 7] = [
+const TOPICS: [Topic; 8] = [
     ("map of the friction", friction_map::section),
     ("harmonics of the load cell", load_cell::section),
     ("map of the backlash", backlash_map::section),
