@@ -2,8 +2,8 @@
 //! Electromechanical Actuators for Prognostic Capabilities*.
 //!
 //! A synchronous motor, a gearbox, an encoder behind adjustable play and a brake. Each module is a
-//! topic of the paper and gives a [`section::Section`]: its tables, its figures and its entries of
-//! the JSON; a further topic is a module and a line of [`TOPICS`].
+//! topic of the paper and gives a section: its tables, its figures and its entries of the JSON. A
+//! further topic is a module and a line of `TOPICS`.
 
 use std::fs;
 use std::io::{self, IsTerminal, Write};

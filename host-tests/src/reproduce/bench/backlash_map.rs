@@ -2,9 +2,9 @@
 
 use serde::Deserialize;
 
-use super::errors::{Errors, errors, range, rmse_of_fit};
+use super::errors::{Errors, error_rows, errors, range, rmse_of_fit};
 use super::gears::GearPair;
-use super::polynomial::Polynomial;
+use super::polynomial::{Polynomial, coefficient_rows, coefficient_unit};
 use super::section::{Part, Section};
 use crate::failure::Failure;
 use crate::page::Figure;
@@ -256,7 +256,7 @@ pub(super) fn section() -> Result<Section, Failure> {
             Some(*paper),
             *found,
             None,
-            &unit(power),
+            &coefficient_unit("°", power),
         ));
     }
     for reading in READINGS {
@@ -313,14 +313,6 @@ pub(super) fn section() -> Result<Section, Failure> {
     })
 }
 
-fn unit(power: usize) -> String {
-    match power {
-        0 => "°".to_owned(),
-        1 => "°/mm".to_owned(),
-        _ => format!("°/mm^{power}"),
-    }
-}
-
 fn fit_cells(ours: &Fit, integers: &Fit, printed: Errors) -> Cells {
     let mut cells = vec![row([
         "",
@@ -329,23 +321,16 @@ fn fit_cells(ours: &Fit, integers: &Fit, printed: Errors) -> Cells {
         "fit, 8 integers",
         "printed, on Table 5.2",
     ])];
-    for (power, paper) in PRINTED.iter().enumerate().rev() {
-        cells.push(vec![
-            unit(power),
-            paper.to_string(),
-            format!("{:.7}", ours.polynomial.0[power]),
-            format!("{:.7}", integers.polynomial.0[power]),
-            String::new(),
-        ]);
-    }
-    let all = [PRINTED_ERRORS, ours.errors, integers.errors, printed];
-    let errors = |name: &str, of: &dyn Fn(&Errors) -> String| {
-        let mut row = vec![name.to_owned()];
-        row.extend(all.iter().map(of));
-        row
-    };
-    cells.push(errors("RMSE, °", &|it| format!("{:.4}", it.rmse)));
-    cells.push(errors("NRMSE, %", &|it| format!("{:.2}", 100.0 * it.nrmse)));
+    cells.extend(coefficient_rows(
+        &PRINTED,
+        [&ours.polynomial, &integers.polynomial],
+        "°",
+        7,
+    ));
+    cells.extend(error_rows(
+        &[PRINTED_ERRORS, ours.errors, integers.errors, printed],
+        "°",
+    ));
     cells
 }
 
@@ -439,13 +424,14 @@ fn theory_notes() -> [String; 5] {
             at(READINGS[0])
         ),
         format!(
-            "The line is the first term of the involute's play. Over {:.2} mm of growth, twice the module, \
-             the involute itself is {:.0} % higher and curved upwards like the measurement: RMSE {:.3}° \
-             instead of {:.3}°.",
-            1e3 * centre_distance(6.0, horizontal_at_zero()) - own,
+            "The line is the first term of the involute's play. At 6 mm the involute itself is {:.0} % higher, \
+             and it is curved upwards like the measurement: RMSE {:.3}° instead of {:.3}°. There the centre \
+             distance has grown by {:.2} mm, more than the two modules by which teeth of standard height \
+             overlap: by this geometry they would just have lost touch.",
             100.0 * (at(READINGS[3]) / at(READINGS[1]) - 1.0),
             involute.rmse,
-            half.rmse
+            half.rmse,
+            1e3 * centre_distance(6.0, horizontal_at_zero()) - own
         ),
     ]
 }

@@ -42,3 +42,18 @@ pub fn range(values: &[f64]) -> f64 {
     let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
     largest - smallest
 }
+
+/// RMSE and NRMSE as rows of a table, a column for each; the first cell is the name.
+pub(super) fn error_rows(errors: &[Errors], unit: &str) -> [Vec<String>; 2] {
+    let row = |name: String, shown: fn(&Errors) -> String| -> Vec<String> {
+        std::iter::once(name)
+            .chain(errors.iter().map(shown))
+            .collect()
+    };
+    [
+        row(format!("RMSE, {unit}"), |it| format!("{:.4}", it.rmse)),
+        row("NRMSE, %".to_owned(), |it| {
+            format!("{:.2}", 100.0 * it.nrmse)
+        }),
+    ]
+}

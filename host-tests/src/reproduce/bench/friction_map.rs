@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 
-use super::errors::{Errors, errors, rmse_of_fit};
-use super::polynomial::Polynomial;
+use super::errors::{Errors, error_rows, errors, rmse_of_fit};
+use super::polynomial::{Polynomial, coefficient_rows, coefficient_unit};
 use super::section::{Part, Section};
 use crate::failure::Failure;
 use crate::page::Figure;
@@ -169,7 +169,7 @@ pub(super) fn section() -> Result<Section, Failure> {
             Some(*paper),
             *found,
             None,
-            &unit(power),
+            &coefficient_unit("N·m", power),
         ));
     }
     let notes = [
@@ -203,7 +203,8 @@ pub(super) fn section() -> Result<Section, Failure> {
     Ok(Section {
         title: "Map of the friction",
         finding: format!(
-            "The fit of Table 5.1 has an RMSE of {:.4} N·m, {:.2} % of the range; the paper's {} N·m and {} %.",
+            "The fit of Table 5.1 has an RMSE of {:.4} N·m, {:.2} % of the range; the paper's {} N·m and {} % are \
+             those of the same forces with a lever arm of {LEVER_ARM_OF_THE_FIT} m instead of {LEVER_ARM} m.",
             ours.errors.rmse,
             100.0 * ours.errors.nrmse,
             PRINTED_ERRORS.rmse,
@@ -214,14 +215,6 @@ pub(super) fn section() -> Result<Section, Failure> {
     })
 }
 
-fn unit(power: usize) -> String {
-    match power {
-        0 => "N·m".to_owned(),
-        1 => "N·m/mm".to_owned(),
-        _ => format!("N·m/mm^{power}"),
-    }
-}
-
 fn fit_cells(ours: &Fit, theirs: &Fit, printed: Errors) -> Cells {
     let mut cells = vec![row([
         "",
@@ -230,23 +223,16 @@ fn fit_cells(ours: &Fit, theirs: &Fit, printed: Errors) -> Cells {
         "fit, 0.235 m",
         "printed, on Table 5.1",
     ])];
-    for (power, paper) in PRINTED.iter().enumerate().rev() {
-        cells.push(vec![
-            unit(power),
-            paper.to_string(),
-            format!("{:.5}", ours.polynomial.0[power]),
-            format!("{:.5}", theirs.polynomial.0[power]),
-            String::new(),
-        ]);
-    }
-    let all = [PRINTED_ERRORS, ours.errors, theirs.errors, printed];
-    let errors = |name: &str, of: &dyn Fn(&Errors) -> String| {
-        let mut row = vec![name.to_owned()];
-        row.extend(all.iter().map(of));
-        row
-    };
-    cells.push(errors("RMSE, N·m", &|it| format!("{:.4}", it.rmse)));
-    cells.push(errors("NRMSE, %", &|it| format!("{:.2}", 100.0 * it.nrmse)));
+    cells.extend(coefficient_rows(
+        &PRINTED,
+        [&ours.polynomial, &theirs.polynomial],
+        "N·m",
+        5,
+    ));
+    cells.extend(error_rows(
+        &[PRINTED_ERRORS, ours.errors, theirs.errors, printed],
+        "N·m",
+    ));
     cells
 }
 

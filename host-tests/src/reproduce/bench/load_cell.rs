@@ -177,8 +177,8 @@ pub(super) fn section() -> Result<Section, Failure> {
                 "The paper's test of {PAPER_SECONDS} s at {SPEED_DEG}°/s of the slow shaft is {turns:.1} turns \
                  of the brake's. The longest two segments that overlap by half, {HALVES} s, have values \
                  1/{HALVES} Hz apart and peaks {:.1} values apart; the main lobe of a Hann window reaches \
-                 two to each side. With the printed speed and length its three peaks are not to be parted by \
-                 an average, whatever its segments.",
+                 two to each side, and so does a Hamming window's. With the printed speed and length three peaks \
+                 come out of one segment over the whole test, a tenth of a turn off, but of no average.",
                 turns * HALVES / PAPER_SECONDS
             )),
             Part::Figure(figure(&logs)?),

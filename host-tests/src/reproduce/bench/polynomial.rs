@@ -46,3 +46,31 @@ impl Polynomial {
         x.iter().map(|&x| self.at(x)).collect()
     }
 }
+
+/// Unit of a coefficient of values in `unit` over millimetres.
+pub(super) fn coefficient_unit(unit: &str, power: usize) -> String {
+    match power {
+        0 => unit.to_owned(),
+        1 => format!("{unit}/mm"),
+        2 => format!("{unit}/mm²"),
+        3 => format!("{unit}/mm³"),
+        _ => format!("{unit}/mm^{power}"),
+    }
+}
+
+/// Coefficients as rows of a table from the highest power down: as printed, then those of each fit with
+/// so many decimals, then an empty cell.
+pub(super) fn coefficient_rows(
+    printed: &[f64],
+    fits: [&Polynomial; 2],
+    unit: &str,
+    decimals: usize,
+) -> Vec<Vec<String>> {
+    let row = |(power, paper): (usize, &f64)| {
+        let mut row = vec![coefficient_unit(unit, power), paper.to_string()];
+        row.extend(fits.map(|fit| format!("{:.decimals$}", fit.0[power])));
+        row.push(String::new());
+        row
+    };
+    printed.iter().enumerate().rev().map(row).collect()
+}

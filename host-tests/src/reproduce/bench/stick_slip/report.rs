@@ -75,12 +75,11 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
     let fast = closed_form::cycle(&example, 1.0).amplitude;
     let deflection = example.excess_deflection();
     let notes = [
-        format!(
-            "What the paper prints exactly: T_stick = 2(μs − μd)N/(kv) and its equation for T_slip, sign \
-             included, hold at every belt speed. The latter need not be iterated: besides T = 0 it \
-             has the root T_slip = (2/ω)(π − arctan((μs − μd)Nω/(kv))), from π/ω to 2π/ω. Without \
-             damping the stick becomes short as 1/v, but never ends."
-        ),
+        "What the paper prints exactly: T_stick = 2(μs − μd)N/(kv) and its equation for T_slip, sign \
+         included, hold at every belt speed. The latter need not be iterated: besides T = 0 it \
+         has the root T_slip = (2/ω)(π − arctan((μs − μd)Nω/(kv))), from π/ω to 2π/ω. Without \
+         damping the stick becomes short as 1/v, but never ends."
+            .to_owned(),
         format!(
             "What differs: the printed x(t) lacks (v/ω) sin ωt, without which it does not meet the initial \
              condition ẋ = v that is printed above it; its time counts from the breakaway, and it swings \
@@ -89,9 +88,9 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
             shown.truth.amplitude
         ),
         format!(
-            "Every scheme with steps of 0.1 ms. Times are read to a step, and the ramp is held over a step. Karnopp's band of ±{BAND} m/s adds the \
-             time to leave it, √(2M·band/(kv)), and as much of the belt's way to the amplitude; the other \
-             two schemes have no such term."
+            "Every scheme with steps of 0.1 ms. Times are read to a step, and the ramp is held over a step. \
+             Karnopp's band of ±{BAND} m/s adds the time to leave it, √(2M·band/(kv)), and as much of the \
+             belt's way to the amplitude; the other two schemes have no such term."
         ),
     ];
     let mut entries = Vec::new();
