@@ -486,7 +486,9 @@ fn the_command_gives_table_report_and_json() {
         (fit["paper"].as_f64(), fit["unit"].as_str()),
         (Some(1.48), Some("%"))
     );
-    for entry in &entries {
+    for (number, entry) in entries.iter().enumerate() {
         assert!(entry["ours"].is_number(), "{entry}");
+        let namesake = |other: &serde_json::Value| other["what"] == entry["what"];
+        assert!(!entries[..number].iter().any(namesake), "{entry}");
     }
 }
