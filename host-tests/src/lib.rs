@@ -31,5 +31,6 @@ pub mod remap;
 pub mod replay_run;
 pub mod reproduce;
 pub mod toolchain;
+pub mod welch;
 pub mod whole_file;
 pub mod workspace;

@@ -7,6 +7,8 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
+pub mod bench;
+mod cells;
 pub mod prognostics;
 pub mod throttle;
 
@@ -26,6 +28,8 @@ pub struct Args {
 /// A paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Paper {
+    /// A test bench with a synchronous motor, a brake and adjustable backlash: maps, stick-slip
+    Bench,
     /// Friction of an electromechanical actuator by simulated annealing: campaign, alerts, methods
     Prognostics,
     /// A throttle for hardware-in-the-loop simulation: identification, PWA model, error tables
@@ -47,12 +51,24 @@ pub struct Entry {
     pub unit: String,
 }
 
+/// An entry of the JSON.
+fn entry(what: &str, paper: Option<f64>, ours: f64, truth: Option<f64>, unit: &str) -> Entry {
+    Entry {
+        what: what.to_owned(),
+        paper,
+        ours,
+        truth,
+        unit: unit.to_owned(),
+    }
+}
+
 /// Reproduces a paper, prints a table, writes what was asked for.
 ///
 /// # Errors
 /// What is missing on this machine, or what is not in order with the run.
 pub fn run(args: &Args) -> Result<(), Failure> {
     match args.paper {
+        Paper::Bench => bench::run(args.json.as_deref()),
         Paper::Prognostics => prognostics::run(args.json.as_deref()),
         Paper::Throttle => throttle::run(args.json.as_deref(), args.repeat),
     }

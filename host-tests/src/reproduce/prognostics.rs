@@ -16,7 +16,6 @@ use self::campaign::Case;
 use self::detection::{Detection, Life};
 use self::estimate::{Estimate, Options};
 use self::stand::{Friction, Input, Recorded, Stand};
-use super::Entry;
 use crate::failure::Failure;
 use crate::{whole_file, workspace};
 
@@ -165,15 +164,4 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     io::stdout()
         .write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
-}
-
-/// An entry of the JSON.
-fn entry(what: &str, paper: Option<f64>, ours: f64, truth: Option<f64>, unit: &str) -> Entry {
-    Entry {
-        what: what.to_owned(),
-        paper,
-        ours,
-        truth,
-        unit: unit.to_owned(),
-    }
 }

@@ -4,15 +4,9 @@ use super::campaign::{Case, Spread};
 use super::detection::{CONFIDENCE, CONTENT, FAILURE, Life, SCATTER};
 use super::stand::{Input, LEVELS};
 use super::statistics::quantile;
-use super::{PAPER, PAPER_ERROR, PAPER_TRUTH, Results, entry};
-use crate::reproduce::Entry;
-
-/// Rows of cells, the first of them heads.
-pub(super) type Cells = Vec<Vec<String>>;
-
-fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
-    cells.map(str::to_owned).to_vec()
-}
+use super::{PAPER, PAPER_ERROR, PAPER_TRUTH, Results};
+use crate::reproduce::cells::{Cells, render, row};
+use crate::reproduce::{Entry, entry};
 
 fn per_cent(share: f64) -> String {
     format!("{:.2} %", 100.0 * share)
@@ -349,27 +343,4 @@ pub(super) fn text(results: &Results) -> String {
         render(&detection_cells(results)),
         render(&life_cells(&results.lives)),
     )
-}
-
-/// Cells in columns.
-fn render(cells: &Cells) -> String {
-    let columns = cells.first().map_or(0, Vec::len);
-    let widths: Vec<usize> = (0..columns)
-        .map(|column| {
-            let widths = cells.iter().map(|row| row[column].chars().count());
-            widths.max().unwrap_or(0)
-        })
-        .collect();
-    let mut text = String::new();
-    for row in cells {
-        for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-            if column == 0 {
-                text += &format!("{cell:<width$}");
-            } else {
-                text += &format!("  {cell:>width$}");
-            }
-        }
-        text.push('\n');
-    }
-    text
 }

@@ -1,0 +1,91 @@
+//! The test bench's paper: *Experimental Characterization and Modeling of Nonlinear Effects in
+//! Electromechanical Actuators for Prognostic Capabilities*.
+//!
+//! A synchronous motor, a gearbox, an encoder behind adjustable play and a brake. Each module is a
+//! topic of the paper and gives a [`section::Section`]: its tables, its figures and its entries of
+//! the JSON; a further topic is a module and a line of [`TOPICS`].
+
+use std::fs;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+
+use self::section::Section;
+use crate::failure::Failure;
+use crate::page::{self, escape};
+use crate::reproduce::Entry;
+use crate::{whole_file, workspace};
+
+pub mod backlash_map;
+pub mod consistency;
+pub mod errors;
+pub mod friction_map;
+pub mod gears;
+pub mod play;
+pub mod polynomial;
+mod section;
+pub mod stick_slip;
+
+/// A topic: what is announced while it is worked out, and its work.
+type Topic = (&'static str, fn() -> Result<Section, Failure>);
+
+/// The topics in the order of the report.
+const TOPICS: [Topic; 4] = [
+    ("map of the friction", friction_map::section),
+    ("map of the backlash", backlash_map::section),
+    ("stick-slip", stick_slip::report::section),
+    ("the paper's own numbers", consistency::section),
+];
+
+/// What the report begins with.
+const FINDING: &str = "Both maps, the stick-slip of the introduction and the data sheets, worked out \
+     again from what is printed; where the paper's numbers do not agree with each other, it is said.";
+
+/// Runs every topic, prints the tables, leaves the report in `target/hil/bench`.
+///
+/// # Errors
+/// A file that cannot be written; parameters that the core does not take.
+pub fn run(json: Option<&Path>) -> Result<(), Failure> {
+    let directory = workspace::results().join("bench");
+    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
+    let on_terminal = io::stderr().is_terminal();
+    let mut sections = Vec::new();
+    for (step, topic) in TOPICS {
+        if on_terminal {
+            eprintln!("{step} ...");
+        }
+        sections.push(topic()?);
+    }
+    let index = directory.join("index.html");
+    fs::write(&index, report(&sections))
+        .map_err(|error| Failure::system(index.display(), &error))?;
+    if let Some(path) = json {
+        let entries: Vec<&Entry> = sections.iter().flat_map(|it| &it.entries).collect();
+        whole_file::write_json(path, &entries)
+            .map_err(|error| Failure::system(path.display(), &error))?;
+    }
+    let mut text: String = sections.iter().map(Section::text).collect();
+    text += &format!("report   {}\n", workspace::shown(&index));
+    io::stdout()
+        .write_all(text.as_bytes())
+        .map_err(|error| Failure::system("standard output", &error))
+}
+
+fn report(sections: &[Section]) -> String {
+    let mut body = format!(
+        "<header>\n<p class=\"kind\">A paper reproduced</p>\n<h1>A test bench for electromechanical \
+         actuators</h1>\n<p class=\"finding\">{}</p>\n</header>\n",
+        escape(FINDING)
+    );
+    body.extend(sections.iter().map(Section::html));
+    let foot = ["Tables 5.1 and 5.2 stand in host-tests/traces, digit by digit.".to_owned()];
+    page::page("Test bench paper, reproduced", &body, &foot)
+}
+
+/// The rows of a table of the paper that is kept as CSV.
+fn rows<R: serde::de::DeserializeOwned>(table: &str) -> Vec<R> {
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_reader(table.as_bytes());
+    let rows: Result<Vec<R>, _> = reader.deserialize().collect();
+    rows.expect("the tables are part of the program")
+}
