@@ -26,7 +26,7 @@ use crate::plant::actuator::Actuator;
 use crate::plant::parameters::Parameters;
 
 /// Samples on either side of a restart that its state is smoothed over.
-const HALF_WIDTH: usize = 8;
+pub const HALF_WIDTH: usize = 8;
 
 /// Levels of dry friction, N·m or N, the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]

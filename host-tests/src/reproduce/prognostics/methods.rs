@@ -195,7 +195,11 @@ fn find(
     seed: u64,
 ) -> std::result::Result<Found, InvalidParameter> {
     let log = recorded.log(false);
-    let mut error = estimate::error(model, &log, window)?;
+    let options = Options {
+        window,
+        ..Options::default()
+    };
+    let mut error = estimate::error(model, &log, &options)?;
     Ok(match method {
         Method::RecursiveLeastSquares => {
             let (coulomb, breakaway) = torque_balance::estimate(model, recorded);
@@ -224,10 +228,6 @@ fn find(
         }
         Method::LeastSquares => least_squares_on(&mut error, numbers),
         Method::Annealing | Method::Polished => {
-            let options = Options {
-                window,
-                ..Options::default()
-            };
             let estimate = if numbers == 1 {
                 estimate::one(model, &log, &options, seed)?
             } else {
