@@ -65,13 +65,13 @@ impl Condition {
         match self {
             Self::Campaign => "as in the campaign",
             Self::WarmWinding => "winding 10 % above the model's",
-            Self::MeasuredCurrent => "the same, current measured",
-            Self::FittedResistance => "the same, resistance fitted too",
+            Self::MeasuredCurrent => "winding 10 % above, current measured",
+            Self::FittedResistance => "winding 10 % above, resistance fitted too",
             Self::WeakMagnets => "torque constant 3 % below the model's",
-            Self::WeakMagnetsMeasuredCurrent => "the same, current measured",
+            Self::WeakMagnetsMeasuredCurrent => "torque constant 3 % below, current measured",
             Self::Servo => "six-block servo, rows of 16 ms, free run",
-            Self::ServoInWindows => "the same in windows",
-            Self::SixBlocks => "the same, six blocks in their loop",
+            Self::ServoInWindows => "six-block servo, in windows all the same",
+            Self::SixBlocks => "six-block servo, six blocks in their loop",
         }
     }
 }
