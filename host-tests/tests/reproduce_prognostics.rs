@@ -108,10 +108,8 @@ fn a_warm_winding_misleads_unless_the_current_is_measured() {
         );
     }
     let warm = row(Condition::WarmWinding);
-    assert!(
-        warm.bias < -0.05,
-        "the estimate falls as the resistance rises"
-    );
+    // The model takes for friction what the voltage does not drive.
+    assert!(warm.bias > 0.05, "{warm:?}");
     for cure in [Condition::MeasuredCurrent, Condition::FittedResistance] {
         assert!(row(cure).errors.median < 0.2 * warm.errors.median);
     }
