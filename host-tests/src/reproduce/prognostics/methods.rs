@@ -6,8 +6,8 @@
 //! - What counts is the objective. In a *free run* over the whole log, the paper's, the error of the
 //!   position has many minima and the lowest need not be at the friction. With one number only least squares
 //!   kept to 5.2 % on 27 sweeps; polished annealing was up to 9 % off, annealing alone 11 %, the simplex
-//!   83 %, golden section ended up at the other bound. With two numbers it is worse: up to 93 % by least
-//!   squares, 159 % by annealing, polished or not. Replayed in *windows* it has one minimum, and every
+//!   83 %, golden section 676 %. With two numbers it was up to 10 % by the simplex, 93 % by least squares,
+//!   159 % by annealing, polished or not. Replayed in *windows* it has one minimum, and every
 //!   method but annealing alone finds it to 0.32 % from the paper's start: golden section in a quarter of
 //!   annealing's evaluations, least squares in a seventh.
 //! - Annealing alone is off by a per cent after 82 evaluations, by 5.8 % at worst; polished it is as good as

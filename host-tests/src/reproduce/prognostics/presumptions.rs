@@ -2,11 +2,10 @@
 //!
 //! Found on sweeps of every level: a winding 10 % above the model's resistance, as after 25 K of
 //! warming, takes the estimate up by as much, for what the voltage does not drive is taken for friction. A
-//! measured current mends most of it, for then no winding is in the model: 0.3 % in the median, but 7 %
-//! at worst, because the sensor's errors come in. A resistance fitted with the friction comes to 1 % in the
-//! median and is no cure at worst, 16 %: where the machine hardly turns, the two are one number. A torque
-//! constant that is off has no cure here. On the logs of a slow drive a free run is better than windows,
-//! and better than six blocks in a loop of their own, which hides what it corrects.
+//! measured current mends most of it, for then no winding is in the model: 0.3 % in the median, 7 % at
+//! worst. A resistance fitted with the friction comes to 1 % in the median and is no cure at worst, 16 %. A
+//! torque constant that is off has no cure here. On the logs of a slow drive a free run is better than
+//! windows, and than six blocks in a loop of their own.
 
 use model_core::gap::log::{Channel, Log};
 use model_core::identify::position_error::PositionError;

@@ -2,7 +2,8 @@
 //! the initial temperature, the interval of re-annealing and the bounds.
 //!
 //! On the paper's case, by annealing alone, many searches each. With the 82 evaluations of the campaign
-//! it is never re-annealed: that takes as many accepted steps as the interval has.
+//! it is never re-annealed: that takes as many accepted steps as the interval has. In 500 it is, and only
+//! then no search of a free run is lost (0.4 % off at worst, 22 % without).
 
 use model_core::gap::log::Log;
 use model_core::identify::annealing::{self, Cooling, StepFunction};
