@@ -86,8 +86,9 @@ fn calibration_finds_the_rigs_inertia_damping_and_friction() {
         off(fitted.breakaway.forward, calibration.friction.breakaway),
     ];
     println!("inertia, damping, Coulomb, breakaway: {errors:?}");
-    // Damping is 2 % of the back-EMF's: hardly to be seen.
-    for (error, allowed) in errors.into_iter().zip([0.01, 0.1, 0.01, 0.15]) {
+    // The torque constant ripples by up to 2 %; damping is 6 % of what the back-EMF brakes by, hardly to be
+    // seen.
+    for (error, allowed) in errors.into_iter().zip([0.02, 0.1, 0.02, 0.15]) {
         assert!(error.abs() <= allowed, "{errors:?}");
     }
     assert!(fitted.breakaway.forward >= fitted.coulomb.forward);

@@ -28,6 +28,16 @@ pub const MOST_BREAKAWAY: f32 = 1.5;
 /// Width to which golden section goes, as a share of the bounds: 1.5e-4 N·m.
 const TOLERANCE: f32 = 1e-4;
 
+/// Root mean square of what a sensor's noise and drift make of a standstill within a window, in counts, at
+/// most.
+const NOISE_COUNTS: f32 = 4.0;
+
+/// A log from which no friction follows.
+const UNUSABLE: InvalidParameter = InvalidParameter {
+    name: "log",
+    requirement: "must be finite and have motion",
+};
+
 /// One evaluation of a search, in order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evaluation {
@@ -139,7 +149,25 @@ pub fn one(
     options: &Options,
     seed: u64,
 ) -> Result<Estimate, InvalidParameter> {
-    one_of(&mut error(model, log, options)?, options, seed)
+    let mut error = error(model, log, options)?;
+    require_motion(&error, log, options)?;
+    one_of(&mut error, options, seed)
+}
+
+/// Refuses a log in which only the sensor's noise moves: on it every level that holds the model is as good
+/// as the other.
+fn require_motion(
+    error: &PositionError,
+    log: &Log,
+    options: &Options,
+) -> Result<(), InvalidParameter> {
+    let seconds = error.steps() as f32 * log.period;
+    let noise = NOISE_COUNTS * options.resolution;
+    // What is not a number is refused with its own reason, later.
+    if error.at_rest() <= noise * noise * seconds {
+        return Err(UNUSABLE);
+    }
+    Ok(())
 }
 
 /// As [`one`], with an objective of any kind.
@@ -192,6 +220,7 @@ pub fn two(
     // E hardly depends on the breakaway: annealing leaves it anywhere.
     let search_for = (annealing, [HALF_BRACKET, 1.0]);
     let mut error = error(model, log, &options)?;
+    require_motion(&error, log, &options)?;
     search(&mut error, &options, search_for, seed, levels)
 }
 
@@ -210,13 +239,9 @@ fn search<const N: usize>(
     seed: u64,
     levels: impl Fn([f32; N]) -> Levels,
 ) -> Result<Estimate, InvalidParameter> {
-    let unusable = InvalidParameter {
-        name: "log",
-        requirement: "must be finite and have motion",
-    };
     let at_rest = objective.at_rest();
     if !(at_rest.is_finite() && at_rest > 0.0) {
-        return Err(unusable);
+        return Err(UNUSABLE);
     }
     let mut search = polished::Parameters {
         annealing: annealing::Parameters {
@@ -249,7 +274,7 @@ fn search<const N: usize>(
         });
     }
     let (Some((best, cost)), Some(annealed)) = (search.best(), annealed) else {
-        return Err(unusable);
+        return Err(UNUSABLE);
     };
     Ok(Estimate {
         levels: levels(best),
