@@ -185,6 +185,7 @@ const THROTTLE: Parameters = machine::THROTTLE.plant;
 /// # Errors
 /// A result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    whole_file::check_place(args.json.as_deref())?;
     let extent = if args.quick { QUICK } else { FULL };
     let progress = if io::stderr().is_terminal() {
         ProgressBar::new_spinner()

@@ -60,6 +60,7 @@ impl Finding {
 /// What is missing on this machine; a fault that is not found, or a board that differs from this
 /// host; a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    whole_file::check_place(args.json.as_deref())?;
     let announce = |step: &str| {
         if io::stderr().is_terminal() {
             eprintln!("{step} ...");

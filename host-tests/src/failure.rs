@@ -12,6 +12,8 @@ use crate::error::InputError;
 pub enum Failure {
     /// A file of the user's is wrong: exit status 2.
     Input(InputError),
+    /// The command was called wrongly: exit status 2.
+    Usage(String),
     /// Anything else, with what can be done about it: exit status 1.
     Other(String),
 }
@@ -30,7 +32,7 @@ impl Failure {
     /// The exit status of the program.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Input(_) => ExitCode::from(2),
+            Self::Input(_) | Self::Usage(_) => ExitCode::from(2),
             Self::Other(_) => ExitCode::FAILURE,
         }
     }
@@ -40,7 +42,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Input(error) => error.fmt(f),
-            Self::Other(message) => f.write_str(message),
+            Self::Usage(message) | Self::Other(message) => f.write_str(message),
         }
     }
 }

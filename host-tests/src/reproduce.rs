@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::whole_file;
 
 pub mod bench;
 mod cells;
@@ -67,6 +68,11 @@ fn entry(what: &str, paper: Option<f64>, ours: f64, truth: Option<f64>, unit: &s
 /// # Errors
 /// What is missing on this machine, or what is not in order with the run.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.repeat > 0 && args.paper != Paper::Throttle {
+        let message = "--repeat is for `reproduce throttle` alone; leave it out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    whole_file::check_place(args.json.as_deref())?;
     match args.paper {
         Paper::Bench => bench::run(args.json.as_deref()),
         Paper::Prognostics => prognostics::run(args.json.as_deref()),

@@ -6,6 +6,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::failure::Failure;
+
 /// Lets `write` fill a file beside `path` and renames it: a reader never sees half of it, and a
 /// failure leaves nothing behind.
 ///
@@ -22,6 +24,25 @@ pub fn write(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Re
         let _ = fs::remove_file(partial);
     }
     written
+}
+
+/// Refuses a path at which no file can be: better said before minutes of work than after.
+///
+/// # Errors
+/// A directory that is not there, or a path that is one.
+pub fn check_place(path: Option<&Path>) -> Result<(), Failure> {
+    let Some(path) = path else { return Ok(()) };
+    let fail = |reason: String| Err(Failure::other(format!("{}: {reason}", path.display())));
+    if path.is_dir() {
+        return fail("is a directory; expected the name of a file".to_owned());
+    }
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() && !parent.is_dir() => fail(format!(
+            "there is no directory {}; create it, or name another file",
+            parent.display()
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Writes a value as indented JSON with a newline at its end.

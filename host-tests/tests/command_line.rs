@@ -41,6 +41,8 @@ fn a_usage_error_is_one_line_and_status_2() {
         (&["gap", "--machine", "a.toml"], "--train"),
         (&["decode", "image"], "<LOG>"),
         (&["test", "surplus"], "'surplus'"),
+        (&["reproduce", "prognostics", "--repeat", "3"], "--repeat"),
+        (&["reproduce", "bench", "--repeat", "3"], "--repeat"),
     ] {
         let output = hil(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
@@ -49,5 +51,33 @@ fn a_usage_error_is_one_line_and_status_2() {
         assert!(error.starts_with("error: "), "{error}");
         assert!(error.contains(part), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+/// Commands that work for minutes look first whether there is a place for their result.
+#[test]
+fn a_result_without_a_place_is_refused_before_the_work() {
+    let directory = std::env::temp_dir();
+    let directory = directory.to_str().unwrap();
+    for (path, remedy) in [
+        ("no-such-directory/out.json", "create it"),
+        (directory, "expected the name of a file"),
+    ] {
+        for command in [
+            &["reproduce", "prognostics"][..],
+            &["reproduce", "throttle"],
+            &["reproduce", "bench"],
+            &["onboard"],
+            &["ecu"],
+            &["bench"],
+        ] {
+            let output = hil(&[command, &["--json", path]].concat());
+            assert_eq!(output.status.code(), Some(1), "{command:?}");
+            assert!(output.stdout.is_empty());
+            let error = text(&output.stderr);
+            assert!(error.starts_with(&format!("error: {path}: ")), "{error}");
+            assert!(error.contains(remedy), "{error}");
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
     }
 }

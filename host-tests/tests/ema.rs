@@ -2,6 +2,8 @@
 //! `f64` bench.
 
 use host_tests::reproduce::prognostics::anti_windup::{self, BAND, Response, SECONDS, STEP_M};
+use host_tests::reproduce::prognostics::{COMMAND, command_file};
+use host_tests::workspace;
 use model_core::control::pid::AntiWindup;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
@@ -101,8 +103,8 @@ fn every_scheme_sticks_and_slips_as_the_bench_does() {
 /// A command as a function of the drive's period.
 type Input = Box<dyn Fn(u32) -> f32>;
 
-/// The commands of the paper; its random sequence is the core's APRTS.
-fn inputs(scale: f32) -> [(&'static str, Input); 5] {
+/// The commands of the paper, all in both loops; its random sequence is the core's APRTS.
+fn inputs(scale: f32) -> [(&'static str, Input); 6] {
     const PERIOD: f32 = 0.016;
     let step = step::Parameters {
         initial_value: 0.0,
@@ -145,12 +147,22 @@ fn inputs(scale: f32) -> [(&'static str, Input); 5] {
     }
     .build(PERIOD)
     .unwrap();
+    // The campaign's external file, as a share of its largest position.
+    let file = command_file::read(
+        &workspace::root().join(COMMAND),
+        1.0 / f64::from(PERIOD),
+        5.0,
+    );
+    let file = file.unwrap();
+    let largest = file.iter().fold(0.0_f64, |l, p| l.max(p.abs()));
+    let file: Vec<f32> = file.iter().map(|p| (p / largest) as f32 * scale).collect();
     [
         ("step", Box::new(move |tick| step.at(tick))),
         ("ramp", Box::new(move |tick| ramp.at(tick))),
         ("sine", Box::new(move |tick| sine.at(tick))),
         ("sweep", Box::new(move |tick| sweep.at(tick))),
         ("random", Box::new(move |tick| random.at(tick))),
+        ("file", Box::new(move |tick| file[tick as usize])),
     ]
 }
 

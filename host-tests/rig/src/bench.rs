@@ -19,6 +19,12 @@ pub struct Bench {
     pub torque_ripple: f64,
     /// Periods of that ripple in a turn, or in 2π m.
     pub ripples_per_turn: f64,
+    /// Steps of the current sensor's converter, A; 0 for none.
+    pub current_resolution: f64,
+    /// Reading of the position sensor at 0, rad or m.
+    pub position_offset: f64,
+    /// Growth of that reading, rad/s or m/s.
+    pub position_drift: f64,
     /// Lost motion between motor and position sensor, rad or m.
     pub backlash: f64,
 }
@@ -33,6 +39,9 @@ impl Bench {
         supply_phase: 0.0,
         torque_ripple: 0.0,
         ripples_per_turn: 12.0,
+        current_resolution: 0.0,
+        position_offset: 0.0,
+        position_drift: 0.0,
         backlash: 0.0,
     };
 
@@ -44,6 +53,11 @@ impl Bench {
     /// What the current sensor adds at `time`, A.
     pub(crate) fn current_error(&self, time: f64) -> f64 {
         self.current_offset + self.current_drift * time
+    }
+
+    /// What the position sensor adds at `time`, rad or m.
+    pub(crate) fn position_error(&self, time: f64) -> f64 {
+        self.position_offset + self.position_drift * time
     }
 
     /// Where the sensor's side of the backlash is, once the motor's is at `motor`: it stays until the

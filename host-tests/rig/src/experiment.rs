@@ -214,7 +214,9 @@ impl Experiment {
             let seen = reported.map_or(start, |index| caught[index]);
             behind_the_play = bench.take_up(behind_the_play, seen);
             let position = quantise(
-                behind_the_play + self.noise.position * random.normal(),
+                behind_the_play
+                    + self.bench.position_error(time)
+                    + self.noise.position * random.normal(),
                 machine.resolution,
             );
             let input = match &self.excitation {
@@ -245,11 +247,12 @@ impl Experiment {
                     acting
                 };
                 let volts = acting * self.bench.supply(time);
-                log.current.push(
+                log.current.push(quantise(
                     powered.plant.current(volts)
                         + self.bench.current_error(time)
                         + self.noise.current * random.normal(),
-                );
+                    self.bench.current_resolution,
+                ));
             }
 
             // Within the period two things happen, each at its own instant: a delayed input

@@ -322,6 +322,34 @@ fn supply_and_current_sensor_err_as_asked_for() {
     assert!(log.input.iter().all(|input| *input == 12.0));
 }
 
+/// A brake holds the machine: the position sensor's offset and drift are all that it reports.
+#[test]
+fn position_sensor_and_converter_err_as_asked_for() {
+    let machine = Machine {
+        coulomb: 9.0,
+        static_friction: 9.0,
+        resolution: 0.0,
+        ..Machine::rotary_ema()
+    };
+    let bench = Bench {
+        position_offset: 0.03,
+        position_drift: -0.002,
+        current_resolution: 0.25,
+        ..Bench::IDEAL
+    };
+    let log = Experiment::driven(machine, Trajectory::Constant(1.2))
+        .lasting(2.0)
+        .with_noise(Noise::NONE)
+        .on(bench)
+        .run();
+    for (time, position) in log.time.iter().zip(&log.position) {
+        assert!((position - (0.03 - 0.002 * time)).abs() < 1e-12, "{time}");
+    }
+    // 1.2 A, once it has risen through the winding's inductance.
+    assert_eq!(log.current.last(), Some(&1.25));
+    assert!(log.current.iter().all(|current| current % 0.25 == 0.0));
+}
+
 /// Almost without inertia and without any friction, the back-EMF is the voltage at every angle.
 #[test]
 fn the_torque_constant_ripples_over_the_angle() {

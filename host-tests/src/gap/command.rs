@@ -40,6 +40,7 @@ pub struct Args {
 /// # Errors
 /// A wrong file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    whole_file::check_place(args.json.as_deref())?;
     let machine = Machine::read(&args.machine)?;
     let train = read_all(&args.train)?;
     // A name that is wrong is better said now than after the fit; what is inside stays unread.

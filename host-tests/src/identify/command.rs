@@ -48,6 +48,7 @@ pub struct Args {
 /// # Errors
 /// A wrong file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    whole_file::check_place(args.json.as_deref())?;
     let start = Start::new(Machine::read(&args.machine)?)?;
     let (slow, fast) = (Log::read(&args.slow)?, Log::read(&args.fast)?);
     let identified = identify(&start, &slow, &fast)?;

@@ -23,6 +23,7 @@ pub struct Args {
 /// What is missing on this machine; a board that differs from this host, once that is reported; a
 /// result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    whole_file::check_place(args.json.as_deref())?;
     let on_terminal = io::stderr().is_terminal();
     let mut announce = |step: &str| {
         if on_terminal {

@@ -3,7 +3,8 @@
 //! At rest friction equals the active load up to the breakaway level; in motion it is Coulomb's. A
 //! velocity that would change its sign within a step is zero at the step's end, and the next step
 //! decides between rest and the way back (L. Borello and M. D. L. Dalla Vedova, *Dry friction
-//! discontinuous computational algorithms*, 2014). Unlike Karnopp's scheme it has no band to be
+//! discontinuous computational algorithms*, International Journal of Engineering and Innovative
+//! Technology 3(8), 2014). Unlike Karnopp's scheme it has no band to be
 //! chosen, and it takes the same care with steps: see [`crate::plant::karnopp`].
 
 use super::euler::{Euler, FrictionRule};

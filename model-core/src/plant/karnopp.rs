@@ -2,7 +2,8 @@
 //!
 //! Inside a band |ω| < Dv the velocity counts as zero and friction balances the drive up to the
 //! breakaway level; outside it friction is Coulomb's (D. Karnopp, *Computer simulation of
-//! stick-slip friction in mechanical dynamic systems*, 1985; the prognostics paper's CSJ model).
+//! stick-slip friction in mechanical dynamic systems*, 1985). The prognostics paper's model is based
+//! on it and modified (section V, its references 13 and 14); the modification is not in the paper.
 //! It needs steps far below the electrical time constant, and in `f32` such steps are too small
 //! for the position to notice: over a sweep of 90 rad, steps of 1 µs are off by 22 mrad rms, those
 //! of [`crate::plant::actuator`] by 3 µrad with 100 µs. That one is what the project uses.
@@ -40,8 +41,8 @@ impl FrictionRule for VelocityBand {
 }
 
 impl Karnopp {
-    /// Euler steps of `period` seconds with a velocity band of `band` rad/s or m/s (the prognostics
-    /// paper's kind of model takes about a thousandth of the top speed).
+    /// Euler steps of `period` seconds with a velocity band of `band` rad/s or m/s. The prognostics paper
+    /// gives none; a thousandth of the top speed does.
     ///
     /// # Errors
     /// A parameter outside its range; a period or a band that is not above 0; a winding whose time

@@ -3,7 +3,7 @@
 use model_core::gap::log::Log;
 use model_core::identify::annealing;
 use model_core::identify::polished::{self, HALF_BRACKET};
-use model_core::identify::position_error::{Levels, PositionError};
+use model_core::identify::position_error::{HALF_WIDTH, Levels, PositionError};
 use model_core::numeric::invalid_parameter::InvalidParameter;
 use model_core::plant::parameters::Parameters;
 
@@ -17,8 +17,8 @@ pub const START: f32 = 0.12;
 /// Length of the windows of the replay, s.
 pub const WINDOW: f32 = 0.2;
 
-/// What the estimate of one level takes the other for: the middle of what an actuator of this kind
-/// has, breakaway per Coulomb level.
+/// What the estimate of one level takes the other for, breakaway per Coulomb level: low in what the bench
+/// draws, and below the 1.25 of the project's own actuators. It costs little on a sweep, most on a step.
 pub const BREAKAWAY_PER_COULOMB: f32 = 1.075;
 
 /// Largest breakaway level per Coulomb level that is looked for. That it is never below 1 is what the
@@ -27,6 +27,16 @@ pub const MOST_BREAKAWAY: f32 = 1.5;
 
 /// Width to which golden section goes, as a share of the bounds: 1.5e-4 N·m.
 const TOLERANCE: f32 = 1e-4;
+
+/// Root mean square of what a sensor's noise and drift make of a standstill within a window, in counts, at
+/// most.
+const NOISE_COUNTS: f32 = 4.0;
+
+/// A log from which no friction follows.
+const UNUSABLE: InvalidParameter = InvalidParameter {
+    name: "log",
+    requirement: "must be finite and have motion",
+};
 
 /// One evaluation of a search, in order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +62,10 @@ pub struct Estimate {
     pub annealed: Levels,
     /// Replays of the log by annealing.
     pub annealing_evaluations: u32,
+    /// Steps that annealing accepted.
+    pub accepted: u32,
+    /// Times that it raised its temperature again (eq. 3).
+    pub reannealings: u32,
     /// Replays by golden section.
     pub polish_evaluations: u32,
     /// Every evaluation.
@@ -63,6 +77,8 @@ pub struct Estimate {
 pub struct Options {
     /// Windows of the replay, s; `None` for the paper's free run.
     pub window: Option<f32>,
+    /// One count of the position sensor, rad.
+    pub resolution: f32,
     /// T₀, step, cooling, acceptance, re-annealing, evaluations; bounds, start and k_b are set.
     pub annealing: annealing::Parameters<1>,
     /// Most evaluations by golden section.
@@ -70,10 +86,11 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// In windows, 82 evaluations by annealing with its defaults.
+    /// In windows, the bench's encoder, 82 evaluations by annealing with its defaults.
     fn default() -> Self {
         Self {
             window: Some(WINDOW),
+            resolution: super::stand::RESOLUTION as f32,
             annealing: annealing::Parameters {
                 evaluations: 82,
                 ..annealing::Parameters::new([LOWER], [UPPER], [START])
@@ -83,16 +100,43 @@ impl Default for Options {
     }
 }
 
-/// E on a log of the bench's encoder.
+/// What is minimised: how far a model with these levels is from a log.
+pub trait Objective {
+    /// E of these levels, rad²·s.
+    fn at(&mut self, levels: Levels) -> f32;
+
+    /// E of a model that does not move, rad²·s.
+    fn at_rest(&self) -> f32;
+}
+
+impl Objective for PositionError<'_> {
+    fn at(&mut self, levels: Levels) -> f32 {
+        PositionError::at(self, levels)
+    }
+
+    fn at_rest(&self) -> f32 {
+        PositionError::at_rest(self)
+    }
+}
+
+/// Windows or one free run, by the sampling period alone: a window is worth its restart only if the
+/// samples over which the restart is smoothed are short beside it, a quarter of it at most. So from
+/// 3 ms on it is a free run.
+pub fn window_for(period: f32) -> Option<f32> {
+    let smoothed = (2 * HALF_WIDTH + 1) as f32 * period;
+    (smoothed <= 0.25 * WINDOW).then_some(WINDOW)
+}
+
+/// E on a log.
 ///
 /// # Errors
 /// What the core refuses.
 pub fn error<'a>(
     model: &Parameters,
     log: &Log<'a>,
-    window: Option<f32>,
+    options: &Options,
 ) -> Result<PositionError<'a>, InvalidParameter> {
-    PositionError::new(model, log, super::stand::RESOLUTION as f32, window)
+    PositionError::new(model, log, options.resolution, options.window)
 }
 
 /// One number: the Coulomb level, the breakaway level in a fixed ratio to it.
@@ -105,8 +149,38 @@ pub fn one(
     options: &Options,
     seed: u64,
 ) -> Result<Estimate, InvalidParameter> {
+    let mut error = error(model, log, options)?;
+    require_motion(&error, log, options)?;
+    one_of(&mut error, options, seed)
+}
+
+/// Refuses a log in which only the sensor's noise moves: on it every level that holds the model is as good
+/// as the other.
+fn require_motion(
+    error: &PositionError,
+    log: &Log,
+    options: &Options,
+) -> Result<(), InvalidParameter> {
+    let seconds = error.steps() as f32 * log.period;
+    let noise = NOISE_COUNTS * options.resolution;
+    // What is not a number is refused with its own reason, later.
+    if error.at_rest() <= noise * noise * seconds {
+        return Err(UNUSABLE);
+    }
+    Ok(())
+}
+
+/// As [`one`], with an objective of any kind.
+///
+/// # Errors
+/// As [`one`].
+pub fn one_of(
+    objective: &mut impl Objective,
+    options: &Options,
+    seed: u64,
+) -> Result<Estimate, InvalidParameter> {
     let search_for = (options.annealing, [HALF_BRACKET]);
-    search(model, log, options, search_for, seed, |[coulomb]| {
+    search(objective, options, search_for, seed, |[coulomb]| {
         in_ratio(coulomb)
     })
 }
@@ -144,8 +218,10 @@ pub fn two(
         breakaway: ratio * coulomb,
     };
     // E hardly depends on the breakaway: annealing leaves it anywhere.
-    let brackets = [HALF_BRACKET, 1.0];
-    search(model, log, &options, (annealing, brackets), seed, levels)
+    let search_for = (annealing, [HALF_BRACKET, 1.0]);
+    let mut error = error(model, log, &options)?;
+    require_motion(&error, log, &options)?;
+    search(&mut error, &options, search_for, seed, levels)
 }
 
 /// The levels that a Coulomb level alone stands for.
@@ -157,21 +233,15 @@ pub fn in_ratio(coulomb: f32) -> Levels {
 }
 
 fn search<const N: usize>(
-    model: &Parameters,
-    log: &Log,
+    objective: &mut impl Objective,
     options: &Options,
     (annealing, half_bracket): (annealing::Parameters<N>, [f32; N]),
     seed: u64,
     levels: impl Fn([f32; N]) -> Levels,
 ) -> Result<Estimate, InvalidParameter> {
-    let unusable = InvalidParameter {
-        name: "log",
-        requirement: "must be finite and have motion",
-    };
-    let mut error = error(model, log, options.window)?;
-    let at_rest = error.at_rest();
+    let at_rest = objective.at_rest();
     if !(at_rest.is_finite() && at_rest > 0.0) {
-        return Err(unusable);
+        return Err(UNUSABLE);
     }
     let mut search = polished::Parameters {
         annealing: annealing::Parameters {
@@ -188,7 +258,7 @@ fn search<const N: usize>(
     let (mut annealed, mut least) = (None, f32::INFINITY);
     while let Some(candidate) = search.propose() {
         let tried = levels(candidate);
-        let cost = error.at(tried);
+        let cost = objective.at(tried);
         search.report(cost);
         if let Some((_, best)) = search.best() {
             least = best;
@@ -204,13 +274,15 @@ fn search<const N: usize>(
         });
     }
     let (Some((best, cost)), Some(annealed)) = (search.best(), annealed) else {
-        return Err(unusable);
+        return Err(UNUSABLE);
     };
     Ok(Estimate {
         levels: levels(best),
         cost,
         annealed,
         annealing_evaluations: search.annealing().evaluations(),
+        accepted: search.annealing().accepted(),
+        reannealings: search.annealing().reannealings(),
         polish_evaluations: search.polish_evaluations(),
         history,
     })

@@ -1,9 +1,9 @@
 //! The test bench: a rig in double precision plays the paper's actuator, which is not public.
 //!
 //! A 24 V brushed DC motor with a peak torque of 1.44 N·m (the paper's: 1.48) in free travel, with the
-//! friction that a brake adds. The bench has what the models lack: the counts of the encoder and lost
-//! motion before it, a supply and a torque constant that ripple, a current sensor with noise, offset
-//! and drift. How much of each is drawn anew for each log.
+//! friction that a brake adds. The bench has what the models lack: a position sensor with counts, noise,
+//! offset and drift and lost motion before it, a supply and a torque constant that ripple, a current sensor
+//! with a 12-bit converter, noise, offset and drift. How much of each is drawn anew for each log.
 
 use std::path::Path;
 
@@ -33,9 +33,21 @@ const STEP: f64 = 4e-5;
 /// at 11 V of its 24 V.
 pub const LEVELS: [f64; 9] = [0.12, 0.2, 0.3, 0.45, 0.6, 0.779, 0.9, 1.05, 1.2];
 
-/// Breakaway level per Coulomb level: least and largest. 1.38 N·m at the highest level are just
-/// overcome.
-pub const BREAKAWAY: (f64, f64) = (1.0, 1.15);
+/// Breakaway level per Coulomb level: least and largest.
+pub const BREAKAWAY: (f64, f64) = (1.0, 1.3);
+
+/// Largest breakaway level, N·m: what the motor just overcomes. From 1.06 N·m on it is this that bounds
+/// the breakaway level.
+pub const OVERCOME: f64 = 1.38;
+
+/// One step of the current sensor's converter, A: ±25 A in 12 bits, as on the board.
+const CONVERTER: f64 = 25.0 / 2048.0;
+
+/// Noise of the sensors: half a count of the position's, and a cheap shunt amplifier's.
+const NOISE: Noise = Noise {
+    position: 0.5 * RESOLUTION,
+    ..Noise::SHUNT
+};
 
 /// How the actuator is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,9 +175,10 @@ impl Friction {
     /// A Coulomb level with a breakaway level that follows from the seed.
     pub fn drawn(coulomb: f64, seed: u64) -> Self {
         let share = Random::new(seed ^ 0x5eed_0001).uniform();
+        let most = BREAKAWAY.1.min(OVERCOME / coulomb).max(BREAKAWAY.0);
         Self {
             coulomb,
-            breakaway: coulomb * (BREAKAWAY.0 + share * (BREAKAWAY.1 - BREAKAWAY.0)),
+            breakaway: coulomb * (BREAKAWAY.0 + share * (most - BREAKAWAY.0)),
         }
     }
 }
@@ -257,7 +270,7 @@ impl Stand {
         };
         let recording = experiment
             .lasting(SECONDS)
-            .with_noise(Noise::SHUNT)
+            .with_noise(NOISE)
             .on(bench(seed))
             .with_step(STEP)
             .seeded(seed)
@@ -285,5 +298,8 @@ fn bench(seed: u64) -> Bench {
         torque_ripple: 0.02 * random.uniform(),
         ripples_per_turn: 12.0,
         backlash: 4.0 * RESOLUTION * random.uniform(),
+        current_resolution: CONVERTER,
+        position_offset: 0.01 * random.normal(),
+        position_drift: 0.001 * random.normal(),
     }
 }

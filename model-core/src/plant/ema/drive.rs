@@ -1,4 +1,9 @@
 //! A drive like the RoboteQ AX1500: a few levels of duty, a current limit, a slow loop.
+//!
+//! It differs in what is limited. The AX1500 limits the current from the *supply*, 26.25 A unless it is
+//! set otherwise and at most 30 A, while that through the motor may be higher (user's manual, version
+//! 1.9b, page 136); here it is the motor's current. With 24 V on 1 Ω neither limit is reached while
+//! driving.
 
 use crate::numeric::invalid_parameter::{InvalidParameter, require, require_positive};
 
@@ -6,14 +11,14 @@ use crate::numeric::invalid_parameter::{InvalidParameter, require, require_posit
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
-    /// Period of its loop, s, at most 1: 16 ms. It takes a command, reads the encoder and the
+    /// Period of its loop, s, at most 1. It takes a command, reads the encoder and the
     /// current, and sets the duty once a period.
     pub period: f32,
     /// Counts of the command at full duty, 1 to 32767: ±127.
     pub full_command: u16,
     /// Supply of the bridge, V, above 0 and at most 1000: 24 V.
     pub supply: f32,
-    /// Current above which the duty is scaled down, A, > 0. Ours: 30 A, the class of the drive.
+    /// Current of the motor above which the duty is scaled down, A, > 0.
     pub current_limit: f32,
 }
 

@@ -48,8 +48,8 @@ impl Parameters {
     ///
     /// Of the paper: the supply of 24 V (section IV), the nominal dry friction of 0.12 N·m and the
     /// motor's peak torque of 1.48 N·m (section VI). The drive's 127 counts are its serial
-    /// protocol's, its 16 ms its loop's. All else is ours, of the orders of magnitude of such a
-    /// part: the motor of the project's examples, a breakaway level a quarter above the Coulomb
+    /// protocol's. All else is ours, of the orders of magnitude of such a part: the drive's period of
+    /// 16 ms, for which the paper gives no number; the motor of the project's examples, a breakaway level a quarter above the Coulomb
     /// level, a gearbox of 6.25 and a lead of 5 mm for 44 mm/s, 200 mm of travel, 400 counts a turn,
     /// and the gains.
     pub const ALI_2: Self = Self {
@@ -212,8 +212,8 @@ impl Ema {
         })
     }
 
-    /// Sets the friction levels: what the annealing loop changes. Negative or non-finite levels
-    /// count as zero, and the breakaway level is raised to the Coulomb level.
+    /// Sets the friction levels: what a search changes that compares the servo in its loop with a log.
+    /// Negative or non-finite levels count as zero, and the breakaway level is raised to the Coulomb level.
     pub fn set_friction(&mut self, friction: friction::Parameters) {
         self.mechanism.set_friction(friction);
     }

@@ -15,8 +15,11 @@ const HALF_WIDTH: usize = 8;
 /// Speed from which the machine slides for certain, rad/s.
 const SLIDING: f64 = 2.0;
 
-/// Samples without a count of the encoder that make a rest.
+/// Samples in a row that make a rest.
 const REST: usize = 20;
+
+/// Counts of the position that rest may show: noise tips the sensor over by one.
+const QUIET: f64 = 1.5;
 
 /// Coulomb and breakaway level, N·m. Either is `None` where the machine never slid, or never broke
 /// away.
@@ -72,7 +75,7 @@ fn breakaway(
     let (mut at, mut still) = (position(0), 0);
     let mut seen = Vec::new();
     for sample in 1..samples {
-        if (position(sample) - at).abs() <= 0.5 * RESOLUTION {
+        if (position(sample) - at).abs() <= QUIET * RESOLUTION {
             still += 1;
         } else {
             if still >= REST {
