@@ -31,6 +31,10 @@ pub(super) mod report;
 /// The machine file that declares the bench, from the workspace's root.
 pub const MACHINE: &str = "host-tests/machines/pmsm-bench.toml";
 
+/// Rows a second, Hz, and length, s, of the logs that are traced.
+const TRACED_RATE: f64 = 250.0;
+const TRACED_S: f64 = 20.0;
+
 /// One level of backlash.
 #[derive(Debug, Clone)]
 pub struct Traced {
@@ -96,13 +100,17 @@ pub fn run(loss: Loss, seed: u64) -> Result<Residuals, Failure> {
         .into_par_iter()
         .map(|backlash| {
             let logs = |name: &str, program: Program, seed: u64| {
+                let program = program.sampled_at(TRACED_RATE);
                 record(&directory, name, loss, backlash, &program, seed)
             };
-            let train = logs("train", Program::paper_sine(), seed)?;
+            let train = logs("train", Program::paper_sine().lasting(TRACED_S), seed)?;
             let outcome = engine::run(
                 &machine,
                 &train,
-                || logs("validate", Program::validation_sine(), seed + 100),
+                || {
+                    let validation = Program::validation_sine().lasting(TRACED_S);
+                    logs("validate", validation, seed + 100)
+                },
                 |_| (),
             )?
             .outcome;
