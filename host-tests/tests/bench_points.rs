@@ -2,13 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use host_tests::reproduce::bench::points::{Compared, run, run_with, simulate};
+use host_tests::reproduce::bench::points::{Compared, compare_with, run, run_with, simulate};
 use host_tests::reproduce::bench::reconstruction::{Reconstruction, Sine, frequency_and_phase};
 use model_core::plant::bench::Parameters;
 use model_core::plant::bench::averaged::Averaged;
 use model_core::plant::bench::mechanics;
 use model_core::plant::bench::switching::Switching;
-use rig::pmsm_bench::{Loss, Program};
+use rig::pmsm_bench::{Contact, Loss, Point, Program};
 
 /// Seeds that nothing else in the project has.
 const SEED: u64 = 48_213;
@@ -66,10 +66,67 @@ fn what_the_transmission_loses_closes_the_current() {
         ..Parameters::AVERAGED
     };
     let points = run_with(&lossy, Loss::load_dependent(), &short()).unwrap();
-    for point in &points {
+    let plain = run(Loss::load_dependent(), &short()).unwrap();
+    for (point, before) in points.iter().zip(&plain) {
         let shortfall = point.current_shortfall;
+        println!(
+            "position {:.3} %, before {:.3} %; velocity {:.2} %, before {:.2} %; i_q {:.1} %",
+            100.0 * point.position.nrmse,
+            100.0 * before.position.nrmse,
+            100.0 * point.velocity.nrmse,
+            100.0 * before.velocity.nrmse,
+            100.0 * point.current.nrmse,
+        );
         assert!(shortfall.abs() < 0.03, "{:?}: {shortfall}", point.point);
     }
+}
+
+/// With the rig's own teeth and loss the model has what the bench has: what is left is noise, the PLC's
+/// pace and the encoder's running friction.
+#[test]
+fn elastic_teeth_close_the_end_of_the_dead_band() {
+    let program = short();
+    let mut worst = [0.0_f64; 2];
+    for point in Point::ALL {
+        let bench = point.bench(Loss::load_dependent());
+        let Contact::Elastic { stiffness, damping } = bench.gear.contact else {
+            panic!("the rig's teeth are elastic");
+        };
+        let log = bench.run(&program);
+        let plain = Parameters {
+            mechanics: mechanics::Parameters {
+                transmission_loss: 0.72,
+                ..Parameters::AVERAGED.mechanics
+            },
+            ..Parameters::AVERAGED
+        };
+        let elastic = plain.with_elastic_teeth(stiffness as f32, damping as f32);
+        let given = Reconstruction {
+            backlash: 0.5 * bench.gear.clearance,
+            ..Reconstruction::of(&log, program.sample_rate).unwrap()
+        };
+        let with = |parameters: &Parameters, given: Reconstruction| {
+            compare_with::<Averaged>(parameters, point, log.clone(), given, program.sample_rate)
+                .unwrap()
+        };
+        let before = with(
+            &plain,
+            Reconstruction::of(&log, program.sample_rate).unwrap(),
+        );
+        let after = with(&elastic, given);
+        println!(
+            "position {:.3} -> {:.3} %, velocity {:.2} -> {:.2} %, late {:+.3} -> {:+.3} s",
+            100.0 * before.position.nrmse,
+            100.0 * after.position.nrmse,
+            100.0 * before.velocity.nrmse,
+            100.0 * after.velocity.nrmse,
+            before.lateness,
+            after.lateness
+        );
+        worst[0] = worst[0].max(after.position.nrmse);
+        worst[1] = worst[1].max(after.lateness.abs());
+    }
+    assert!(worst[0] < 5e-4 && worst[1] < 0.01, "{worst:?}");
 }
 
 #[test]

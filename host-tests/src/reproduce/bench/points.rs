@@ -109,6 +109,20 @@ pub fn compare<E: Electrics>(
     sample_rate: f64,
 ) -> Result<Compared, Failure> {
     let given = Reconstruction::of(&log, sample_rate)?;
+    compare_with::<E>(parameters, point, log, given, sample_rate)
+}
+
+/// Compares a model with a log from which something else was made of backlash or friction.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_with<E: Electrics>(
+    parameters: &Parameters,
+    point: Point,
+    log: Recording,
+    given: Reconstruction,
+    sample_rate: f64,
+) -> Result<Compared, Failure> {
     let model = simulate::<E>(parameters, &given, sample_rate)?;
     let [measured, simulated] = [&log.current_q, &model.current].map(|current| {
         let pairs = log.motor_velocity.iter().zip(current);
