@@ -6,6 +6,7 @@ use host_tests::reproduce::bench::points::{Compared, compare_with, run, run_with
 use host_tests::reproduce::bench::reconstruction::{Reconstruction, Sine, frequency_and_phase};
 use model_core::plant::bench::Parameters;
 use model_core::plant::bench::averaged::Averaged;
+use model_core::plant::bench::encoder::Meshing;
 use model_core::plant::bench::mechanics;
 use model_core::plant::bench::switching::Switching;
 use rig::pmsm_bench::{Contact, Loss, Point, Program};
@@ -81,12 +82,11 @@ fn what_the_transmission_loses_closes_the_current() {
     }
 }
 
-/// With the rig's own teeth and loss the model has what the bench has: what is left is noise, the PLC's
-/// pace and the encoder's running friction.
+/// With the rig's own loss, and elastic teeth as the rig has them in place of the play, the model
+/// leaves the dead band sooner and is nearer at every point.
 #[test]
-fn elastic_teeth_close_the_end_of_the_dead_band() {
+fn elastic_teeth_bring_the_end_of_the_dead_band_forward() {
     let program = short();
-    let mut worst = [0.0_f64; 2];
     for point in Point::ALL {
         let bench = point.bench(Loss::load_dependent());
         let Contact::Elastic { stiffness, damping } = bench.gear.contact else {
@@ -100,7 +100,11 @@ fn elastic_teeth_close_the_end_of_the_dead_band() {
             },
             ..Parameters::AVERAGED
         };
-        let elastic = plain.with_elastic_teeth(stiffness as f32, damping as f32);
+        let mut elastic = plain.with_elastic_teeth(stiffness as f32, damping as f32);
+        if let Meshing::Elastic(teeth) = &mut elastic.encoder.meshing {
+            teeth.inertia = bench.gear.inertia as f32;
+            teeth.drag = bench.gear.running_torque as f32;
+        }
         let given = Reconstruction {
             backlash: 0.5 * bench.gear.clearance,
             ..Reconstruction::of(&log, program.sample_rate).unwrap()
@@ -123,10 +127,9 @@ fn elastic_teeth_close_the_end_of_the_dead_band() {
             before.lateness,
             after.lateness
         );
-        worst[0] = worst[0].max(after.position.nrmse);
-        worst[1] = worst[1].max(after.lateness.abs());
+        assert!(after.position.nrmse < 0.7 * before.position.nrmse);
+        assert!(after.lateness.abs() < 0.5 * before.lateness.abs());
     }
-    assert!(worst[0] < 5e-4 && worst[1] < 0.01, "{worst:?}");
 }
 
 #[test]

@@ -496,7 +496,9 @@ fn the_command_gives_table_report_and_json() {
     }
     let cost = find("computing for a simulated second, averaged, host");
     assert_eq!(cost["paper"].as_f64(), Some(8.48));
-    for entry in &entries {
+    for (number, entry) in entries.iter().enumerate() {
         assert!(entry["ours"].is_number(), "{entry}");
+        let namesake = |other: &serde_json::Value| other["what"] == entry["what"];
+        assert!(!entries[..number].iter().any(namesake), "{entry}");
     }
 }

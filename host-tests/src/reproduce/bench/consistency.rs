@@ -74,7 +74,7 @@ pub fn checks() -> Vec<Check> {
             "ms",
         ),
         check(
-            "the same",
+            "mechanical time constant (Table 2.1)",
             1.75,
             "R J/kt², as of a DC motor",
             1e3 * RESISTANCE * INERTIA / (TORQUE_CONSTANT * TORQUE_CONSTANT),
@@ -88,14 +88,14 @@ pub fn checks() -> Vec<Check> {
             "N·m/A",
         ),
         check(
-            "the same",
+            "torque constant (Table 2.1)",
             TORQUE_CONSTANT,
             "rated torque / rated current",
             RATED.0 / RATED.1,
             "N·m/A",
         ),
         check(
-            "the same",
+            "torque constant (Table 2.1)",
             TORQUE_CONSTANT,
             "maximum torque / maximum current",
             MAXIMUM.0 / MAXIMUM.1,
@@ -116,7 +116,7 @@ pub fn checks() -> Vec<Check> {
             "",
         ),
         check(
-            "the same",
+            "chain ratio (ch. 2.2.2)",
             1.48,
             "diameters, 142/90",
             DRIVEN.0 / DRIVING.0,
@@ -144,7 +144,7 @@ pub fn checks() -> Vec<Check> {
             "mm",
         ),
         check(
-            "the same",
+            "tolerance of the reducer's gear (Table 6.2)",
             0.18,
             "0.2 d_n + l_h/2",
             exchanged(REDUCER_GEAR),
@@ -158,7 +158,7 @@ pub fn checks() -> Vec<Check> {
             "mm",
         ),
         check(
-            "the same",
+            "tolerance of the encoder's gear (Table 6.2)",
             0.11,
             "0.2 d_n + l_h/2",
             exchanged(ENCODER_GEAR),
