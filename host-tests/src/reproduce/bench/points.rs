@@ -109,14 +109,14 @@ pub fn compare<E: Electrics>(
     sample_rate: f64,
 ) -> Result<Compared, Failure> {
     let given = Reconstruction::of(&log, sample_rate)?;
-    compare_given::<E>(parameters, point, log, given, sample_rate)
+    compare_with::<E>(parameters, point, log, given, sample_rate)
 }
 
-/// Compares a model that is given these numbers with a log.
+/// Compares a model with a log from which something else was made of backlash or friction.
 ///
 /// # Errors
-/// Parameters that the core does not take.
-pub fn compare_given<E: Electrics>(
+/// As [`compare`].
+pub fn compare_with<E: Electrics>(
     parameters: &Parameters,
     point: Point,
     log: Recording,

@@ -17,7 +17,7 @@ use model_core::plant::ema::friction;
 use rayon::prelude::*;
 use rig::pmsm_bench::{BacklashLevel, FrictionLevel, Loss, Point, Program, Recording};
 
-use super::points::{Compared, compare, compare_given};
+use super::points::{Compared, compare, compare_with};
 use super::reconstruction::Reconstruction;
 use crate::failure::Failure;
 use crate::gap::engine;
@@ -136,7 +136,7 @@ pub fn run(loss: Loss, seed: u64) -> Result<Residuals, Failure> {
             if let Some(play) = found.play {
                 given.backlash = 0.5 * play;
             }
-            let after = compare_given::<Averaged>(
+            let after = compare_with::<Averaged>(
                 &found.parameters(),
                 point,
                 before.log.clone(),

@@ -6,7 +6,6 @@
 use super::backlash::Play;
 use super::tooth_contact::{self, ToothContact};
 use crate::numeric::invalid_parameter::{InvalidParameter, require};
-use crate::plant::InputRefused;
 use crate::plant::ema::{encoder, gearbox};
 
 /// What the teeth are.
@@ -77,15 +76,12 @@ impl Encoder {
 
     /// One step with the slow shaft at an angle, rad, and a velocity, rad/s. The torque, N·m, that
     /// the encoder takes from the slow shaft.
-    ///
-    /// # Errors
-    /// [`InputRefused`] for a torque beyond what a step takes.
     #[inline]
-    pub fn step(&mut self, angle: f32, velocity: f32) -> Result<f32, InputRefused> {
+    pub fn step(&mut self, angle: f32, velocity: f32) -> f32 {
         match &mut self.teeth {
             Teeth::Rigid(play) => {
                 play.follow(angle);
-                Ok(0.0)
+                0.0
             }
             Teeth::Elastic(contact) => contact.step(angle, velocity),
         }

@@ -302,7 +302,7 @@ impl<E: Electrics> Bench<E> {
         let taken = self.encoder.step(
             state.position.value() * self.reduction,
             state.velocity.value() * self.reduction,
-        )?;
+        );
         self.load = taken * self.reduction;
         self.filter.step(self.drive.quadrature);
         self.steps_done += 1;

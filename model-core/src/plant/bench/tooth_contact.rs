@@ -7,14 +7,12 @@
 //! J θ̈ = K (δ ∓ b) + D δ̇ − drag   where δ is beyond ±b, and only while the teeth push; else −drag
 //! ```
 //!
-//! all of it on the slow shaft. The body is stepped by Borello's friction scheme, which stays stable
-//! while the step is below 2 √(J/K).
+//! all of it on the slow shaft. Printed teeth creep: D/K may be far above the step and J/D far below
+//! it. So the step is implicit (backward Euler): the velocity is the one whose own torques lead to
+//! it, dry friction among them, and no step is too long to be stable.
 
-use crate::numeric::invalid_parameter::{InvalidParameter, require};
-use crate::plant::borello::Borello;
-use crate::plant::ema::friction::by_euler;
-use crate::plant::parameters::{Drive, Parameters as Plant};
-use crate::plant::{Directional, InputRefused, State};
+use crate::numeric::invalid_parameter::{InvalidParameter, require, require_positive};
+use crate::plant::Compensated;
 
 /// What the teeth and the body behind them are, on the slow shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,18 +30,21 @@ pub struct Parameters {
 /// The body at work.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToothContact {
-    stiffness: f32,
-    damping: f32,
+    parameters: Parameters,
     half_width: f32,
-    scheme: Borello,
-    body: State,
+    period: f32,
+    /// Velocity for an impulse: of the body alone, and of the body on the teeth.
+    alone: f32,
+    in_contact: f32,
+    position: Compensated,
+    velocity: f32,
 }
 
 impl ToothContact {
     /// In the middle of its play at zero, for steps of `period` seconds.
     ///
     /// # Errors
-    /// A parameter outside its range, or a step too long for the teeth.
+    /// A parameter outside its range.
     pub fn build(
         parameters: &Parameters,
         half_width: f32,
@@ -55,71 +56,76 @@ impl ToothContact {
             inertia,
             drag,
         } = *parameters;
-        require(
-            stiffness > 0.0 && period * period * stiffness < inertia,
-            "tooth stiffness",
-            "must be above 0 and below the inertia over the step squared",
-        )?;
-        require(
-            damping >= 0.0 && period * damping < inertia,
-            "tooth damping",
-            "must be at least 0 and below the inertia over the step",
-        )?;
-        let plant = Plant {
-            drive: Drive::Torque,
-            gain: 1.0,
-            inertia,
-            viscous: Directional::default(),
-            coulomb: Directional::both(drag),
-            breakaway: Directional::both(drag),
-            spring: 0.0,
-            spring_rest: 0.0,
-            spring_preload: 0.0,
-            offset: 0.0,
-            lower_stop: f32::NEG_INFINITY,
-            upper_stop: f32::INFINITY,
-        };
-        let scheme = Borello::build(&plant, period).map_err(|error| InvalidParameter {
-            name: error.parameter,
-            requirement: "of the encoder must be in its range",
-        })?;
+        require_positive(stiffness, "tooth stiffness")?;
+        require_positive(inertia, "encoder inertia")?;
+        for (value, name) in [(damping, "tooth damping"), (drag, "encoder drag")] {
+            require(
+                value >= 0.0 && value.is_finite(),
+                name,
+                "must be at least 0 and finite",
+            )?;
+        }
         Ok(Self {
-            stiffness,
-            damping,
+            parameters: *parameters,
             half_width,
-            scheme,
-            body: State::default(),
+            period,
+            alone: 1.0 / inertia,
+            in_contact: 1.0 / (inertia + period * (damping + period * stiffness)),
+            position: Compensated::new(0.0),
+            velocity: 0.0,
         })
     }
 
-    /// Sets half the width of the play, rad.
-    pub fn set_half_width(&mut self, half_width: f32) {
-        self.half_width = half_width;
-    }
-
-    /// One step with the driving side at an angle, rad, and a velocity, rad/s. The torque on the
-    /// driven side, N·m, which the driving one feels reversed.
-    ///
-    /// # Errors
-    /// [`InputRefused`] for a torque beyond what a step takes.
+    /// One step that ends with the driving side at an angle, rad, and a velocity, rad/s. The torque on
+    /// the driven side, N·m, which the driving one feels reversed.
     #[inline]
-    pub fn step(&mut self, angle: f32, velocity: f32) -> Result<f32, InputRefused> {
-        let distance = -self.body.position.from(angle);
-        let closing = velocity - self.body.velocity.value();
-        let torque = if distance > self.half_width {
-            (self.stiffness * (distance - self.half_width) + self.damping * closing).max(0.0)
+    pub fn step(&mut self, angle: f32, velocity: f32) -> f32 {
+        let Parameters {
+            stiffness,
+            damping,
+            inertia,
+            ..
+        } = self.parameters;
+        let distance = -self.position.from(angle);
+        let beyond = if distance > self.half_width {
+            distance - self.half_width
         } else if distance < -self.half_width {
-            (self.stiffness * (distance + self.half_width) + self.damping * closing).min(0.0)
+            distance + self.half_width
         } else {
             0.0
         };
-        by_euler(&self.scheme, &mut self.body, torque, 1)?;
-        Ok(torque)
+        // What the teeth would push with if the body stood.
+        let push = stiffness * beyond + damping * velocity;
+        let impulse = inertia * self.velocity + self.period * push;
+        let driven = self.rubbed(impulse, self.in_contact);
+        let torque = push - (damping + self.period * stiffness) * driven;
+        // Never a pull.
+        let (torque, velocity) = if torque * beyond > 0.0 {
+            (torque, driven)
+        } else {
+            (0.0, self.rubbed(inertia * self.velocity, self.alone))
+        };
+        self.velocity = velocity;
+        self.position.advance(self.period * velocity);
+        torque
+    }
+
+    /// The velocity that an impulse leaves after dry friction has taken its part, zero at least.
+    #[inline]
+    fn rubbed(&self, impulse: f32, velocity_of: f32) -> f32 {
+        let taken = self.period * self.parameters.drag;
+        if impulse > taken {
+            (impulse - taken) * velocity_of
+        } else if impulse < -taken {
+            (impulse + taken) * velocity_of
+        } else {
+            0.0
+        }
     }
 
     /// Angle of the driven side, rad.
     #[inline]
     pub fn angle(&self) -> f32 {
-        self.body.position.value()
+        self.position.value()
     }
 }

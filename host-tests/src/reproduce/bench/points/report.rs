@@ -37,6 +37,14 @@ fn largest(points: &[Compared], value: fn(&Compared) -> f64) -> f64 {
     points.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
 }
 
+/// Number of the sample at which a value is largest.
+fn worst(points: &[Compared], value: fn(&Compared) -> f64) -> usize {
+    let numbered = (1..).zip(points);
+    numbered
+        .max_by(|(_, a), (_, b)| value(a).total_cmp(&value(b)))
+        .map_or(0, |(number, _)| number)
+}
+
 fn position(point: &Compared) -> f64 {
     100.0 * point.position.nrmse
 }
@@ -119,6 +127,14 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
         ),
         Part::Table("Model and log".to_owned(), cells(&points)),
         Part::Figure(maps(&points)?),
+        Part::Note(
+            "The paper's position is off most at low friction and high backlash, and its velocity's error \
+             depends little on friction. Here high friction adds to both: the loss that the model lacks \
+             grows with it, and where the motor turns round, the bench holds it longer than the model \
+             knows. With that loss in the model, as a test has it, a row of the maps is nearly as good as \
+             the one above it."
+                .to_owned(),
+        ),
     ];
     for sample in DRAWN {
         parts.push(Part::Figure(traces(sample, &points[sample - 1])?));
@@ -145,7 +161,8 @@ fn cells(points: &[Compared]) -> Cells {
     for (index, point) in points.iter().enumerate() {
         cells.push(vec![
             (index + 1).to_string(),
-            format!("{:.3}", point.given.mean_friction),
+            // The noise of a load cell without load has either sign.
+            format!("{:.3}", point.given.mean_friction.max(0.0)),
             format!("{:.3}", point.given.backlash.to_degrees()),
             format!("{:.3}", position(point)),
             format!("{:.2}", velocity(point)),
@@ -182,15 +199,19 @@ fn maps(points: &[Compared]) -> Result<Figure, Failure> {
         decimals: 2,
     };
     let maps = [
-        map("position NRMSE, %", position, PAPER_LARGEST),
+        map("position NRMSE, %", position, ASKED),
         map("velocity NRMSE, %", velocity, largest(points, velocity)),
     ];
     Ok(Figure {
-        statement: "Both errors grow with the backlash.".to_owned(),
-        method:
-            "As the paper's Figs. 6.6 and 6.7. The deepest colour of the position is the paper's \
-                 bound of 1.5 %."
-                .to_owned(),
+        statement: format!(
+            "The position is off most at sample {}, the velocity at sample {}.",
+            worst(points, position),
+            worst(points, velocity)
+        ),
+        method: format!(
+            "As the paper's Figs. 6.6 and 6.7. The deepest colour of the position is {ASKED} %, that of \
+             the velocity its largest error."
+        ),
         keys: vec![],
         svg: heat_map::draw(
             &maps,
