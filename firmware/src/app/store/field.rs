@@ -204,7 +204,8 @@ impl core::error::Error for OutOfBounds {}
 pub struct Values([f32; FIELDS]);
 
 impl Values {
-    /// Those of a machine, and no correction of its sensors.
+    /// Those of a machine, the forward ones where the directions differ, and no correction of its
+    /// sensors.
     ///
     /// # Errors
     /// A drive that is no voltage, or a number outside its field's bounds.

@@ -12,8 +12,10 @@
 //! state, and one that looks half full can make the repair erase its neighbour, to which the values
 //! had just been moved. Here a set that finds no room begins the next sector round, which alone is
 //! erased, and the sector with the set in use stays as it is until the new set has been read back.
-//! Nothing is written behind a set that was not finished: a word that a cut left between zero and
-//! one may read differently from one time to the next. It too makes the next set begin a sector.
+//! Nothing is written behind a set that was not finished, as a word that a cut left between zero and
+//! one may read differently from one time to the next; the next set begins a sector then too. Only if
+//! that word is the commit's last can the set itself be there at one start and not at the next: whole,
+//! or else the one before.
 //!
 //! Reading never writes. Whatever the flash holds, [`Store::load`] gives values within their bounds,
 //! the defaults if need be, and names what was wrong.
@@ -57,7 +59,6 @@ pub const SCHEMA: u32 = 1;
 /// The parameters' place in flash.
 ///
 /// ```
-/// # fn with(flash: &mut (impl embedded_storage_async::nor_flash::NorFlash)) {}
 /// # async fn example<F: embedded_storage_async::nor_flash::NorFlash, S: firmware::app::arming::Switch>(
 /// #     flash: F,
 /// #     disarmed: &firmware::app::arming::Disarmed<S>,
@@ -133,13 +134,6 @@ impl fmt::Display for StoreError {
 
 impl core::error::Error for StoreError {}
 
-#[cfg(feature = "tasks")]
-impl defmt::Format for StoreError {
-    fn format(&self, formatter: defmt::Formatter) {
-        defmt::write!(formatter, "{}", defmt::Display2Format(self));
-    }
-}
-
 impl From<NorFlashErrorKind> for StoreError {
     fn from(kind: NorFlashErrorKind) -> Self {
         Self::Flash(kind)
@@ -211,11 +205,6 @@ impl<F: NorFlash> Store<F> {
         Ok(Self { flash, start })
     }
 
-    /// The flash again.
-    pub fn free(self) -> F {
-        self.flash
-    }
-
     /// What is stored, or the defaults.
     pub async fn load(&mut self, defaults: &Values) -> Loaded {
         let mut loaded = Loaded {
@@ -246,8 +235,8 @@ impl<F: NorFlash> Store<F> {
         loaded
     }
 
-    /// Stores all values in one step, and gives the set's number. What is stored already is not
-    /// written again.
+    /// Stores all values in one step, and gives the set's number. What is stored already, with nothing
+    /// wrong beside it, is not written again.
     ///
     /// # Errors
     /// The values before stay in use, unless the flash fails at the very end.
@@ -261,7 +250,8 @@ impl<F: NorFlash> Store<F> {
             if set.schema > SCHEMA {
                 return Err(StoreError::NewerSchema(set.schema));
             }
-            if set == Set::new(set.generation, Some(values)) {
+            let same = set == Set::new(set.generation, Some(values));
+            if same && survey.problem().is_none() {
                 return Ok(set.generation);
             }
         }
