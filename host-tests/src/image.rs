@@ -140,7 +140,7 @@ mod tests {
     fn an_image_keeps_out_of_the_stored_parameters() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("image");
-        let mut read = |address| {
+        let read = |address| {
             std::fs::write(&path, with_section_at(address)).unwrap();
             Size::read(&path)
         };

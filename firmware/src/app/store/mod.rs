@@ -13,9 +13,10 @@
 //! had just been moved. Here a set that finds no room begins the next sector round, which alone is
 //! erased, and the sector with the set in use stays as it is until the new set has been read back.
 //! Nothing is written behind a set that was not finished, as a word that a cut left between zero and
-//! one may read differently from one time to the next; the next set begins a sector then too. Only if
-//! that word is the commit's last can the set itself be there at one start and not at the next: whole,
-//! or else the one before.
+//! one may read differently from one time to the next; the next set begins a sector then too. Two
+//! such words cannot be told from sound ones: the commit's last, with which the set is there at one
+//! start and perhaps not at the next, and one cut so early that it reads as erased, on which the next
+//! set may be lost. In either case what is read is a whole set.
 //!
 //! Reading never writes. Whatever the flash holds, [`Store::load`] gives values within their bounds,
 //! the defaults if need be, and names what was wrong.

@@ -73,7 +73,11 @@ pub(super) struct Record {
 
 impl Record {
     pub fn new(entry: Entry, generation: u32, value: u32) -> Self {
-        let slot = if generation % 2 == 0 { 0 } else { SLOT };
+        let slot = if generation.is_multiple_of(2) {
+            0
+        } else {
+            SLOT
+        };
         Self {
             key: Key(slot | entry.number()),
             generation,
