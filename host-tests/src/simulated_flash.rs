@@ -24,6 +24,7 @@ pub struct SimulatedFlash<const SECTOR: usize> {
     cut: Option<Cut>,
     dead: bool,
     worn: Option<usize>,
+    weak: Option<usize>,
 }
 
 /// A loss of power.
@@ -60,6 +61,7 @@ impl<const SECTOR: usize> SimulatedFlash<SECTOR> {
             cut: None,
             dead: false,
             worn: None,
+            weak: None,
         }
     }
 
@@ -84,10 +86,21 @@ impl<const SECTOR: usize> SimulatedFlash<SECTOR> {
         self.dead = false;
     }
 
-    /// From now on a bit of this sector cannot be set by erasing.
+    /// From now on erasing this sector leaves one of its words at zero.
     pub fn wear_out(&mut self, sector: usize) {
-        self.worn = Some(sector);
-        self.words[sector * SECTOR / WORD] &= !1;
+        self.worn = Some(sector * SECTOR / WORD + 40);
+        self.erase_worn();
+    }
+
+    fn erase_worn(&mut self) {
+        if let Some(index) = self.worn {
+            self.words[index] = 0;
+        }
+    }
+
+    /// From now on one bit more than it should is cleared when this word is written.
+    pub fn weaken(&mut self, index: usize) {
+        self.weak = Some(index);
     }
 
     /// Counts an operation. What becomes of it, or that there is no power for it.
@@ -117,6 +130,11 @@ impl<const SECTOR: usize> SimulatedFlash<SECTOR> {
     fn write_word(&mut self, index: usize, value: u32) -> Result<(), NorFlashErrorKind> {
         let old = self.words[index];
         assert_eq!(old & value, value, "word {index:#x} was not erased before");
+        let value = if self.weak == Some(index) {
+            value & value.wrapping_sub(1)
+        } else {
+            value
+        };
         self.words[index] = match self.operate()? {
             Tear::None => old,
             Tear::Whole => value,
@@ -159,9 +177,7 @@ impl<const SECTOR: usize> SimulatedFlash<SECTOR> {
                 words[begin..].fill(u32::MAX);
             }
         }
-        if self.worn == Some(sector) {
-            self.words[sector * SECTOR / WORD] &= !1;
-        }
+        self.erase_worn();
         self.power()
     }
 }

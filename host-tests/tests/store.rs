@@ -267,7 +267,9 @@ fn cut_after_cut_never_mixes_sets() {
 /// A damaged flash gives one of the sets that were ever committed, or the defaults; if it is not the
 /// newest, the problem has a name. Then the next commit is as good as any.
 fn assert_contained(flash: &mut SmallFlash, commits: u32, what: &str) {
+    let operations = flash.operations;
     let loaded = load(flash);
+    assert_eq!(flash.operations, operations, "{what}: reading wrote");
     assert!(loaded.refused.is_empty(), "{what}");
     if loaded.values != numbered(commits - 1) {
         assert!(loaded.problem.is_some(), "{what}: nothing said");
@@ -383,7 +385,19 @@ fn a_sector_that_is_worn_out_is_passed_over() {
 }
 
 #[test]
-fn all_sectors_worn_out_is_an_error_and_the_old_set_stays() {
+fn what_the_flash_does_not_keep_is_written_elsewhere() {
+    for index in 0..SECTORS * SMALL / 4 {
+        let mut flash = filled::<SMALL>(4);
+        flash.weaken(index);
+        for number in 10..16 {
+            commit(&mut flash, &numbered(number)).unwrap();
+            assert_eq!(load(&mut flash).values, numbered(number), "word {index:#x}");
+        }
+    }
+}
+
+#[test]
+fn a_flash_that_fails_is_an_error_and_the_defaults() {
     let mut flash = SimulatedFlash::<SMALL>::new(SECTORS);
     flash.cut(Cut {
         operation: 0,
