@@ -1,6 +1,7 @@
 //! What an image occupies of the microcontroller.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 
 use object::elf::{SHF_ALLOC, SHF_WRITE};
@@ -11,8 +12,12 @@ use crate::error::InputError;
 use crate::failure::Failure;
 use crate::figures::Figures;
 
-/// Flash of the STM32F405RG, bytes.
-pub const FLASH: u64 = 640 * 1024;
+/// Flash of the STM32F405RG that is the program's, bytes: what is before the recorded drive, without
+/// the first four sectors. Of these the vector table has one.
+pub const FLASH: u64 = 576 * 1024;
+
+/// The other three: the program stores parameters there. Nothing of an image may lie in them.
+const PARAMETERS: Range<u64> = 0x0800_4000..0x0801_0000;
 
 /// SRAM of the STM32F405RG without the core-coupled memory, bytes.
 pub const RAM: u64 = 128 * 1024;
@@ -34,7 +39,7 @@ impl Size {
     /// Adds up an ELF file's sections.
     ///
     /// # Errors
-    /// No such file, or no ELF file.
+    /// No such file, no ELF file, or one with a section where the parameters are stored.
     pub fn read(elf: &Path) -> Result<Self, InputError> {
         let bytes = board_log::read(elf, "the board's image (ELF)")?;
         let file = object::File::parse(&*bytes).map_err(|error| {
@@ -58,6 +63,17 @@ impl Size {
             }
             if section.kind() != SectionKind::UninitializedData {
                 size.flash += section.size();
+            }
+            let end = section.address() + section.size();
+            if section.address() < PARAMETERS.end && end > PARAMETERS.start {
+                return Err(InputError::new(
+                    elf,
+                    None,
+                    format!(
+                        "section {} lies where parameters are stored; _stext in memory.x keeps it out",
+                        section.name().unwrap_or("?")
+                    ),
+                ));
             }
         }
         Ok(size)
@@ -105,6 +121,37 @@ impl fmt::Display for Size {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use object::write::Object as Written;
+    use object::{Architecture, BinaryFormat, Endianness};
+
+    /// An image with one section of four bytes.
+    fn with_section_at(address: u32) -> Vec<u8> {
+        let mut object = Written::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+        let section = object.add_section(vec![], b".text".to_vec(), SectionKind::Text);
+        object.append_section_data(section, &[0; 4], 4);
+        let mut elf = object.write().unwrap();
+        // Where the heads of the sections begin; the first is of none, an address 12 bytes into it.
+        let heads = u32::from_le_bytes(elf[32..36].try_into().unwrap()) as usize;
+        elf[heads + 40 + 12..][..4].copy_from_slice(&address.to_le_bytes());
+        elf
+    }
+
+    #[test]
+    fn an_image_keeps_out_of_the_stored_parameters() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("image");
+        let read = |address| {
+            std::fs::write(&path, with_section_at(address)).unwrap();
+            Size::read(&path)
+        };
+        for address in [0x0800_0000, 0x0800_3ffc, 0x0801_0000] {
+            assert_eq!(read(address).unwrap(), Size { flash: 4, ram: 0 });
+        }
+        for address in [0x0800_3ffd, 0x0800_4000, 0x0800_fffc, 0x0800_ffff] {
+            let error = read(address).unwrap_err().to_string();
+            assert!(error.contains("section .text lies where"), "{error}");
+        }
+    }
 
     #[test]
     fn an_image_fits_to_the_last_byte() {
@@ -135,7 +182,7 @@ mod tests {
         };
         assert_eq!(
             size.to_string(),
-            "48.0 KB of flash (592.0 left), 3.5 KB of RAM (124.5 left for the stack)"
+            "48.0 KB of flash (528.0 left), 3.5 KB of RAM (124.5 left for the stack)"
         );
     }
 }

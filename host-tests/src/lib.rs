@@ -30,6 +30,7 @@ mod quantity;
 pub mod remap;
 pub mod replay_run;
 pub mod reproduce;
+pub mod simulated_flash;
 pub mod toolchain;
 pub mod welch;
 pub mod whole_file;

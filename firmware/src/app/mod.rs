@@ -10,10 +10,13 @@
 //! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
 //! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
 //! and `playback`.
+//! What outlives a power cut is in the [`store`], which is written only while the drive is
+//! disarmed, see [`arming`].
 //! What there is to run: the [`demonstration`], and the [`failures`]. In an image of its own an
 //! emulated engine controller, [`ecu`], is in the place of the loop, and a [`digest`] stands for what
 //! was on its wires.
 
+pub mod arming;
 pub mod check;
 pub mod control;
 pub mod conversion;
@@ -35,6 +38,7 @@ pub mod refit;
 pub mod replay;
 #[cfg(feature = "tasks")]
 pub mod session;
+pub mod store;
 pub mod tape;
 pub mod timing;
 pub mod tracks;

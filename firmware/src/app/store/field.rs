@@ -1,0 +1,300 @@
+//! What is stored: names, units and bounds of the fields, and their values.
+
+use core::fmt;
+
+use model_core::numeric::invalid_parameter::InvalidParameter;
+use model_core::plant::Directional;
+use model_core::plant::parameters::Drive;
+
+use crate::app::machine::Machine;
+
+/// A field. Its number is its key in flash: a field that is no longer needed leaves its number
+/// unused, and a new one takes the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Field {
+    /// Winding resistance.
+    Resistance = 1,
+    /// Winding inductance.
+    Inductance = 2,
+    /// Torque and back-EMF constant.
+    TorqueConstant = 3,
+    /// Inertia of rotor and load.
+    Inertia = 4,
+    /// Viscous friction, both directions.
+    Viscous = 5,
+    /// Coulomb friction, both directions.
+    Coulomb = 6,
+    /// Friction that holds at rest, both directions.
+    Static = 7,
+    /// Stiffness of the return spring.
+    Spring = 8,
+    /// Where the return spring is at rest.
+    SpringRest = 9,
+    /// Torque step at the spring's rest.
+    SpringPreload = 10,
+    /// The position loop's proportional gain.
+    Proportional = 11,
+    /// The position loop's integral gain.
+    Integral = 12,
+    /// The position loop's derivative gain.
+    Derivative = 13,
+    /// The position loop's derivative filter.
+    DerivativeFilterTime = 14,
+    /// Factor on the first track's voltage.
+    Track1Gain = 15,
+    /// Voltage added to the first track.
+    Track1Offset = 16,
+    /// Factor on the second track's voltage.
+    Track2Gain = 17,
+    /// Voltage added to the second track.
+    Track2Offset = 18,
+    /// Factor on the measured current.
+    CurrentGain = 19,
+    /// Current added to the measured one.
+    CurrentOffset = 20,
+}
+
+/// How many there are.
+pub const FIELDS: usize = Field::ALL.len();
+
+/// A field's name and range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Description {
+    /// Its name, as in a machine file where that has it.
+    pub name: &'static str,
+    /// Its SI unit, for an angle as coordinate.
+    pub unit: &'static str,
+    /// Smallest value that is kept.
+    pub lower: f32,
+    /// Largest value that is kept.
+    pub upper: f32,
+}
+
+/// Each in the place of its number less one. The bounds are those of any actuator that the board's
+/// bridge could drive: they keep out what would make a model or a loop meaningless, not what would
+/// make it bad.
+const DESCRIPTIONS: [Description; FIELDS] = [
+    described("resistance", "Ω", 1e-3, 1e3),
+    described("inductance", "H", 0.0, 1.0),
+    described("torque_constant", "N·m/A", 1e-4, 1e2),
+    described("inertia", "kg·m²", 1e-9, 1e2),
+    described("viscous", "N·m·s/rad", 0.0, 1e2),
+    described("coulomb", "N·m", 0.0, 1e2),
+    described("static", "N·m", 0.0, 1e2),
+    described("spring", "N·m/rad", 0.0, 1e3),
+    described("spring_rest", "rad", -1e2, 1e2),
+    described("spring_preload", "N·m", 0.0, 1e2),
+    described("proportional", "V/rad", 0.0, 1e4),
+    described("integral", "V/(rad·s)", 0.0, 1e5),
+    described("derivative", "V·s/rad", 0.0, 1e3),
+    described("derivative_filter_time", "s", 0.0, 1.0),
+    described("track_1_gain", "1", 0.5, 2.0),
+    described("track_1_offset", "V", -1.0, 1.0),
+    described("track_2_gain", "1", 0.5, 2.0),
+    described("track_2_offset", "V", -1.0, 1.0),
+    described("current_gain", "1", 0.5, 2.0),
+    described("current_offset", "A", -5.0, 5.0),
+];
+
+const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
+    Description {
+        name,
+        unit,
+        lower,
+        upper,
+    }
+}
+
+impl Field {
+    /// All of them, by number.
+    pub const ALL: [Self; 20] = [
+        Self::Resistance,
+        Self::Inductance,
+        Self::TorqueConstant,
+        Self::Inertia,
+        Self::Viscous,
+        Self::Coulomb,
+        Self::Static,
+        Self::Spring,
+        Self::SpringRest,
+        Self::SpringPreload,
+        Self::Proportional,
+        Self::Integral,
+        Self::Derivative,
+        Self::DerivativeFilterTime,
+        Self::Track1Gain,
+        Self::Track1Offset,
+        Self::Track2Gain,
+        Self::Track2Offset,
+        Self::CurrentGain,
+        Self::CurrentOffset,
+    ];
+
+    /// Its name, unit and bounds.
+    pub const fn description(self) -> &'static Description {
+        &DESCRIPTIONS[self.index()]
+    }
+
+    /// The field of this name.
+    ///
+    /// ```
+    /// use firmware::app::store::field::Field;
+    /// assert_eq!(Field::named("coulomb"), Some(Field::Coulomb));
+    /// assert_eq!(Field::Coulomb.description().unit, "N·m");
+    /// assert_eq!(Field::named("colour"), None);
+    /// ```
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|field| field.description().name == name)
+    }
+
+    /// The field of this number.
+    pub(super) fn numbered(number: u16) -> Option<Self> {
+        Self::ALL.get(usize::from(number).checked_sub(1)?).copied()
+    }
+
+    /// Where it stands among all.
+    const fn index(self) -> usize {
+        self as usize - 1
+    }
+
+    /// The value, if it is within the bounds.
+    fn check(self, value: f32) -> Result<f32, OutOfBounds> {
+        let Description { lower, upper, .. } = *self.description();
+        // Not for NaN.
+        if (lower..=upper).contains(&value) {
+            Ok(value)
+        } else {
+            Err(OutOfBounds { field: self, value })
+        }
+    }
+}
+
+/// A value that is not kept.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutOfBounds {
+    /// What it was for.
+    pub field: Field,
+    /// The value.
+    pub value: f32,
+}
+
+impl fmt::Display for OutOfBounds {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Description {
+            name,
+            unit,
+            lower,
+            upper,
+        } = self.field.description();
+        let value = self.value;
+        write!(
+            formatter,
+            "{name} must be {lower:e} to {upper:e} {unit}, not {value:e}"
+        )
+    }
+}
+
+impl core::error::Error for OutOfBounds {}
+
+/// A value for each field, within its bounds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Values([f32; FIELDS]);
+
+impl Values {
+    /// Those of a machine, the forward ones where the directions differ, and no correction of its
+    /// sensors.
+    ///
+    /// # Errors
+    /// A drive that is no voltage, or a number outside its field's bounds.
+    pub fn of(machine: &Machine) -> Result<Self, InvalidParameter> {
+        let plant = &machine.plant;
+        let Drive::Voltage {
+            resistance,
+            inductance,
+            torque_constant,
+        } = plant.drive
+        else {
+            return Err(InvalidParameter {
+                name: "drive",
+                requirement: "must be a voltage",
+            });
+        };
+        let gains = &machine.position_loop;
+        let values = Self([
+            resistance,
+            inductance,
+            torque_constant,
+            plant.inertia,
+            plant.viscous.forward,
+            plant.coulomb.forward,
+            plant.breakaway.forward,
+            plant.spring,
+            plant.spring_rest,
+            plant.spring_preload,
+            gains.proportional,
+            gains.integral,
+            gains.derivative,
+            gains.derivative_filter_time,
+            1.0,
+            0.0,
+            1.0,
+            0.0,
+            1.0,
+            0.0,
+        ]);
+        for (field, value) in values.iter() {
+            field.check(value).map_err(|_| InvalidParameter {
+                name: field.description().name,
+                requirement: "must be within the bounds that the store has for it",
+            })?;
+        }
+        Ok(values)
+    }
+
+    /// A field's value, SI.
+    pub const fn get(&self, field: Field) -> f32 {
+        self.0[field.index()]
+    }
+
+    /// Sets a field, SI.
+    ///
+    /// # Errors
+    /// A value outside the field's bounds: the field keeps what it has.
+    pub fn set(&mut self, field: Field, value: f32) -> Result<(), OutOfBounds> {
+        self.0[field.index()] = field.check(value)?;
+        Ok(())
+    }
+
+    /// Every field and its value, by number.
+    pub fn iter(&self) -> impl Iterator<Item = (Field, f32)> {
+        Field::ALL.into_iter().zip(self.0)
+    }
+
+    /// The machine with these numbers in the place of its own. Its converters stay as they are: gains
+    /// and offsets of the sensors are the board's to apply, where it has the voltages.
+    pub fn applied_to(&self, machine: &Machine) -> Machine {
+        let mut machine = *machine;
+        let plant = &mut machine.plant;
+        plant.drive = Drive::Voltage {
+            resistance: self.get(Field::Resistance),
+            inductance: self.get(Field::Inductance),
+            torque_constant: self.get(Field::TorqueConstant),
+        };
+        plant.inertia = self.get(Field::Inertia);
+        plant.viscous = Directional::both(self.get(Field::Viscous));
+        plant.coulomb = Directional::both(self.get(Field::Coulomb));
+        plant.breakaway = Directional::both(self.get(Field::Static));
+        plant.spring = self.get(Field::Spring);
+        plant.spring_rest = self.get(Field::SpringRest);
+        plant.spring_preload = self.get(Field::SpringPreload);
+        let gains = &mut machine.position_loop;
+        gains.proportional = self.get(Field::Proportional);
+        gains.integral = self.get(Field::Integral);
+        gains.derivative = self.get(Field::Derivative);
+        gains.derivative_filter_time = self.get(Field::DerivativeFilterTime);
+        machine
+    }
+}
