@@ -4,9 +4,10 @@ use heapless::spsc::Consumer;
 use model_core::control::pid;
 
 use super::conversion::Converters;
+use super::fault::Fault;
 use super::profile::Profile;
 use super::record::{Recorder, Sample};
-use super::wiring::{Fault, Wiring};
+use super::wiring::Wiring;
 use super::work::ControlWork;
 
 /// A loop to run from now on.

@@ -6,7 +6,8 @@
 //! 4. `session`: a task that goes from [`experiment`] to experiment and has each log evaluated, by
 //!    [`refit`] or [`check`].
 //!
-//! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by
+//! [`wiring`] joins plant and drive; what can go wrong is a [`fault`], and one that is latched cuts
+//! the wires. Sensors and bridge quantise by
 //! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
 //! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
 //! and `playback`.
@@ -17,6 +18,7 @@
 pub mod check;
 pub mod control;
 pub mod conversion;
+pub mod debounce;
 pub mod demonstration;
 pub mod digest;
 pub mod ecu;
@@ -25,6 +27,7 @@ pub mod emulate;
 pub mod evaluate;
 pub mod experiment;
 pub mod failures;
+pub mod fault;
 pub mod machine;
 pub mod memory;
 #[cfg(feature = "tasks")]

@@ -11,8 +11,9 @@ use core::sync::atomic::{
 
 use heapless::spsc::{Consumer, Producer};
 
+use super::fault::Fault;
 use super::memory::Memory;
-use super::wiring::{Fault, Truth, Wiring};
+use super::wiring::{Truth, Wiring};
 
 /// What the controller saw and did in one step, in counts of its converters, and the state of the
 /// emulated actuator behind it.
