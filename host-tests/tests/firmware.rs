@@ -8,7 +8,7 @@ use firmware::app::failures::FAILURES;
 use firmware::app::fault::Fault;
 use firmware::app::memory::{MEMORY_SAMPLES, Memory};
 use firmware::app::profile::Signal;
-use firmware::app::record::{Outcome, Sample};
+use firmware::app::record::{Marks, Outcome, Sample};
 use firmware::app::refit;
 use firmware::app::timing::{PLANT_PERIOD, QUEUED_SAMPLES, TICKS_PER_CONTROL};
 use firmware::app::wiring::Truth;
@@ -232,6 +232,7 @@ fn numbered(sequence: u32) -> Sample {
         position: -count,
         current: count / 2,
         truth: Truth::default(),
+        marks: Marks::default(),
     }
 }
 

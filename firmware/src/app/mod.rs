@@ -9,13 +9,16 @@
 //! [`wiring`] joins plant and drive; what can go wrong is a [`fault`], and one that is latched cuts
 //! the wires. Sensors and bridge quantise by
 //! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
+//! A terminal gives orders by the [`console`], and has a [`capture`] of what follows.
 //! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
 //! and `playback`.
 //! What there is to run: the [`demonstration`], and the [`failures`]. In an image of its own an
 //! emulated engine controller, [`ecu`], is in the place of the loop, and a [`digest`] stands for what
 //! was on its wires.
 
+pub mod capture;
 pub mod check;
+pub mod console;
 pub mod control;
 pub mod conversion;
 pub mod debounce;
