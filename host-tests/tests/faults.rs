@@ -8,6 +8,7 @@ use std::thread;
 
 use firmware::app::demonstration::{BRAKE, UNDECLARED, WEAR};
 use firmware::app::fault::back_emf::{self, Reading, Tolerances};
+use firmware::app::fault::last_words::{LastWords, TEXT};
 use firmware::app::fault::latch::{Cause, Latch, NotCleared};
 use firmware::app::fault::monitor::{Limits, Measured, Monitors};
 use firmware::app::fault::output::{Brake, Bridge, Outputs, Tracks};
@@ -18,6 +19,7 @@ use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD, TICKS_PER_CONTROL};
 use firmware::app::tracks::DIAGNOSTIC;
 use host_tests::app_on_host::AppOnHost;
 use model_core::control::pid;
+use model_core::numeric::random::Random;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -200,6 +202,45 @@ fn a_reset_stands_for_what_came_before_it() {
     let stack = Some(Fault::StackOverflow);
     assert_eq!(watchdog.fault(stack), stack);
     assert_eq!(brown_out.fault(None), Some(Fault::BrownOut));
+}
+
+proptest! {
+    #[test]
+    fn last_words_are_read_as_they_were_left_up_to_their_length(
+        fault in fault(),
+        text in "\\PC{0,200}",
+    ) {
+        let mut left = LastWords::NONE;
+        left.write(fault, format_args!("{text}"));
+        let (read, kept) = left.read().unwrap();
+        prop_assert_eq!(read, fault);
+        prop_assert!(text.starts_with(kept), "{kept}");
+        // Whole characters, as many as there is room for.
+        let room = text.len() <= TEXT || kept.len() + 4 > TEXT;
+        prop_assert!(room && (kept.len() == text.len() || text.len() > TEXT), "{}", kept.len());
+    }
+
+    #[test]
+    fn last_words_that_are_damaged_were_never_left(word in 0_usize..34, bit in 0_u32..32) {
+        let mut left = LastWords::NONE;
+        left.write(Fault::Panic, format_args!("attempt to divide by zero at plant.rs:12"));
+        // SAFETY: 34 words, of which any value is one.
+        let words: &mut [u32; 34] = unsafe { &mut *(&raw mut left).cast() };
+        words[word] ^= 1 << bit;
+        prop_assert_eq!(left.read(), None);
+    }
+}
+
+#[test]
+fn a_ram_that_was_without_power_has_no_last_words() {
+    let mut random = Random::new(3, 0);
+    for _ in 0..1000 {
+        let words: [u32; 34] = std::array::from_fn(|_| random.bits());
+        // SAFETY: as many bytes, and any value of them is one.
+        let left: LastWords = unsafe { std::mem::transmute(words) };
+        assert_eq!(left.read(), None);
+    }
+    assert_eq!(LastWords::NONE.read(), None);
 }
 
 const LIMITS: Limits = Limits {

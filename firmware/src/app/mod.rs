@@ -7,8 +7,8 @@
 //!    [`refit`] or [`check`].
 //!
 //! [`wiring`] joins plant and drive; what can go wrong is a [`fault`], and one that is latched cuts
-//! the wires. Sensors and bridge quantise by
-//! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
+//! the wires. Sensors and bridge quantise by [`conversion`], and the position goes out on two
+//! [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
 //! A terminal gives orders by the [`console`], and has a [`capture`] of what follows.
 //! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
 //! and `playback`.

@@ -26,7 +26,7 @@ use response::Response;
 /// A terminal's other end.
 ///
 /// ```
-/// use firmware::app::console::Console;
+/// use firmware::app::console::{self, Console};
 /// use firmware::app::console::request::Request;
 /// use firmware::app::console::response::Response;
 ///
@@ -34,7 +34,7 @@ use response::Response;
 /// let mut terminal = String::new();
 /// let mut requests = "arm\r".bytes().filter_map(|byte| console.take(byte, &mut terminal));
 /// assert_eq!(requests.next(), Some(Request::Arm));
-/// console.reply(&Response::Done, &mut terminal);
+/// console::reply(&Response::Done, &mut terminal);
 /// assert_eq!(terminal, "arm\r\nok\r\n> ");
 /// ```
 #[derive(Debug, Clone)]
@@ -62,7 +62,7 @@ impl<'t> Console<'t> {
         answer(format_args!("`help` lists the commands"), out);
     }
 
-    /// Takes a byte. A request is to be answered by [`Console::reply`] before the next byte.
+    /// Takes a byte. A request is to be answered by [`reply`] before the next byte.
     pub fn take(&mut self, byte: u8, out: &mut dyn Write) -> Option<Request> {
         let mut lines = Lines(out);
         let error = |column, flaw| ParseError {
@@ -81,16 +81,16 @@ impl<'t> Console<'t> {
             Ok(Line::Blank) => {
                 let _ = lines.write_str(PROMPT);
             }
-            Ok(Line::Help(command)) => answer(format_args!("{}", Response::Help(command)), out),
+            Ok(Line::Help(command)) => reply(&Response::Help(command), out),
             Err(error) => answer(format_args!("{error}"), out),
         }
         None
     }
+}
 
-    /// Answers a request.
-    pub fn reply(&mut self, response: &Response<'_>, out: &mut dyn Write) {
-        answer(format_args!("{response}"), out);
-    }
+/// Answers a request.
+pub fn reply(response: &Response<'_>, out: &mut dyn Write) {
+    answer(format_args!("{response}"), out);
 }
 
 fn answer(text: fmt::Arguments<'_>, out: &mut dyn Write) {

@@ -4,9 +4,10 @@
 //! time and all of them as a set, until somebody clears it. While anything is latched the [`output`]s
 //! are safe: bridge off, brake on, tracks at their diagnostic level. What measurements tell is
 //! judged by the [`monitor`], with the encoder against the winding in [`back_emf`]; what the start
-//! tells, by [`reset`].
+//! tells, by [`reset`], with the [`last_words`] of the program before it.
 
 pub mod back_emf;
+pub mod last_words;
 pub mod latch;
 pub mod monitor;
 pub mod output;
