@@ -11,6 +11,7 @@ pub mod error;
 pub mod injection;
 pub mod parameter;
 pub mod parse;
+mod reading;
 pub mod request;
 pub mod response;
 

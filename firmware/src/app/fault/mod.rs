@@ -156,7 +156,6 @@ impl fmt::Display for Fault {
 /// assert!(!faults.contains(Fault::OverVoltage));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "tasks", derive(defmt::Format))]
 pub struct Faults(u32);
 
 impl Faults {
@@ -228,5 +227,21 @@ impl fmt::Display for Faults {
             formatter.write_str(fault.name())?;
         }
         Ok(())
+    }
+}
+
+/// The same.
+#[cfg(feature = "tasks")]
+impl defmt::Format for Faults {
+    fn format(&self, formatter: defmt::Formatter<'_>) {
+        if self.is_empty() {
+            defmt::write!(formatter, "none");
+        }
+        for (place, fault) in self.iter().enumerate() {
+            if place > 0 {
+                defmt::write!(formatter, ", ");
+            }
+            defmt::write!(formatter, "{=str}", fault.name());
+        }
     }
 }
