@@ -1,6 +1,6 @@
 //! Orders from a terminal: bytes in, a [`Request`] out, and a [`Response`] back as text.
 //!
-//! The [`editor`] makes lines of bytes, [`parse`] makes requests of lines by the table of
+//! The [`editor`] makes lines of bytes, [`parse()`] makes requests of lines by the table of
 //! [`command`]s, and [`Console`] joins them. It knows no hardware and performs nothing itself but the
 //! help. Each line has exactly one response, with the next prompt behind it; a line that is wrong has
 //! an [`error`] that says where, and what was expected there.
