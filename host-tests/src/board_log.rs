@@ -13,6 +13,7 @@ use std::path::Path;
 use std::sync::Once;
 
 use defmt_decoder::{DecodeError, Encoding, Table};
+use firmware::app::capture::Quantity;
 use firmware::app::conversion::Converters;
 use firmware::app::record;
 use firmware::app::timing::CONTROL_PERIOD_US;
@@ -56,6 +57,19 @@ impl Sample {
             command: sample.command,
             current: converters.current.value(sample.current),
             truth: sample.truth,
+        }
+    }
+
+    /// One of its values.
+    fn value(&self, quantity: Quantity) -> f32 {
+        match quantity {
+            Quantity::Command => self.command,
+            Quantity::Input => self.input,
+            Quantity::Position => self.position,
+            Quantity::Current => self.current,
+            Quantity::TruePosition => self.truth.position,
+            Quantity::TrueVelocity => self.truth.velocity,
+            Quantity::TrueCurrent => self.truth.current,
         }
     }
 
@@ -240,6 +254,15 @@ impl Recording<'_> {
         None
     }
 
+    /// What its CSV has a column for: what a capture says that it recorded, or what every log has.
+    fn columns(&self) -> Vec<Quantity> {
+        let captured = self.value("capture", "quantities").map(|names| {
+            let named = names.split(',').filter_map(Quantity::named);
+            named.collect::<Vec<_>>()
+        });
+        captured.unwrap_or_else(|| LOGGED.to_vec())
+    }
+
     /// Writes the samples as a CSV log, whole or not at all. Every value has the digits that give
     /// it back unchanged.
     ///
@@ -251,22 +274,31 @@ impl Recording<'_> {
 
     fn write_rows(&self, path: &Path) -> io::Result<()> {
         let mut out = BufWriter::new(fs::File::create(path)?);
-        writeln!(out, "time_s,input,position,command,current_a")?;
+        let columns = self.columns();
+        write!(out, "time_s")?;
+        for quantity in &columns {
+            write!(out, ",{}", quantity.name())?;
+        }
+        writeln!(out)?;
         for sample in self.samples() {
-            writeln!(
-                out,
-                "{}.{:06},{:?},{:?},{:?},{:?}",
-                sample.time_us / 1_000_000,
-                sample.time_us % 1_000_000,
-                sample.input,
-                sample.position,
-                sample.command,
-                sample.current
-            )?;
+            let (seconds, microseconds) = (sample.time_us / 1_000_000, sample.time_us % 1_000_000);
+            write!(out, "{seconds}.{microseconds:06}")?;
+            for &quantity in &columns {
+                write!(out, ",{:?}", sample.value(quantity))?;
+            }
+            writeln!(out)?;
         }
         out.flush()
     }
 }
+
+/// The columns of a log, in the order in which they are written.
+const LOGGED: [Quantity; 4] = [
+    Quantity::Input,
+    Quantity::Position,
+    Quantity::Command,
+    Quantity::Current,
+];
 
 /// The bytes of a user's file. `expected` says what it should have been.
 pub fn read(path: &Path, expected: &str) -> Result<Vec<u8>, InputError> {

@@ -7,6 +7,7 @@ pub mod board_log;
 pub mod board_run;
 pub mod check;
 pub mod comparison;
+pub mod console_on_host;
 pub mod decode;
 pub mod ecu;
 pub mod ecu_on_host;

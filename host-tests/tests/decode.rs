@@ -17,11 +17,17 @@ const SAMPLE: &str = "sample sequence={=u32} time_us={=u64} input={=f32} positio
                       true_current_a={=f32}";
 
 /// Interned words and their addresses in the image.
-const WORDS: [(u64, &str, &str); 4] = [
+const WORDS: [(u64, &str, &str); 6] = [
     (1, "defmt_timestamp", "{=u64:us}"),
     (2, "defmt_info", SAMPLE),
     (3, "defmt_warn", "supply at {=f32} V"),
     (4, "defmt_info", "experiment name=number_{=u8}"),
+    (5, "defmt_info", "experiment name=capture"),
+    (
+        6,
+        "defmt_info",
+        "capture quantities=position,true_velocity trigger_row={=u8}",
+    ),
 ];
 
 /// An ELF file with the symbols that defmt leaves in an image.
@@ -108,6 +114,16 @@ fn experiment(number: u8) -> Vec<u8> {
     message.extend(0_u64.to_le_bytes());
     message.push(number);
     frame(&message)
+}
+
+/// The head of a capture whose trigger is in its first row.
+fn capture() -> Vec<u8> {
+    let mut head = 5_u16.to_le_bytes().to_vec();
+    head.extend(0_u64.to_le_bytes());
+    let mut quantities = 6_u16.to_le_bytes().to_vec();
+    quantities.extend(0_u64.to_le_bytes());
+    quantities.push(0);
+    [frame(&head), frame(&quantities)].concat()
 }
 
 fn holds(log: &BoardLog, sequence: u32) -> bool {
@@ -215,6 +231,20 @@ fn one_experiment_of_several_is_taken_the_first_unless_it_is_named() {
         "error: log: holds no sample of an experiment \"3\"; expected one of number_1, number_2\n"
     );
     assert_eq!(rows(), 1, "what was there stays");
+}
+
+#[test]
+fn a_capture_has_the_columns_that_it_recorded() {
+    let log = [experiment(1), sample(0), capture(), sample(0), sample(1)].concat();
+    let case = Case::new(&image("rzcobs"), &log);
+    let output = case.decode(&["--csv", "out.csv", "--experiment", "capture"]);
+    assert!(output.status.success());
+    assert_eq!(
+        fs::read_to_string(case.path("out.csv")).unwrap(),
+        "time_s,position,true_velocity\n\
+         0.000000,0.1,0.0\n\
+         0.001000,0.1,1.0\n"
+    );
 }
 
 #[test]

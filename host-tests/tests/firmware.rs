@@ -5,12 +5,13 @@ use firmware::app::check;
 use firmware::app::demonstration::{BRAKE, DEMONSTRATION, EMULATION, UNDECLARED, WEAR};
 use firmware::app::experiment::{Experiment, Failure};
 use firmware::app::failures::FAILURES;
+use firmware::app::fault::Fault;
 use firmware::app::memory::{MEMORY_SAMPLES, Memory};
 use firmware::app::profile::Signal;
-use firmware::app::record::{Outcome, Sample};
+use firmware::app::record::{Marks, Outcome, Sample};
 use firmware::app::refit;
 use firmware::app::timing::{PLANT_PERIOD, QUEUED_SAMPLES, TICKS_PER_CONTROL};
-use firmware::app::wiring::{Fault, Truth};
+use firmware::app::wiring::Truth;
 use firmware::app::work::PlantWork;
 use host_tests::app_on_host::AppOnHost;
 use model_core::gap::log::Channel;
@@ -231,6 +232,7 @@ fn numbered(sequence: u32) -> Sample {
         position: -count,
         current: count / 2,
         truth: Truth::default(),
+        marks: Marks::default(),
     }
 }
 

@@ -4,9 +4,10 @@ use heapless::spsc::Consumer;
 use model_core::control::pid;
 
 use super::conversion::Converters;
+use super::fault::Fault;
 use super::profile::Profile;
-use super::record::{Recorder, Sample};
-use super::wiring::{Fault, Wiring};
+use super::record::{Marks, Recorder, Sample};
+use super::wiring::Wiring;
 use super::work::ControlWork;
 
 /// A loop to run from now on.
@@ -67,6 +68,7 @@ impl ControlWork for Control {
         };
         let measured = self.wiring.measurement();
         let position = setup.converters.position.value(measured.position);
+        let begins = setup.profile.begins();
         let command = setup.profile.advance();
         let voltage = setup.pid.step(&mut self.state, command, position);
         match voltage.map(|voltage| setup.converters.bridge.counts(voltage)) {
@@ -81,6 +83,10 @@ impl ControlWork for Control {
                 position: measured.position,
                 current: measured.current,
                 truth: self.wiring.truth(),
+                marks: Marks {
+                    command: begins,
+                    fault: self.wiring.fault().is_some(),
+                },
             });
             self.steps += 1;
         } else {

@@ -11,9 +11,10 @@ use model_core::plant::actuator::Actuator;
 
 use super::conversion::Converters;
 use super::experiment::Wear;
+use super::fault::Fault;
 use super::timing::TICKS_PER_CONTROL;
 use super::tracks::Tracks;
-use super::wiring::{Fault, Measurement, Truth, Wiring};
+use super::wiring::{Measurement, Truth, Wiring};
 use super::work::PlantWork;
 
 /// A plant to emulate from now on.

@@ -6,8 +6,10 @@
 //! 4. `session`: a task that goes from [`experiment`] to experiment and has each log evaluated, by
 //!    [`refit`] or [`check`].
 //!
-//! [`wiring`] joins plant and drive and holds the fault latch; sensors and bridge quantise by
-//! [`conversion`], and the position goes out on two [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
+//! [`wiring`] joins plant and drive; what can go wrong is a [`fault`], and one that is latched cuts
+//! the wires. Sensors and bridge quantise by [`conversion`], and the position goes out on two
+//! [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
+//! A terminal gives orders by the [`console`], and has a [`capture`] of what follows.
 //! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
 //! and `playback`.
 //! What outlives a power cut is in the [`store`], which is written only while the drive is
@@ -17,9 +19,12 @@
 //! was on its wires.
 
 pub mod arming;
+pub mod capture;
 pub mod check;
+pub mod console;
 pub mod control;
 pub mod conversion;
+pub mod debounce;
 pub mod demonstration;
 pub mod digest;
 pub mod ecu;
@@ -28,6 +33,7 @@ pub mod emulate;
 pub mod evaluate;
 pub mod experiment;
 pub mod failures;
+pub mod fault;
 pub mod machine;
 pub mod memory;
 #[cfg(feature = "tasks")]

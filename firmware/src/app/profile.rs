@@ -2,18 +2,22 @@
 
 use heapless::Vec;
 use model_core::numeric::invalid_parameter::InvalidParameter;
-use model_core::signal::{step, sweep, triangle};
+use model_core::signal::{ramp, sine, step, sweep, triangle};
 
 use super::timing::{CONTROL_PERIOD, CONTROL_PERIOD_US};
 
 /// Most commands of one experiment.
 pub const MOST_COMMANDS: usize = 12;
 
-/// A position over time, rad. Each begins at its own time zero.
+/// A position over time, rad, or whatever else is commanded. Each begins at its own time zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Signal {
-    /// From one position to another at once.
+    /// From one value to another at once.
     Step(step::Parameters),
+    /// From one value to another in a straight line.
+    Ramp(ramp::Parameters),
+    /// A sine.
+    Sine(sine::Parameters),
     /// A sine whose frequency changes.
     Sweep(sweep::Parameters),
     /// Straight lines up and down.
@@ -25,9 +29,25 @@ impl Signal {
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Step(_) => "step",
+            Self::Ramp(_) => "ramp",
+            Self::Sine(_) => "sine",
             Self::Sweep(_) => "sweep",
             Self::Triangle(_) => "triangle",
         }
+    }
+
+    /// The signal for the control period.
+    ///
+    /// # Errors
+    /// One of its parameters is out of its range.
+    pub fn build(self) -> Result<Generator, InvalidParameter> {
+        Ok(match self {
+            Self::Step(signal) => Generator::Step(signal.build(CONTROL_PERIOD)?),
+            Self::Ramp(signal) => Generator::Ramp(signal.build(CONTROL_PERIOD)?),
+            Self::Sine(signal) => Generator::Sine(signal.build(CONTROL_PERIOD)?),
+            Self::Sweep(signal) => Generator::Sweep(signal.build(CONTROL_PERIOD)?),
+            Self::Triangle(signal) => Generator::Triangle(signal.build(CONTROL_PERIOD)?),
+        })
     }
 }
 
@@ -94,17 +114,27 @@ fn steps(command: &Command) -> u32 {
 }
 
 /// A signal bound to the control period.
-#[derive(Debug, Clone, Copy)]
-enum Bound {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Generator {
+    /// From one value to another at once.
     Step(step::Step),
+    /// From one value to another in a straight line.
+    Ramp(ramp::Ramp),
+    /// A sine.
+    Sine(sine::Sine),
+    /// A sine whose frequency changes.
     Sweep(sweep::Sweep),
+    /// Straight lines up and down.
     Triangle(triangle::Triangle),
 }
 
-impl Bound {
-    fn at(&self, tick: u32) -> f32 {
+impl Generator {
+    /// The value so many control steps after its start.
+    pub fn at(&self, tick: u32) -> f32 {
         match self {
             Self::Step(signal) => signal.at(tick),
+            Self::Ramp(signal) => signal.at(tick),
+            Self::Sine(signal) => signal.at(tick),
             Self::Sweep(signal) => signal.at(tick),
             Self::Triangle(signal) => signal.at(tick),
         }
@@ -114,7 +144,7 @@ impl Bound {
 /// Commands bound to the control period, read in order.
 #[derive(Debug, Clone, Default)]
 pub struct Profile {
-    commands: Vec<(Bound, u32), MOST_COMMANDS>,
+    commands: Vec<(Generator, u32), MOST_COMMANDS>,
     current: usize,
     /// Control steps into the current command.
     step: u32,
@@ -132,20 +162,20 @@ impl Profile {
             requirement: "must be one to twelve",
         };
         for command in commands {
-            let bound = match command.signal {
-                Signal::Step(signal) => Bound::Step(signal.build(CONTROL_PERIOD)?),
-                Signal::Sweep(signal) => Bound::Sweep(signal.build(CONTROL_PERIOD)?),
-                Signal::Triangle(signal) => Bound::Triangle(signal.build(CONTROL_PERIOD)?),
-            };
             profile
                 .commands
-                .push((bound, steps(command)))
+                .push((command.signal.build()?, steps(command)))
                 .map_err(|_| wrong_number)?;
         }
         if profile.commands.is_empty() {
             return Err(wrong_number);
         }
         Ok(profile)
+    }
+
+    /// Whether a command begins with the next control step.
+    pub fn begins(&self) -> bool {
+        self.step == 0
     }
 
     /// The position asked for in the next control step, rad. Behind the last command the first one

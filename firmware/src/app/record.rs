@@ -11,8 +11,9 @@ use core::sync::atomic::{
 
 use heapless::spsc::{Consumer, Producer};
 
+use super::fault::Fault;
 use super::memory::Memory;
-use super::wiring::{Fault, Truth, Wiring};
+use super::wiring::{Truth, Wiring};
 
 /// What the controller saw and did in one step, in counts of its converters, and the state of the
 /// emulated actuator behind it.
@@ -30,6 +31,17 @@ pub struct Sample {
     pub current: i16,
     /// What was measured.
     pub truth: Truth,
+    /// What happened in this step.
+    pub marks: Marks,
+}
+
+/// What a sample tells beside its values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Marks {
+    /// A command signal began.
+    pub command: bool,
+    /// A fault is latched.
+    pub fault: bool,
 }
 
 /// What the ends of the queue tell each other beside the samples.
@@ -186,18 +198,34 @@ impl Recording {
 /// Logs a sample in SI units.
 #[cfg(feature = "tasks")]
 pub fn log_sample(sample: &Sample, converters: &super::conversion::Converters) {
+    log_values(sample.sequence, &super::capture::values(sample, converters));
+}
+
+/// Logs the values of a sample, in the order of [`Quantity`](super::capture::Quantity); NaN for what
+/// is not known.
+#[cfg(feature = "tasks")]
+pub(super) fn log_values(sequence: u32, values: &[f32; super::capture::QUANTITIES]) {
     use super::timing::CONTROL_PERIOD_US;
 
+    let [
+        command,
+        input,
+        position,
+        current,
+        true_position,
+        true_velocity,
+        true_current,
+    ] = *values;
     defmt::info!(
         "sample sequence={=u32} time_us={=u64} input={=f32} position={=f32} command={=f32} current_a={=f32} true_position={=f32} true_velocity={=f32} true_current_a={=f32}",
-        sample.sequence,
-        u64::from(sample.sequence) * u64::from(CONTROL_PERIOD_US),
-        converters.bridge.value(sample.duty),
-        converters.position.value(sample.position),
-        sample.command,
-        converters.current.value(sample.current),
-        sample.truth.position,
-        sample.truth.velocity,
-        sample.truth.current
+        sequence,
+        u64::from(sequence) * u64::from(CONTROL_PERIOD_US),
+        input,
+        position,
+        command,
+        current,
+        true_position,
+        true_velocity,
+        true_current
     );
 }

@@ -13,9 +13,10 @@ use model_core::plant::parameters::ParameterError;
 use model_core::plant::piecewise_affine::PiecewiseAffine;
 use model_core::plant::{InputRefused, State};
 
+use super::fault::Fault;
 use super::tape::{Driven, Tape};
 use super::timing::PLANT_PERIOD;
-use super::wiring::{Fault, Wiring};
+use super::wiring::Wiring;
 use super::work::PlantWork;
 
 /// The model of a tape and where it stands.

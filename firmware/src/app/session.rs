@@ -111,6 +111,30 @@ impl Session {
             CONTROL_PERIOD_US,
             experiment.steps
         );
+        if !self.begin(experiment) {
+            return false;
+        }
+        let outcome = RECORDED.wait().await;
+        defmt::info!(
+            "recorded samples={=u32} dropped={=u32}",
+            outcome.samples,
+            outcome.dropped
+        );
+        if outcome.dropped > 0 {
+            defmt::warn!("queue full: {=u32} samples dropped", outcome.dropped);
+        }
+        if let Some(fault) = outcome.fault {
+            defmt::error!("fault: {}; the bridge is off", fault);
+        }
+        let memory = MEMORY.lock().await;
+        let evaluated = evaluate::evaluate::<B>(experiment, &memory, &WIRING);
+        outcome.is_success() && evaluated
+    }
+
+    /// Hands an experiment to the interrupts; false if it is refused. In a frame of its own: inlined, its
+    /// setups would lie on the stack for as long as the log is evaluated.
+    #[inline(never)]
+    fn begin(&mut self, experiment: &'static Experiment) -> bool {
         let (plant, control) = match experiment.build() {
             Ok(setups) => setups,
             Err(refused) => {
@@ -131,20 +155,6 @@ impl Session {
         // experiment before has been recorded.
         let _ = self.controllers.enqueue(control);
         let _ = self.plants.enqueue(plant);
-        let outcome = RECORDED.wait().await;
-        defmt::info!(
-            "recorded samples={=u32} dropped={=u32}",
-            outcome.samples,
-            outcome.dropped
-        );
-        if outcome.dropped > 0 {
-            defmt::warn!("queue full: {=u32} samples dropped", outcome.dropped);
-        }
-        if let Some(fault) = outcome.fault {
-            defmt::error!("fault: {}; the bridge is off", fault);
-        }
-        let memory = MEMORY.lock().await;
-        let evaluated = evaluate::evaluate::<B>(experiment, &memory, &WIRING);
-        outcome.is_success() && evaluated
+        true
     }
 }

@@ -9,6 +9,10 @@ use model_core::plant::potentiometer::Track;
 /// Largest code of a 12-bit converter.
 pub const FULL_SCALE: u16 = 4095;
 
+/// Codes of both tracks while a fault is latched: ground, where no position takes them and where a
+/// reader finds both out of their range.
+pub const DIAGNOSTIC: [u16; 2] = [0, 0];
+
 /// Two straight lines of the position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tracks([Track; 2]);

@@ -1,4 +1,4 @@
-//! The wires between drive and actuator, and the fault latch that cuts them.
+//! The wires between drive and actuator, and the latch that cuts them.
 //!
 //! On the way out the duty of the bridge, on the way back what the sensors read, both in counts of
 //! their converters. The two ends live in interrupts of different urgency, so every wire is one
@@ -7,21 +7,16 @@
 //! is a [`Fault::MissedDeadline`].
 
 use core::sync::atomic::{
-    AtomicBool, AtomicI16, AtomicU8, AtomicU16, AtomicU32,
+    AtomicBool, AtomicI16, AtomicU16, AtomicU32,
     Ordering::{Acquire, Relaxed, Release},
 };
 
 use model_core::plant::State;
 
-/// Why the bridge was switched off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "tasks", derive(defmt::Format))]
-pub enum Fault {
-    /// A measurement, a command or a voltage was NaN or infinite.
-    NonFinite,
-    /// A control step or a plant tick was not finished when the next tick came.
-    MissedDeadline,
-}
+use super::fault::Fault;
+use super::fault::latch::Latch;
+use super::fault::output::{Bridge, Tracks};
+use super::tracks::DIAGNOSTIC;
 
 /// What the sensors read, in counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -84,7 +79,7 @@ pub struct Wiring {
     true_current: Wire,
     control_due: AtomicBool,
     restarted: AtomicBool,
-    fault: AtomicU8,
+    latch: Latch,
     ticks: AtomicU32,
     missed: AtomicU32,
 }
@@ -102,7 +97,7 @@ impl Wiring {
             true_current: Wire::new(),
             control_due: AtomicBool::new(false),
             restarted: AtomicBool::new(false),
-            fault: AtomicU8::new(0),
+            latch: Latch::new(),
             ticks: AtomicU32::new(0),
             missed: AtomicU32::new(0),
         }
@@ -113,12 +108,11 @@ impl Wiring {
         self.duty.store(duty, Relaxed);
     }
 
-    /// The duty at the bridge, in counts: what was asked for, or zero while a fault is latched.
+    /// The duty at the bridge, in counts: what was asked for, or zero with the bridge off.
     pub fn duty(&self) -> i16 {
-        if self.fault().is_some() {
-            0
-        } else {
-            self.duty.load(Relaxed)
+        match self.latch.outputs().bridge {
+            Bridge::Off => 0,
+            Bridge::Driven => self.duty.load(Relaxed),
         }
     }
 
@@ -146,9 +140,12 @@ impl Wiring {
         }
     }
 
-    /// The codes on the two tracks.
+    /// The codes on the two tracks: the position's, or what no position gives.
     pub fn tracks(&self) -> [u16; 2] {
-        [self.tracks[0].load(Relaxed), self.tracks[1].load(Relaxed)]
+        match self.latch.outputs().tracks {
+            Tracks::Diagnostic => DIAGNOSTIC,
+            Tracks::Position => [self.tracks[0].load(Relaxed), self.tracks[1].load(Relaxed)],
+        }
     }
 
     /// The state behind the measurement.
@@ -160,25 +157,23 @@ impl Wiring {
         }
     }
 
-    /// Latches a fault and with it the safe state. The first one stays.
+    /// Latches a fault and with it the safe state.
     pub fn trip(&self, fault: Fault) {
         if fault == Fault::MissedDeadline {
             // One writer at a time: both are plant ticks.
             self.missed.store(self.missed().saturating_add(1), Relaxed);
         }
-        // A lost race between two faults costs nothing but which of them is named.
-        if self.fault().is_none() {
-            self.fault.store(1 + fault as u8, Relaxed);
-        }
+        self.latch.trip(fault, self.ticks());
     }
 
-    /// The latched fault.
+    /// The first fault that is latched.
     pub fn fault(&self) -> Option<Fault> {
-        match self.fault.load(Relaxed) {
-            0 => None,
-            1 => Some(Fault::NonFinite),
-            _ => Some(Fault::MissedDeadline),
-        }
+        self.latch.first().map(|cause| cause.fault)
+    }
+
+    /// The fault latch, which decides over the outputs.
+    pub fn latch(&self) -> &Latch {
+        &self.latch
     }
 
     /// Plant ticks since the start.
@@ -205,11 +200,11 @@ impl Wiring {
         self.control_due.store(due, Relaxed);
     }
 
-    /// The plant begins anew: the bridge is at zero, no fault is latched, and the next control step is
-    /// the first.
+    /// The plant begins anew: the bridge is armed and at zero, no fault is latched, and the next
+    /// control step is the first.
     pub(super) fn rearm(&self) {
         self.duty.store(0, Relaxed);
-        self.fault.store(0, Relaxed);
+        self.latch.begin_anew();
         self.restarted.store(true, Release);
     }
 

@@ -9,7 +9,8 @@ use cortex_m_rt::exception;
 
 use super::deadline::Deadline;
 use super::load::Load;
-use crate::app::wiring::{Fault, Wiring};
+use crate::app::fault::Fault;
+use crate::app::wiring::Wiring;
 use crate::app::work::{ControlWork, PlantWork};
 
 /// Work of an interrupt, which takes it out, runs it with nothing masked, and puts it back.

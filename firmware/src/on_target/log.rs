@@ -11,7 +11,7 @@ use super::control::GAINS;
 use crate::app::conversion::Converters;
 use crate::app::machine::EMA;
 use crate::app::memory::Memory;
-use crate::app::record::Sample;
+use crate::app::record::{Marks, Sample};
 use crate::app::timing::CONTROL_PERIOD;
 use crate::app::wiring::Truth;
 
@@ -89,6 +89,7 @@ fn sample(sequence: u32, command: f32, [duty, position, current]: [i16; 3]) -> S
         position,
         current,
         truth: Truth::default(),
+        marks: Marks::default(),
     }
 }
 

@@ -6,18 +6,7 @@
 use super::calibration::Calibration;
 use super::code::Code;
 use super::observation::Observation;
-
-/// Counts how often in a row something was bad.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Debounce(u32);
-
-impl Debounce {
-    /// True from the step on in which it has been bad `steps` times in a row.
-    fn after(&mut self, steps: u32, bad: bool) -> bool {
-        self.0 = if bad { self.0.saturating_add(1) } else { 0 };
-        self.0 >= steps
-    }
-}
+use crate::app::debounce::Debounce;
 
 /// Range of a sound track, in shares of the reference: 0.25 to 4.75 V.
 const RANGE: [f32; 2] = [0.05, 0.95];

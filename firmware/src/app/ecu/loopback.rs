@@ -15,10 +15,11 @@ use super::observation::Readings;
 use super::schedule::{Report, Schedule};
 use crate::app::conversion::Converter;
 use crate::app::digest::Digest;
+use crate::app::fault;
 use crate::app::machine::{FULL_DUTY, THROTTLE};
 use crate::app::timing::TICKS_PER_CONTROL;
 use crate::app::tracks::code;
-use crate::app::wiring::{self, Measurement, Truth, Wiring};
+use crate::app::wiring::{Measurement, Truth, Wiring};
 use crate::app::work::{ControlWork, PlantWork};
 
 /// Seed of the board's noise.
@@ -194,13 +195,13 @@ impl PlantWork for Emulation {
     fn tick(&mut self) -> bool {
         self.wiring.count_tick();
         if self.wiring.control_due() {
-            self.wiring.trip(wiring::Fault::MissedDeadline);
+            self.wiring.trip(fault::Fault::MissedDeadline);
         }
         while let Some(command) = self.commands.dequeue() {
             self.obey(command);
         }
         if self.ticks > 0 && self.throttle.step(self.bridge(), self.supply).is_err() {
-            self.wiring.trip(wiring::Fault::NonFinite);
+            self.wiring.trip(fault::Fault::NonFinite);
         }
         let tracks = self.throttle.shares().map(code);
         self.wiring.set_tracks(tracks);
@@ -216,7 +217,7 @@ impl PlantWork for Emulation {
                     .publish(Measurement { position, current }, truth);
                 self.wires.supply.store(supply, Relaxed);
             }
-            _ => self.wiring.trip(wiring::Fault::NonFinite),
+            _ => self.wiring.trip(fault::Fault::NonFinite),
         }
         let due = self.ticks.is_multiple_of(TICKS_PER_CONTROL);
         if due {
@@ -292,11 +293,15 @@ impl ControlWork for Controller {
         self.note(&readings);
         let next = self.schedule.advance(&self.ecu, self.digest.value());
         // Both queues hold more than is sent before the other end looks.
-        if let Some(command) = next.command {
-            let _ = self.commands.enqueue(command);
+        if let Some(command) = next.command
+            && self.commands.enqueue(command).is_err()
+        {
+            self.wiring.trip(fault::Fault::QueueOverflow);
         }
         if let Some(report) = next.report {
-            let _ = self.reports.enqueue(report);
+            if self.reports.enqueue(report).is_err() {
+                self.wiring.trip(fault::Fault::QueueOverflow);
+            }
             self.digest = Digest::new();
         }
         self.wires.drive(self.ecu.step(&readings, &next.demand));

@@ -192,8 +192,7 @@ fn record(
 /// A recording as the tracing takes it, at the slow shaft.
 fn log(path: &Path, recording: &Recording, sample_rate: f64) -> Result<Log, Failure> {
     let given = Reconstruction::of(recording, sample_rate)?;
-    let brake = ratio() * given.mean_friction.max(0.0);
-    let velocity = recording.motor_velocity.iter().map(|it| it / ratio());
+    let brake = given.friction.iter().map(|torque| ratio() * torque);
     Ok(Log {
         path: path.to_owned(),
         start_s: 0.0,
@@ -202,8 +201,9 @@ fn log(path: &Path, recording: &Recording, sample_rate: f64) -> Result<Log, Fail
         position: recording.encoder_position.clone(),
         command: Some(recording.command.clone()),
         current: None,
-        velocity: Some(velocity.collect()),
-        brake: Some(vec![brake; recording.time.len()]),
+        // The drive's velocity is the motor's, on the near side of the play.
+        velocity: None,
+        brake: Some(brake.collect()),
     })
 }
 

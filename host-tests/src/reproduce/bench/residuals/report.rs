@@ -31,7 +31,7 @@ const AROUND: f64 = 1.2;
 pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
     let mut parts = vec![Part::Note(
         "Three logs a level of backlash, one for each level of friction, are traced together: quadrature current \
-         in, encoder out, the load cell's mean torque as `brake`. The machine file knows neither backlash nor \
+         in, encoder out, the load cell's torque as `brake`. The machine file knows neither backlash nor \
          loss; the rig shares no code with the tracing. Before: the declared model, its friction refitted. \
          Validation: a sine of 6° at 0.23 Hz. In closed loop: the paper's model with Algorithm 1's backlash, then \
          with what was found, on logs with other noise. The bench's play is narrower than Algorithm 1 reads, for \

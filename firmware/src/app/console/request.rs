@@ -1,0 +1,73 @@
+//! What a line asks for, checked as far as that can be without the drive.
+
+use crate::app::capture;
+use crate::app::ecu::loopback;
+use crate::app::profile::Signal;
+
+/// What a command signal is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "tasks", derive(defmt::Format))]
+pub enum Mode {
+    /// The position that the loop is asked for, rad.
+    #[default]
+    Position,
+    /// The voltage at the winding, V; no loop.
+    Voltage,
+}
+
+impl Mode {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Position, Self::Voltage];
+
+    /// What it is called on the console.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Voltage => "voltage",
+        }
+    }
+}
+
+/// What is asked for. A parameter is its place in the list that the console was given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Request {
+    /// How things are.
+    Status,
+    /// What is latched, and what to do about it.
+    Faults,
+    /// Forget what is latched.
+    Clear,
+    /// Let the drive act.
+    Arm,
+    /// Take its power.
+    Disarm,
+    /// What a command signal is from now on.
+    Mode(Mode),
+    /// A command signal from now on; [`Signal::build`] takes it.
+    Signal(Signal),
+    /// The command stays where it is.
+    Hold,
+    /// The values of all parameters.
+    ShowAll,
+    /// The value of one.
+    Show(usize),
+    /// A value, within its bounds, for a parameter.
+    Set {
+        /// Which.
+        parameter: usize,
+        /// SI.
+        value: f32,
+    },
+    /// Something for the emulated throttle body.
+    Body(loopback::Command),
+    /// Record, once the trigger comes.
+    Record(capture::Settings),
+    /// Send what was recorded.
+    Dump,
+    /// Estimate the friction anew.
+    Refit,
+    /// Look for what the machine lacks.
+    Check,
+    /// Store the parameters.
+    Save,
+}

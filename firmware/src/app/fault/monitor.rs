@@ -1,0 +1,168 @@
+//! What the measurements of a control step say about the drive: which conditions hold now.
+//!
+//! Pure functions of what was measured and of a few remembered numbers. A number that is not finite
+//! counts as out of every limit. What comes out goes to [`Latch::watch`](super::latch::Latch::watch).
+
+use model_core::numeric::invalid_parameter::InvalidParameter;
+
+use super::back_emf::{self, Reading};
+use super::{Fault, Faults};
+use crate::app::debounce::Debounce;
+
+/// What the drive bears.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Most that the bridge may carry, A, either way: above what the loop can draw from its supply
+    /// through the winding, below where the current sensor saturates, or nothing is ever beyond it.
+    pub peak_current: f32,
+    /// What the winding bears for ever, A: the motor's rated current.
+    pub continuous_current: f32,
+    /// How long it bears the peak current after rest, s: I² t, as the copper takes the heat of so
+    /// short a time up by itself.
+    pub peak_time: f32,
+    /// Least and most of the bridge's supply, V. The most lies below what the capacitors and switches
+    /// bear, the least where the gate drivers still switch.
+    pub supply: [f32; 2],
+    /// How long a supply may be out of there, s: longer than the PWM's ripple, shorter than it takes
+    /// the capacitors to charge by the rest of their margin.
+    pub supply_time: f32,
+}
+
+/// What a control step measures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// Encoder, current and voltage.
+    pub reading: Reading,
+    /// Supply of the bridge, V.
+    pub supply: f32,
+    /// Lower and upper limit switch: true where the actuator is on it.
+    pub switches: [bool; 2],
+}
+
+/// The monitors of a drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Monitors {
+    limits: Limits,
+    encoder: back_emf::Coefficients,
+    observer: back_emf::State,
+    period: f32,
+    supply_steps: u32,
+    /// Heat above that of the continuous current, A² s, and where it is too much.
+    heat: f32,
+    most_heat: f32,
+    overloaded: bool,
+    low: Debounce,
+    high: Debounce,
+}
+
+impl Monitors {
+    /// For control steps of `period`, s.
+    ///
+    /// # Errors
+    /// A limit that is not above 0, or above the one that should be above it.
+    pub fn new(
+        limits: Limits,
+        encoder: back_emf::Coefficients,
+        period: f32,
+    ) -> Result<Self, InvalidParameter> {
+        let require = |valid: bool, name, requirement| {
+            valid
+                .then_some(())
+                .ok_or(InvalidParameter { name, requirement })
+        };
+        let positive = |value: f32| value > 0.0 && value.is_finite();
+        let Limits {
+            peak_current,
+            continuous_current,
+            peak_time,
+            supply: [least, most],
+            supply_time,
+        } = limits;
+        require(positive(period), "period", "must be above 0")?;
+        require(
+            positive(continuous_current),
+            "continuous_current",
+            "must be above 0",
+        )?;
+        require(
+            peak_current > continuous_current && peak_current <= 1e6,
+            "peak_current",
+            "must be above the continuous current, at most 1e6 A",
+        )?;
+        require(positive(peak_time), "peak_time", "must be above 0")?;
+        require(
+            least >= 0.0 && most > least && most.is_finite(),
+            "supply",
+            "must be two voltages from 0 up, the least first",
+        )?;
+        require(
+            (0.0..=1.0).contains(&supply_time),
+            "supply_time",
+            "must be 0 to 1 s",
+        )?;
+        let squares = peak_current * peak_current - continuous_current * continuous_current;
+        Ok(Self {
+            limits,
+            encoder,
+            observer: back_emf::State::default(),
+            period,
+            // At least one step; the conversion takes the fraction off.
+            supply_steps: (supply_time / period) as u32 + 1,
+            heat: 0.0,
+            most_heat: squares * peak_time,
+            overloaded: false,
+            low: Debounce::default(),
+            high: Debounce::default(),
+        })
+    }
+
+    /// Takes a control step's measurements: the conditions that hold now.
+    pub fn step(&mut self, measured: &Measured) -> Faults {
+        let Reading {
+            position,
+            current,
+            voltage,
+        } = measured.reading;
+        let [least, most] = self.limits.supply;
+        let supply = measured.supply;
+        let finite = position.is_finite()
+            && current.is_finite()
+            && supply.is_finite()
+            && voltage.is_none_or(f32::is_finite);
+        let encoder = self.encoder.step(&mut self.observer, &measured.reading);
+        // The comparisons are written so that NaN is out of the limit.
+        let inside = current.abs() <= self.limits.peak_current;
+        let high = self.high.after(self.supply_steps, !(supply <= most));
+        let low = self.low.after(self.supply_steps, !(supply >= least));
+        Faults::when(Fault::NonFinite, !finite)
+            | Faults::when(Fault::OverCurrent, !inside)
+            | Faults::when(Fault::Overload, self.overload(current))
+            | Faults::when(Fault::OverVoltage, high)
+            | Faults::when(Fault::UnderVoltage, low)
+            | encoder.map_or(Faults::NONE, Faults::from)
+            | Faults::when(
+                Fault::StopReached,
+                driven_into_stop(voltage, measured.switches),
+            )
+    }
+
+    /// I² t. Once too hot, the winding is so until it is down to the heat of the continuous current.
+    fn overload(&mut self, current: f32) -> bool {
+        if current.is_finite() {
+            let continuous = self.limits.continuous_current;
+            // What is beyond the peak is another fault's, and must not overflow here.
+            let current = current.abs().min(self.limits.peak_current);
+            let rise = (current * current - continuous * continuous) * self.period;
+            self.heat = (self.heat + rise).max(0.0);
+        }
+        let limit = if self.overloaded { 0.0 } else { self.most_heat };
+        self.overloaded = self.heat > limit;
+        self.overloaded
+    }
+}
+
+/// Whether the bridge drives towards a limit switch that the actuator is on. With the bridge off, or
+/// driven away from it, all is well: that is the way out.
+pub fn driven_into_stop(voltage: Option<f32>, [lower, upper]: [bool; 2]) -> bool {
+    voltage.is_some_and(|volts| (lower && volts < 0.0) || (upper && volts > 0.0))
+}
