@@ -34,17 +34,29 @@ use crate::gap::metrics::decimal;
 use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
-use crate::whole_file;
+use crate::{gap_benchmark, whole_file};
 
 /// What `cargo hil bench` takes.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
+    /// What else may be measured
+    #[command(subcommand)]
+    pub what: Option<What>,
     /// Write the result to this file as JSON
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
     /// Measure shorter signals, once: a first impression within seconds
     #[arg(long)]
     pub quick: bool,
+}
+
+/// What may be measured beside the speed.
+#[derive(Debug, clap::Subcommand)]
+pub enum What {
+    /// How often the tracing is right, on machines whose effects are known
+    #[command(after_help = "Example: cargo hil bench gap --json bench-gap.json")]
+    Gap(gap_benchmark::Args),
 }
 
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
@@ -185,6 +197,9 @@ const THROTTLE: Parameters = machine::THROTTLE.plant;
 /// # Errors
 /// A result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(What::Gap(args)) = &args.what {
+        return gap_benchmark::run(args);
+    }
     whole_file::check_place(args.json.as_deref())?;
     let extent = if args.quick { QUICK } else { FULL };
     let progress = if io::stderr().is_terminal() {

@@ -9,7 +9,6 @@ use crate::failure::Failure;
 use crate::whole_file;
 
 pub mod bench;
-mod cells;
 pub mod prognostics;
 pub mod throttle;
 

@@ -12,7 +12,7 @@ use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
 use super::answer::{Spread, candidate, fitted, found};
-use super::declared::{self, base_parameters, model};
+use super::declared::{base_parameters, model};
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
 use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Stages, Unknown};
@@ -58,6 +58,8 @@ pub struct Found {
     pub report: Report,
     /// The model with the effects, everything refitted.
     pub model: Model,
+    /// How the logs were cut and weighed for that.
+    pub settings: Settings,
 }
 
 /// Traces the training logs, then opens the validation logs.
@@ -201,6 +203,26 @@ pub fn trace(
     Ok(Found {
         report,
         model: trace.after.model,
+        settings: trace.settings,
+    })
+}
+
+/// Windowed position error, rms, of a model that is refitted to the logs, cut and weighed as a tracing
+/// did it.
+///
+/// # Errors
+/// As [`refit`].
+pub fn refitted_error(
+    machine: &Machine,
+    train: &[Log],
+    settings: Settings,
+    model: &Model,
+) -> Result<f64, Failure> {
+    with_workbench(machine, train, |bench| {
+        bench.data.settings = settings;
+        let model = bench.fit(model)?.model;
+        let errors = metrics::errors(&bench.data, &AllCores, &model);
+        Some(errors.ok()?.position_rms)
     })
 }
 
@@ -216,7 +238,25 @@ pub fn refit(
     model: &Model,
     windows_s: &[f64],
 ) -> Result<Model, Failure> {
-    let declared = declared::model(machine)?;
+    let period = same_period(train, None)?;
+    with_workbench(machine, train, |bench| {
+        let mut model = model.clone();
+        for window_s in windows_s {
+            let window = (window_s / period) as usize;
+            model = bench.fit_windows(&model, window)?.model;
+        }
+        Some(model)
+    })
+}
+
+/// Lays out the logs for fits of models of a machine. `None` of `work` is a fit without a window in
+/// range.
+fn with_workbench<T>(
+    machine: &Machine,
+    train: &[Log],
+    work: impl FnOnce(&mut Workbench<AllCores>) -> Option<T>,
+) -> Result<T, Failure> {
+    let declared = model(machine)?;
     let base = base_parameters(machine);
     let period = same_period(train, None)?;
     let series: Vec<Series> = train
@@ -232,12 +272,7 @@ pub fn refit(
     let rotary = machine.coordinate == Coordinate::Radian;
     let options = Options::new(&data, &declared, &base, rotary).ok_or_else(failed)?;
     let mut bench = Workbench::new(data, &AllCores, &declared, &options).ok_or_else(failed)?;
-    let mut model = model.clone();
-    for window_s in windows_s {
-        let window = (window_s / period) as usize;
-        model = bench.fit_windows(&model, window).ok_or_else(failed)?.model;
-    }
-    Ok(model)
+    work(&mut bench).ok_or_else(failed)
 }
 
 /// The sampling period that all logs share.

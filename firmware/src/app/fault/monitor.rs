@@ -132,8 +132,12 @@ impl Monitors {
         let encoder = self.encoder.step(&mut self.observer, &measured.reading);
         // The comparisons are written so that NaN is out of the limit.
         let inside = current.abs() <= self.limits.peak_current;
-        let high = self.high.after(self.supply_steps, !(supply <= most));
-        let low = self.low.after(self.supply_steps, !(supply >= least));
+        let high = self
+            .high
+            .after(self.supply_steps, supply.is_nan() || supply > most);
+        let low = self
+            .low
+            .after(self.supply_steps, supply.is_nan() || supply < least);
         Faults::when(Fault::NonFinite, !finite)
             | Faults::when(Fault::OverCurrent, !inside)
             | Faults::when(Fault::Overload, self.overload(current))

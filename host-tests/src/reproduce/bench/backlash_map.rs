@@ -6,10 +6,10 @@ use super::errors::{Errors, error_rows, errors, range, rmse_of_fit};
 use super::gears::GearPair;
 use super::polynomial::{Polynomial, coefficient_rows, coefficient_unit};
 use super::section::{Part, Section};
+use crate::cells::{Cells, row};
 use crate::failure::Failure;
 use crate::page::Figure;
 use crate::page::plot::{self, AFTER, BEFORE, Layer, MEASURED, Mark, OTHER, line, panel};
-use crate::reproduce::cells::{Cells, row};
 use crate::reproduce::entry;
 
 /// Table 5.2.

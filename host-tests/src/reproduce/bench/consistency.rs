@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use super::section::{Part, Section};
+use crate::cells::{Cells, row};
 use crate::failure::Failure;
-use crate::reproduce::cells::{Cells, row};
 use crate::reproduce::entry;
 
 /// A printed number beside what other printed numbers make of it.

@@ -15,9 +15,9 @@ use model_core::plant::bench::{Bench, Parameters};
 
 use super::reconstruction::Sine;
 use super::section::{Part, Section};
+use crate::cells::{Cells, row};
 use crate::failure::Failure;
 use crate::figures::Figures;
-use crate::reproduce::cells::{Cells, row};
 use crate::reproduce::entry;
 
 /// The paper's model: mean and standard deviation over its fifteen points, s for a simulated second.

@@ -5,10 +5,10 @@ use serde::Deserialize;
 use super::errors::{Errors, error_rows, errors, rmse_of_fit};
 use super::polynomial::{Polynomial, coefficient_rows, coefficient_unit};
 use super::section::{Part, Section};
+use crate::cells::{Cells, row};
 use crate::failure::Failure;
 use crate::page::Figure;
 use crate::page::plot::{self, AFTER, BEFORE, Layer, MEASURED, Mark, line, panel};
-use crate::reproduce::cells::{Cells, row};
 use crate::reproduce::entry;
 
 /// Table 5.1.

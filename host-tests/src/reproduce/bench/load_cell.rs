@@ -11,11 +11,11 @@ use rig::pmsm_bench::{
 use rig::{Move, Trajectory};
 
 use super::section::{Part, Section};
+use crate::cells::{Cells, row};
 use crate::failure::Failure;
 use crate::page::Figure;
 use crate::page::plot::{self, AFTER, BEFORE, GUIDE, Layer, Mark, line};
 use crate::page::series::Point as Drawn;
-use crate::reproduce::cells::{Cells, row};
 use crate::reproduce::entry;
 use crate::welch::{Density, Peak, density};
 

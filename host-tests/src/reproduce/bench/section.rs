@@ -1,8 +1,8 @@
 //! A section of the report: what a topic shows, on the page and on a terminal.
 
+use crate::cells::{Cells, render};
 use crate::page::{Figure, escape, table};
 use crate::reproduce::Entry;
-use crate::reproduce::cells::{Cells, render};
 
 /// What a topic gives.
 pub(crate) struct Section {

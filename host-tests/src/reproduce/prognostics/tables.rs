@@ -6,7 +6,7 @@ use super::methods::{self, Method};
 use super::stand::{Input, LEVELS};
 use super::statistics::quantile;
 use super::{PAPER, PAPER_ERROR, PAPER_TRUTH, Results};
-use crate::reproduce::cells::{Cells, render, row};
+use crate::cells::{Cells, render, row};
 use crate::reproduce::{Entry, entry};
 
 /// Shares of the time from alert to failure at which the prediction is judged.

@@ -3,13 +3,13 @@
 use rig::pmsm_bench::{BacklashLevel, FrictionLevel, Loss, Program};
 
 use super::{Compared, run};
+use crate::cells::{Cells, row};
 use crate::failure::Failure;
 use crate::page::Figure;
 use crate::page::heat_map::{self, HeatMap};
 use crate::page::plot::{self, BEFORE, COLUMNS, MEASURED, line, panel};
 use crate::page::series::{Point as Mark, envelope};
 use crate::reproduce::bench::section::{Part, Section};
-use crate::reproduce::cells::{Cells, row};
 use crate::reproduce::entry;
 
 /// Seed of the first point's noise.

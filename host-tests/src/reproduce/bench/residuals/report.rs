@@ -3,13 +3,13 @@
 use rig::pmsm_bench::Loss;
 
 use super::{BeforeAfter, Residuals, Traced, run};
+use crate::cells::{Cells, row};
 use crate::failure::Failure;
 use crate::page::Figure;
 use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, MEASURED, line, panel};
 use crate::page::series::{Point as Mark, envelope};
 use crate::reproduce::bench::points::Compared;
 use crate::reproduce::bench::section::{Part, Section};
-use crate::reproduce::cells::{Cells, row};
 use crate::reproduce::entry;
 
 /// First seed of the noise.

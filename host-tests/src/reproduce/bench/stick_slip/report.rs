@@ -2,6 +2,7 @@
 
 use super::simulated::{self, Run, Scheme};
 use super::{Cycle, Example, closed_form};
+use crate::cells::{Cells, row};
 use crate::failure::Failure;
 use crate::page::Figure;
 use crate::page::plot::{
@@ -9,7 +10,6 @@ use crate::page::plot::{
 };
 use crate::page::series::{Point, envelope};
 use crate::reproduce::bench::section::{Part, Section};
-use crate::reproduce::cells::{Cells, row};
 use crate::reproduce::entry;
 
 /// Belt speeds, m/s.

@@ -1,15 +1,15 @@
 //! Rows of cells, and how a terminal shows them.
 
 /// Rows of cells, the first of them heads.
-pub(super) type Cells = Vec<Vec<String>>;
+pub(crate) type Cells = Vec<Vec<String>>;
 
 /// A row of heads.
-pub(super) fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
+pub(crate) fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
     cells.map(str::to_owned).to_vec()
 }
 
 /// Cells in columns.
-pub(super) fn render(cells: &Cells) -> String {
+pub(crate) fn render(cells: &Cells) -> String {
     let columns = cells.first().map_or(0, Vec::len);
     let widths: Vec<usize> = (0..columns)
         .map(|column| {

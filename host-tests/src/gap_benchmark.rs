@@ -1,0 +1,208 @@
+//! `cargo hil bench gap`: how often the tracing is right.
+//!
+//! Rigs in `f64` play machines with an effect that nobody declared, with two, with one that is not in
+//! the catalogue, with none, or with a wrong number in their machine file. Each log is traced as a
+//! user would do it, and the answer is held against the truth. The tracing itself knows nothing of
+//! this; its limits were chosen on other motions, seeds and noise. The same logs are given to a
+//! stepwise regression on accelerations, as SINDy and FROLS do it.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use self::cases::{Case, Extent};
+use self::judgement::{Answer, Judgement};
+use crate::failure::Failure;
+use crate::gap::engine::Found;
+use crate::gap::outcome::Outcome;
+use crate::gap::{declared, engine};
+use crate::log::Log;
+use crate::machine::Machine;
+use crate::{whole_file, workspace};
+
+pub mod cases;
+pub mod judgement;
+mod report;
+pub mod stepwise;
+mod summary;
+pub mod truth;
+
+/// What `cargo hil bench gap` takes.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Write the result to this file as JSON
+    #[arg(long, value_name = "F")]
+    pub json: Option<PathBuf>,
+    /// One seed instead of several: a first impression within a minute or two
+    #[arg(long)]
+    pub quick: bool,
+}
+
+/// One traced log.
+#[derive(Debug, Clone, Serialize)]
+pub struct Traced {
+    /// What was traced.
+    #[serde(flatten)]
+    pub case: Case,
+    /// What the tracing said.
+    pub answer: Answer,
+    /// Whether that is so.
+    pub judgement: Judgement,
+    /// What the regression said.
+    pub stepwise: Answer,
+    /// Whether that is so.
+    pub stepwise_judgement: Judgement,
+    /// Windowed position error after over before, where an effect was found.
+    pub after_over_before: Option<f64>,
+    /// Windowed position error after, over that of a fit that was told the true effect.
+    pub after_over_oracle: Option<f64>,
+    /// Fitted numbers with what they should be, in their standard deviations: (estimate − truth)/std.
+    pub deviations: Vec<f64>,
+    /// Wall-clock seconds of the tracing, beside others.
+    pub seconds: f64,
+}
+
+/// Runs the benchmark, prints the tables, leaves a report, writes what was asked for.
+///
+/// # Errors
+/// A result that cannot be written; a rig's machine or log that is refused.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    whole_file::check_place(args.json.as_deref())?;
+    let started = Instant::now();
+    let cases = cases::all(if args.quick {
+        Extent::Quick
+    } else {
+        Extent::Full
+    });
+    // Hidden by itself where standard error is no terminal.
+    let progress = ProgressBar::new(cases.len() as u64);
+    let directory = workspace::results().join("bench-gap");
+    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
+    let traced = trace_all(&cases, &directory, || progress.inc(1));
+    progress.finish_and_clear();
+    let traced = traced?;
+    let summary = summary::Summary::of(&traced);
+    let page = directory.join("index.html");
+    let html = report::html(&summary).map_err(|error| Failure::system("the report", &error))?;
+    whole_file::write(&page, |partial| fs::write(partial, html))
+        .map_err(|error| Failure::system(page.display(), &error))?;
+    if let Some(path) = &args.json {
+        let value = serde_json::json!({"summary": summary, "logs": traced});
+        whole_file::write_json(path, &value)
+            .map_err(|error| Failure::system(path.display(), &error))?;
+    }
+    let mut text = summary.text();
+    text += &format!(
+        "\n{} logs in {:.0} s\nreport   {}\n",
+        traced.len(),
+        started.elapsed().as_secs_f64(),
+        workspace::shown(&page)
+    );
+    io::stdout()
+        .write_all(text.as_bytes())
+        .map_err(|error| Failure::system("standard output", &error))
+}
+
+/// Traces every case, several at once. Machine files are left in `directory`.
+///
+/// # Errors
+/// A machine file that cannot be written; a machine or a log that is refused.
+pub fn trace_all(
+    cases: &[Case],
+    directory: &Path,
+    done: impl Fn() + Sync,
+) -> Result<Vec<Traced>, Failure> {
+    // Equal files are written once, so that no reader meets half of one.
+    let machines = Mutex::new(());
+    cases
+        .par_iter()
+        .map(|case| {
+            let machine = {
+                let _one_at_a_time = machines.lock().unwrap_or_else(|held| held.into_inner());
+                case.machine_file(directory)?
+            };
+            let traced = trace(case, &machine)?;
+            done();
+            Ok(traced)
+        })
+        .collect()
+}
+
+fn trace(case: &Case, machine: &Machine) -> Result<Traced, Failure> {
+    let log = case.log();
+    let train = [log];
+    let started = Instant::now();
+    let found = engine::trace(machine, &train, || Ok(Vec::new()), |_| ())?;
+    let seconds = started.elapsed().as_secs_f64();
+    let outcome = &found.report.outcome;
+    let answer = Answer::of(outcome);
+    let stepwise = stepwise::answer(machine, &train[0]);
+    let errors = &outcome.errors.train;
+    let says_something = !outcome.effects.is_empty() || outcome.unknown.is_some();
+    let judgement = judgement::judge(case, &answer);
+    Ok(Traced {
+        stepwise_judgement: judgement::judge(case, &stepwise),
+        after_over_before: says_something
+            .then(|| errors.after.position_rms / errors.before.position_rms),
+        after_over_oracle: oracle(case, machine, &train, &found)?,
+        deviations: if judgement == Judgement::Right {
+            deviations(case, outcome)
+        } else {
+            Vec::new()
+        },
+        case: case.clone(),
+        answer,
+        judgement,
+        stepwise,
+        seconds,
+    })
+}
+
+/// The error over that of the declared model with the true effects, everything refitted from the
+/// truth. `None` where the catalogue cannot say the truth.
+fn oracle(
+    case: &Case,
+    machine: &Machine,
+    train: &[Log],
+    found: &Found,
+) -> Result<Option<f64>, Failure> {
+    let mut model = declared::model(machine)?;
+    for effect in &case.effects {
+        let Some(active) = truth::active(effect, &case.rig) else {
+            return Ok(None);
+        };
+        if model.effects.push(active).is_err() {
+            return Ok(None);
+        }
+    }
+    let error = engine::refitted_error(machine, train, found.settings, &model)?;
+    let after = found.report.outcome.errors.train.after.position_rms;
+    Ok((error > 0.0).then_some(after / error))
+}
+
+/// (estimate − truth)/std of what the answer says and the rig knows.
+fn deviations(case: &Case, outcome: &Outcome) -> Vec<f64> {
+    let effects = outcome.effects.iter().flat_map(|found| &found.parameters);
+    let estimates = effects
+        .map(|estimate| (estimate.name.as_str(), estimate.value, Some(estimate.std)))
+        .chain(
+            outcome
+                .fit
+                .iter()
+                .map(|fit| (fit.name.as_str(), fit.fitted, fit.std)),
+        );
+    let truths = truth::numbers(case);
+    estimates
+        .filter_map(|(name, value, std)| {
+            let (_, truth) = truths.iter().find(|(known, _)| *known == name)?;
+            let std = std.filter(|std| std.is_finite() && *std > 0.0)?;
+            Some((value - truth) / std)
+        })
+        .collect()
+}

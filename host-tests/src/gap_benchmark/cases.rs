@@ -1,0 +1,304 @@
+//! What is traced: machines, what they have beyond their machine file, how they move.
+
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::Path;
+
+use rig::{Effect, EffectKind, Experiment, Motor, Noise, Random, Sine, Trajectory};
+use serde::{Serialize, Serializer};
+
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::machine::Machine;
+
+/// Length of a log, s.
+const SECONDS: f64 = 12.0;
+
+/// Rows a second.
+const SAMPLE_RATE: f64 = 1000.0;
+
+/// Strengths of a single effect, of the rig's nominal.
+pub const STRENGTHS: [f64; 2] = [1.0, 0.4];
+
+/// Seeds of a case. Its motion, its noise and how far a wrong number is off follow from them; none of
+/// them was used to choose a limit of the tracing.
+const SEEDS: u64 = 3;
+
+/// Rounds of logs without an effect, each on three machines and with and without wrong numbers.
+const HEALTHY: u64 = 14;
+
+/// The first seed.
+const FIRST_SEED: u64 = 770_000;
+
+/// How many cases there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// For figures.
+    Full,
+    /// One seed each.
+    Quick,
+}
+
+/// What is behind a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// One effect of the catalogue.
+    Named,
+    /// Two of them.
+    Two,
+    /// One that is not in the catalogue.
+    Outside,
+    /// None.
+    Clean,
+    /// None, but wrong numbers in the machine file.
+    WrongNumbers,
+}
+
+/// One log to be made and traced.
+#[derive(Debug, Clone, Serialize)]
+pub struct Case {
+    /// What is behind it.
+    pub group: Group,
+    /// The machine that is recorded.
+    #[serde(serialize_with = "name")]
+    pub rig: rig::Machine,
+    /// The machine that is declared; `None` where its numbers are right.
+    #[serde(skip)]
+    pub declared: Option<rig::Machine>,
+    /// What it has beyond that.
+    #[serde(serialize_with = "ids")]
+    pub effects: Vec<Effect>,
+    /// Their strength, of nominal.
+    pub strength: f64,
+    /// Seed of motion and noise.
+    pub seed: u64,
+}
+
+fn name<S: Serializer>(machine: &rig::Machine, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(machine.name)
+}
+
+fn ids<S: Serializer>(effects: &[Effect], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(effects.iter().map(|effect| label(effect.kind())))
+}
+
+/// An effect's name: the catalogue's where it has one.
+pub fn label(kind: EffectKind) -> String {
+    kind.id()
+        .map_or_else(|| format!("({kind:?})"), str::to_owned)
+}
+
+/// Rotary with a voltage, a slide driven by force, a throttle with spring and stops.
+pub fn machines() -> [rig::Machine; 3] {
+    [
+        rig::Machine::rotary_ema(),
+        rig::Machine::throttle(),
+        rig::Machine::force_slide(),
+    ]
+}
+
+/// Every case, in the order of the tables.
+pub fn all(extent: Extent) -> Vec<Case> {
+    let (seeds, healthy) = match extent {
+        Extent::Full => (SEEDS, HEALTHY),
+        Extent::Quick => (1, 2),
+    };
+    let mut cases = Vec::new();
+    let mut push = |group, rig: &rig::Machine, effects: &[EffectKind], strength| {
+        let seed = FIRST_SEED + cases.len() as u64;
+        let effects = effects
+            .iter()
+            .map(|&kind| Effect::nominal(kind, rig).scaled(strength))
+            .collect();
+        cases.push(Case {
+            group,
+            rig: rig.clone(),
+            declared: (group == Group::WrongNumbers).then(|| misdeclared(rig, seed)),
+            effects,
+            strength,
+            seed,
+        });
+    };
+    for rig in &machines() {
+        for kind in EffectKind::ALL {
+            let named = kind
+                .id()
+                .is_some_and(|id| model_core::effect::Id::from_id(id).is_some());
+            for _ in 0..seeds {
+                if named {
+                    for strength in STRENGTHS {
+                        push(Group::Named, rig, &[kind], strength);
+                    }
+                } else {
+                    push(Group::Outside, rig, &[kind], 1.0);
+                }
+            }
+        }
+        for pair in PAIRS {
+            for _ in 0..seeds {
+                push(Group::Two, rig, &pair, 1.0);
+            }
+        }
+        for _ in 0..healthy {
+            push(Group::Clean, rig, &[], 1.0);
+            push(Group::WrongNumbers, rig, &[], 1.0);
+        }
+    }
+    cases
+}
+
+/// Effects that come together: friction and geometry, supply and friction, two of friction.
+const PAIRS: [[EffectKind; 2]; 4] = [
+    [EffectKind::AsymmetricCoulomb, EffectKind::Cogging],
+    [EffectKind::InputDelay, EffectKind::QuadraticDrag],
+    [EffectKind::Stribeck, EffectKind::Spring],
+    [EffectKind::AsymmetricViscous, EffectKind::Cogging],
+];
+
+/// The machine with numbers that are off by up to a quarter.
+fn misdeclared(rig: &rig::Machine, seed: u64) -> rig::Machine {
+    let mut random = Random::new(seed ^ 0x5EED);
+    let mut off = || {
+        1.0 + (if random.uniform() < 0.5 { -1.0 } else { 1.0 }) * (0.08 + 0.17 * random.uniform())
+    };
+    let mut declared = rig.clone();
+    declared.inertia *= off();
+    declared.viscous *= off();
+    let friction = off();
+    declared.coulomb *= friction;
+    declared.static_friction *= friction;
+    if let Motor::Winding { resistance, .. } = &mut declared.motor {
+        *resistance *= off();
+    }
+    declared
+}
+
+impl Case {
+    /// Writes the machine file, unless it is there, and reads it as a user's.
+    ///
+    /// # Errors
+    /// What the file system reports; a file that is refused.
+    pub fn machine_file(&self, directory: &Path) -> Result<Machine, Failure> {
+        let declared = self.declared.as_ref().unwrap_or(&self.rig);
+        let seed = self
+            .declared
+            .as_ref()
+            .map_or(String::new(), |_| format!("-{}", self.seed));
+        let path = directory.join(format!("{}{seed}.toml", declared.name));
+        let mut text = declared.to_toml();
+        if self.declared.is_some() && matches!(declared.motor, Motor::Winding { .. }) {
+            text = text.replace("parameters = [", "parameters = [\"resistance\", ");
+        }
+        fs::write(&path, text).map_err(|error| Failure::system(path.display(), &error))?;
+        Ok(Machine::read(&path)?)
+    }
+
+    /// Records the log.
+    pub fn log(&self) -> Log {
+        let recording = Experiment {
+            sample_rate: SAMPLE_RATE,
+            ..Experiment::tracking(self.rig.clone(), motion(&self.rig, self.seed))
+        }
+        .with_effects(&self.effects)
+        .with_noise(self.noise())
+        .lasting(SECONDS)
+        .seeded(self.seed)
+        .run();
+        let there = |column: Vec<f64>| (!column.is_empty()).then_some(column);
+        Log {
+            path: format!("{} {}", self.rig.name, self.seed).into(),
+            start_s: recording.time[0],
+            period_s: 1.0 / SAMPLE_RATE,
+            input: recording.input,
+            position: recording.position,
+            command: there(recording.command),
+            current: there(recording.current),
+            velocity: None,
+            brake: None,
+        }
+    }
+
+    /// Sensors from good to poor: up to a count of noise before the encoder, 10 to 40 mA.
+    fn noise(&self) -> Noise {
+        let mut random = Random::new(self.seed ^ 0x0153);
+        Noise {
+            position: random.uniform() * self.rig.resolution,
+            current: 0.01 + 0.03 * random.uniform(),
+        }
+    }
+}
+
+/// Five sines of random frequency and phase, from a fifth of the corner at which the whole stroke takes
+/// the whole speed to three times it, within the machine's stroke and speed.
+fn motion(rig: &rig::Machine, seed: u64) -> Trajectory {
+    let mut random = Random::new(seed);
+    let corner = rig.speed / (TAU * rig.amplitude());
+    let mut components: Vec<Sine> = (0..5)
+        .map(|index| {
+            let ratio = 0.2 * 15.0_f64.powf((f64::from(index) + random.uniform()) / 5.0);
+            Sine {
+                amplitude: (0.4 + 0.6 * random.uniform()) / ratio.max(0.5),
+                frequency: ratio * corner,
+                phase: TAU * random.uniform(),
+            }
+        })
+        .collect();
+    let stroke: f64 = components.iter().map(|sine| sine.amplitude).sum();
+    let speed: f64 = components
+        .iter()
+        .map(|sine| TAU * sine.frequency * sine.amplitude)
+        .sum();
+    let share = (rig.amplitude() / stroke).min(rig.speed / speed);
+    for sine in &mut components {
+        sine.amplitude *= share;
+    }
+    Trajectory::Sines {
+        centre: rig.centre(),
+        components,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_motion_uses_the_machine_but_no_more() {
+        for rig in machines() {
+            for seed in 0..50 {
+                let motion = motion(&rig, seed);
+                let dt = 1e-3;
+                let values: Vec<f64> = (0..12_000).map(|k| motion.at(f64::from(k) * dt)).collect();
+                assert!(
+                    values
+                        .iter()
+                        .all(|&x| x >= rig.stroke.0 && x <= rig.stroke.1)
+                );
+                let top = values
+                    .windows(2)
+                    .map(|w| ((w[1] - w[0]) / dt).abs())
+                    .fold(0.0, f64::max);
+                assert!(
+                    top <= 1.001 * rig.speed && top > 0.3 * rig.speed,
+                    "{top} {}",
+                    rig.speed
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_seed_is_used_once() {
+        let cases = all(Extent::Full);
+        let mut seeds: Vec<u64> = cases.iter().map(|case| case.seed).collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        assert_eq!(seeds.len(), cases.len());
+        let clean = cases
+            .iter()
+            .filter(|case| case.group == Group::Clean)
+            .count();
+        assert!(clean >= 40, "{clean}");
+    }
+}

@@ -1,0 +1,169 @@
+//! Whether an answer is right.
+
+use serde::Serialize;
+
+use super::cases::{Case, Group, label};
+use crate::gap::outcome::Outcome;
+
+/// What was said of a log.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Answer {
+    /// Each effect that was named: its id, then those that the log cannot tell from it.
+    pub named: Vec<Vec<String>>,
+    /// The variable that carries what the catalogue does not explain.
+    pub unknown: Option<String>,
+}
+
+impl Answer {
+    /// The tracing's.
+    pub fn of(outcome: &Outcome) -> Self {
+        let named = outcome.effects.iter().map(|found| {
+            let id = std::iter::once(found.id.clone());
+            id.chain(found.equivalent.iter().cloned()).collect()
+        });
+        Self {
+            named: named.collect(),
+            unknown: outcome
+                .unknown
+                .as_ref()
+                .map(|unknown| unknown.depends_on.clone()),
+        }
+    }
+}
+
+/// Whether an answer is right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Judgement {
+    /// It says what there is, and nothing else: each effect, or a class that it is in.
+    Right,
+    /// It says too little: nothing, something unknown, or one effect of two.
+    Abstained,
+    /// It names what is not there, or sees something where nothing is.
+    Wrong,
+}
+
+/// Holds an answer against what is behind the log.
+pub fn judge(case: &Case, answer: &Answer) -> Judgement {
+    let truth: Vec<String> = case
+        .effects
+        .iter()
+        .map(|effect| label(effect.kind()))
+        .collect();
+    let true_ones = answer
+        .named
+        .iter()
+        .filter(|class| class.iter().any(|id| truth.contains(id)))
+        .count();
+    if true_ones < answer.named.len() || answer.named.len() > truth.len() {
+        return Judgement::Wrong;
+    }
+    let said_unknown = answer.unknown.is_some();
+    match case.group {
+        Group::Clean | Group::WrongNumbers if said_unknown => Judgement::Wrong,
+        Group::Clean | Group::WrongNumbers => Judgement::Right,
+        Group::Outside if said_unknown => Judgement::Right,
+        Group::Outside => Judgement::Abstained,
+        Group::Named | Group::Two if said_unknown => Judgement::Abstained,
+        Group::Named | Group::Two => {
+            let all = truth
+                .iter()
+                .all(|id| answer.named.iter().any(|class| class.contains(id)));
+            if all && answer.named.len() == truth.len() {
+                Judgement::Right
+            } else {
+                Judgement::Abstained
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rig::{Effect, EffectKind};
+
+    fn case(group: Group, kinds: &[EffectKind]) -> Case {
+        let rig = rig::Machine::rotary_ema();
+        Case {
+            group,
+            declared: None,
+            effects: kinds
+                .iter()
+                .map(|&kind| Effect::nominal(kind, &rig))
+                .collect(),
+            rig,
+            strength: 1.0,
+            seed: 1,
+        }
+    }
+
+    fn answer(named: &[&[&str]], unknown: Option<&str>) -> Answer {
+        Answer {
+            named: named
+                .iter()
+                .map(|class| class.iter().map(|id| (*id).to_owned()).collect())
+                .collect(),
+            unknown: unknown.map(str::to_owned),
+        }
+    }
+
+    #[test]
+    fn an_effect_or_its_class_is_right_and_one_more_is_wrong() {
+        let case = case(Group::Named, &[EffectKind::Cogging]);
+        for (named, unknown, judgement) in [
+            (&[&["cogging"][..]][..], None, Judgement::Right),
+            (&[&["spring", "cogging"]], None, Judgement::Right),
+            (&[&["cogging"], &["spring"]], None, Judgement::Wrong),
+            (&[&["spring"]], None, Judgement::Wrong),
+            (&[], None, Judgement::Abstained),
+            (&[], Some("position"), Judgement::Abstained),
+        ] {
+            assert_eq!(
+                judge(&case, &answer(named, unknown)),
+                judgement,
+                "{named:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn half_of_two_is_too_little() {
+        let case = case(Group::Two, &[EffectKind::Cogging, EffectKind::Spring]);
+        for (named, judgement) in [
+            (&[&["cogging"][..], &["spring"]][..], Judgement::Right),
+            (&[&["cogging"]], Judgement::Abstained),
+            (&[&["cogging"], &["stribeck"]], Judgement::Wrong),
+            // One class twice does not say both.
+            (
+                &[&["cogging"], &["cogging", "gravity"]],
+                Judgement::Abstained,
+            ),
+        ] {
+            assert_eq!(judge(&case, &answer(named, None)), judgement, "{named:?}");
+        }
+    }
+
+    #[test]
+    fn a_name_where_there_is_none_is_wrong() {
+        let outside = case(Group::Outside, &[EffectKind::RoughSpot]);
+        assert_eq!(
+            judge(&outside, &answer(&[], Some("position"))),
+            Judgement::Right
+        );
+        assert_eq!(judge(&outside, &answer(&[], None)), Judgement::Abstained);
+        assert_eq!(
+            judge(&outside, &answer(&[&["cogging"]], None)),
+            Judgement::Wrong
+        );
+        for group in [Group::Clean, Group::WrongNumbers] {
+            let clean = case(group, &[]);
+            assert_eq!(judge(&clean, &answer(&[], None)), Judgement::Right);
+            assert_eq!(judge(&clean, &answer(&[], Some("time"))), Judgement::Wrong);
+            assert_eq!(
+                judge(&clean, &answer(&[&["spring"]], None)),
+                Judgement::Wrong
+            );
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! What the answers come to: rates, confusion, calibration.
+
+use serde::Serialize;
+
+use super::Traced;
+use super::cases::{Group, STRENGTHS, label};
+use super::judgement::{Answer, Judgement};
+use crate::cells::{self, Cells};
+use crate::reproduce::prognostics::statistics::quantile;
+
+/// Where an answer names nothing.
+pub(super) const NOTHING: &str = "nothing";
+/// Where it names a variable.
+pub(super) const UNKNOWN: &str = "unknown effect";
+
+/// Standard deviations that hold 95 % of a normal population.
+const HOLDS_95: f64 = 1.96;
+
+/// Shares of a group's answers.
+#[derive(Debug, Clone, Serialize)]
+pub struct Rates {
+    /// Which logs.
+    pub of: String,
+    /// How many.
+    pub logs: usize,
+    /// Share that is right.
+    pub right: f64,
+    /// Share that says too little.
+    pub abstained: f64,
+    /// Share that is wrong.
+    pub wrong: f64,
+    /// The regression's share that is right.
+    pub stepwise_right: f64,
+    /// The regression's share that is wrong.
+    pub stepwise_wrong: f64,
+}
+
+/// How often the answers on logs of one kind were what.
+#[derive(Debug, Clone, Serialize)]
+pub struct Confusion {
+    /// What there is, then the strength.
+    pub truths: Vec<String>,
+    /// What was said.
+    pub answers: Vec<String>,
+    /// Logs, a row a truth.
+    pub counts: Vec<Vec<usize>>,
+}
+
+/// Everything that the tables show.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// By groups.
+    pub groups: Vec<Rates>,
+    /// By effects and strengths.
+    pub effects: Vec<Rates>,
+    /// By machines, single effects at both strengths.
+    pub machines: Vec<Rates>,
+    /// Truth against answer.
+    pub confusion: Confusion,
+    /// Windowed position error after over before where an effect at nominal strength was found: median.
+    pub after_over_before: f64,
+    /// The same over that of a fit that was told the truth: median and 90 %.
+    pub after_over_oracle: [f64; 2],
+    /// Share of true numbers within the 95 % interval of right answers.
+    pub coverage: f64,
+    /// How many numbers that are.
+    pub numbers: usize,
+    /// Wall-clock seconds of a tracing beside another one: median and longest.
+    pub seconds: [f64; 2],
+}
+
+impl Summary {
+    pub(super) fn of(traced: &[Traced]) -> Self {
+        let single = |traced: &Traced| traced.case.group == Group::Named;
+        let mut effects = Vec::new();
+        for kind in rig::EffectKind::ALL {
+            for strength in STRENGTHS {
+                let of = |traced: &Traced| {
+                    single(traced)
+                        && traced.case.effects[0].kind() == kind
+                        && traced.case.strength == strength
+                };
+                effects.extend(rates(format!("{} × {strength}", label(kind)), traced, of));
+            }
+        }
+        let machines = super::cases::machines();
+        let machines = machines.iter().filter_map(|machine| {
+            let of = |traced: &Traced| single(traced) && traced.case.rig.name == machine.name;
+            rates(machine.name.to_owned(), traced, of)
+        });
+        let found: Vec<f64> = traced
+            .iter()
+            .filter(|traced| single(traced) && traced.case.strength == 1.0)
+            .filter_map(|traced| traced.after_over_before)
+            .collect();
+        let oracle: Vec<f64> = traced
+            .iter()
+            .filter_map(|traced| traced.after_over_oracle)
+            .collect();
+        let deviations: Vec<f64> = traced
+            .iter()
+            .flat_map(|traced| traced.deviations.iter().copied())
+            .collect();
+        let held = deviations
+            .iter()
+            .filter(|deviation| deviation.abs() <= HOLDS_95);
+        let seconds: Vec<f64> = traced.iter().map(|traced| traced.seconds).collect();
+        Self {
+            groups: groups(traced),
+            effects,
+            machines: machines.collect(),
+            confusion: confusion(traced),
+            after_over_before: quantile(&found, 0.5),
+            after_over_oracle: [quantile(&oracle, 0.5), quantile(&oracle, 0.9)],
+            coverage: held.count() as f64 / deviations.len() as f64,
+            numbers: deviations.len(),
+            seconds: [quantile(&seconds, 0.5), quantile(&seconds, 1.0)],
+        }
+    }
+
+    pub(super) fn text(&self) -> String {
+        let mut text = cells::render(&rate_cells("", &self.groups));
+        text.push('\n');
+        text += &cells::render(&rate_cells("one effect", &self.effects));
+        text.push('\n');
+        text += &cells::render(&rate_cells("one effect", &self.machines));
+        text.push('\n');
+        text += &cells::render(&self.figure_cells());
+        text
+    }
+
+    pub(super) fn figure_cells(&self) -> Cells {
+        let line = |what: &str, value: String| vec![what.to_owned(), value];
+        let [oracle, most] = self.after_over_oracle;
+        let [median, longest] = self.seconds;
+        vec![
+            line("", "measured".to_owned()),
+            line(
+                "position error after / before, nominal strength, median",
+                format!("{:.3}", self.after_over_before),
+            ),
+            line(
+                "position error after / with the true effect, median (90 %)",
+                format!("{oracle:.3} ({most:.2})"),
+            ),
+            line(
+                &format!("of {} true numbers, in their 95 % interval", self.numbers),
+                per_cent(self.coverage),
+            ),
+            line(
+                "a log of 12,000 samples beside another, median (longest)",
+                format!("{median:.2} s ({longest:.1} s)"),
+            ),
+        ]
+    }
+}
+
+fn per_cent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+pub(super) fn rate_cells(name: &str, rates: &[Rates]) -> Cells {
+    let mut rows = vec![cells::row([
+        name,
+        "logs",
+        "right",
+        "too little",
+        "wrong",
+        "stepwise: right",
+        "wrong",
+    ])];
+    rows.extend(rates.iter().map(|rates| {
+        vec![
+            rates.of.clone(),
+            rates.logs.to_string(),
+            per_cent(rates.right),
+            per_cent(rates.abstained),
+            per_cent(rates.wrong),
+            per_cent(rates.stepwise_right),
+            per_cent(rates.stepwise_wrong),
+        ]
+    }));
+    rows
+}
+
+fn groups(traced: &[Traced]) -> Vec<Rates> {
+    let group = |group: Group| move |traced: &Traced| traced.case.group == group;
+    let strength = |strength: f64| {
+        move |traced: &Traced| traced.case.group == Group::Named && traced.case.strength == strength
+    };
+    [
+        rates("one effect, nominal".into(), traced, strength(STRENGTHS[0])),
+        rates(
+            format!("one effect, {} of it", STRENGTHS[1]),
+            traced,
+            strength(STRENGTHS[1]),
+        ),
+        rates("two effects".into(), traced, group(Group::Two)),
+        rates(
+            "none of the catalogue's".into(),
+            traced,
+            group(Group::Outside),
+        ),
+        rates("no effect".into(), traced, group(Group::Clean)),
+        rates(
+            "wrong numbers only".into(),
+            traced,
+            group(Group::WrongNumbers),
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn rates(of: String, traced: &[Traced], chosen: impl Fn(&Traced) -> bool) -> Option<Rates> {
+    let chosen: Vec<&Traced> = traced.iter().filter(|traced| chosen(traced)).collect();
+    if chosen.is_empty() {
+        return None;
+    }
+    let share = |of: fn(&Traced) -> Judgement, judgement: Judgement| {
+        let count = chosen
+            .iter()
+            .filter(|traced| of(traced) == judgement)
+            .count();
+        count as f64 / chosen.len() as f64
+    };
+    let ours: fn(&Traced) -> Judgement = |traced| traced.judgement;
+    let theirs: fn(&Traced) -> Judgement = |traced| traced.stepwise_judgement;
+    Some(Rates {
+        of,
+        logs: chosen.len(),
+        right: share(ours, Judgement::Right),
+        abstained: share(ours, Judgement::Abstained),
+        wrong: share(ours, Judgement::Wrong),
+        stepwise_right: share(theirs, Judgement::Right),
+        stepwise_wrong: share(theirs, Judgement::Wrong),
+    })
+}
+
+/// What an answer says in one word, in favour of the truth where a class holds it.
+fn word(answer: &Answer, truth: &str) -> String {
+    let foreign = answer
+        .named
+        .iter()
+        .find(|class| !class.iter().any(|id| id == truth));
+    match (foreign, answer.named.is_empty(), &answer.unknown) {
+        (Some(class), _, _) => class[0].clone(),
+        (None, _, Some(_)) => UNKNOWN.to_owned(),
+        (None, false, None) => truth.to_owned(),
+        (None, true, None) => NOTHING.to_owned(),
+    }
+}
+
+/// Logs with one effect or none; what is not in the catalogue is right as unknown.
+fn confusion(traced: &[Traced]) -> Confusion {
+    let single: Vec<(String, String)> = traced
+        .iter()
+        .filter(|traced| traced.case.group != Group::Two)
+        .map(|traced| {
+            let truth = match traced.case.effects.first() {
+                Some(effect) => label(effect.kind()),
+                None if traced.case.group == Group::Clean => "no effect".to_owned(),
+                None => "wrong numbers".to_owned(),
+            };
+            let word = word(&traced.answer, &truth);
+            (truth, word)
+        })
+        .collect();
+    let mut truths: Vec<String> = Vec::new();
+    for (truth, _) in &single {
+        if !truths.contains(truth) {
+            truths.push(truth.clone());
+        }
+    }
+    let catalogued = |name: &String| model_core::effect::Id::from_id(name).is_some();
+    truths.sort_by_key(|truth| !catalogued(truth));
+    let mut answers: Vec<String> = truths
+        .iter()
+        .filter(|name| catalogued(name))
+        .cloned()
+        .collect();
+    for (_, answer) in &single {
+        if catalogued(answer) && !answers.contains(answer) {
+            answers.push(answer.clone());
+        }
+    }
+    answers.extend([UNKNOWN.to_owned(), NOTHING.to_owned()]);
+    let counts = truths
+        .iter()
+        .map(|truth| {
+            let count = |answer: &String| {
+                let same = |(t, a): &&(String, String)| t == truth && a == answer;
+                single.iter().filter(same).count()
+            };
+            answers.iter().map(count).collect()
+        })
+        .collect();
+    Confusion {
+        truths,
+        answers,
+        counts,
+    }
+}

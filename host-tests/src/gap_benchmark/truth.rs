@@ -1,0 +1,70 @@
+//! The rig's truth in the words of the catalogue.
+
+use model_core::effect::{Active, Id};
+use rig::{Effect, Machine};
+
+use super::cases::Case;
+
+/// The effect as the catalogue has it; `None` for one that it has not, or has in other numbers.
+pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
+    let id = Id::from_id(effect.kind().id()?)?;
+    let values = match *effect {
+        Effect::AsymmetricCoulomb { ratio } => [ratio * rig.coulomb, 0.0, 0.0],
+        Effect::AsymmetricViscous { forward, backward } => [0.5 * (forward - backward), 0.0, 0.0],
+        Effect::OffsetTorque { torque } => [torque, 0.0, 0.0],
+        Effect::Stribeck { drop, speed } => [drop, speed, 0.0],
+        Effect::QuadraticDrag { coefficient } => [coefficient, 0.0, 0.0],
+        Effect::Spring { stiffness, rest } => [stiffness, stiffness * rest, 0.0],
+        Effect::Cogging {
+            amplitude,
+            period,
+            phase,
+        } => [amplitude * phase.cos(), amplitude * phase.sin(), period],
+        Effect::LoadDependentFriction { ratio } => [ratio, 0.0, 0.0],
+        Effect::InputDelay { seconds } | Effect::SensorDelay { seconds } => [seconds, 0.0, 0.0],
+        _ => return None,
+    };
+    Some(Active {
+        id,
+        values: values.map(|value| value as f32),
+    })
+}
+
+/// Numbers that an answer may estimate, by the names that it gives them. Only those that mean the same
+/// on the rig and in the model.
+pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
+    let rig = &case.rig;
+    let mut numbers = vec![("inertia", rig.inertia)];
+    if case.effects.is_empty() {
+        numbers.extend([("viscous", rig.viscous), ("coulomb", rig.coulomb)]);
+    }
+    for effect in &case.effects {
+        match *effect {
+            Effect::AsymmetricCoulomb { ratio } => numbers.extend([
+                ("forward", rig.coulomb * (1.0 + ratio)),
+                ("backward", rig.coulomb * (1.0 - ratio)),
+            ]),
+            Effect::AsymmetricViscous { forward, backward } => numbers.extend([
+                ("forward", rig.viscous + forward),
+                ("backward", rig.viscous + backward),
+            ]),
+            Effect::OffsetTorque { torque } => numbers.push(("torque", torque)),
+            Effect::Stribeck { drop, speed } => {
+                numbers.extend([("drop", drop), ("velocity", speed)]);
+            }
+            Effect::QuadraticDrag { coefficient } => numbers.push(("coefficient", coefficient)),
+            Effect::Spring { stiffness, rest } => {
+                numbers.extend([("stiffness", stiffness), ("rest", rest)]);
+            }
+            Effect::Cogging {
+                amplitude, period, ..
+            } => numbers.extend([("amplitude", amplitude), ("period", period)]),
+            Effect::LoadDependentFriction { ratio } => numbers.push(("share", ratio)),
+            Effect::InputDelay { seconds } | Effect::SensorDelay { seconds } => {
+                numbers.push(("delay", seconds));
+            }
+            _ => {}
+        }
+    }
+    numbers
+}
