@@ -31,9 +31,8 @@ pub(super) mod report;
 /// The machine file that declares the bench, from the workspace's root.
 pub const MACHINE: &str = "host-tests/machines/pmsm-bench.toml";
 
-/// Rows a second, Hz, and length, s, of the logs that are traced.
+/// Rows a second, Hz, of the logs that are traced.
 const TRACED_RATE: f64 = 250.0;
-const TRACED_S: f64 = 20.0;
 
 /// One level of backlash.
 #[derive(Debug, Clone)]
@@ -103,12 +102,12 @@ pub fn run(loss: Loss, seed: u64) -> Result<Residuals, Failure> {
                 let program = program.sampled_at(TRACED_RATE);
                 record(&directory, name, loss, backlash, &program, seed)
             };
-            let train = logs("train", Program::paper_sine().lasting(TRACED_S), seed)?;
+            let train = logs("train", Program::paper_sine(), seed)?;
             let outcome = engine::run(
                 &machine,
                 &train,
                 || {
-                    let validation = Program::validation_sine().lasting(TRACED_S);
+                    let validation = Program::validation_sine();
                     logs("validate", validation, seed + 100)
                 },
                 |_| (),
