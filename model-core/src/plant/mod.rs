@@ -12,7 +12,7 @@
 //! * [`euler`]: the same actuator by Euler steps, under a published friction rule: [`karnopp`]'s
 //!   velocity band or [`borello`]'s zero crossing, for comparison;
 //! * [`ema`]: the whole servo of the prognostics paper, from its position command to its rod;
-//! * [`bench`]: the test bench of a synchronous motor, from its position command to its encoder;
+//! * [`mod@bench`]: the test bench of a synchronous motor, from its position command to its encoder;
 //! * [`piecewise_affine`]: a model without physics, learned from input and output;
 //! * [`inter_sample`]: its position between its samples;
 //! * [`throttle`]: an actuator behind a [`bridge`], read by two tracks of a [`potentiometer`], with
