@@ -37,7 +37,6 @@ impl Recording {
             position: Channel::Values(&self.position),
             current: Some(Channel::Values(&self.current)),
             velocity: None,
-            brake: None,
         }
     }
 }

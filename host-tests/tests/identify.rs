@@ -93,7 +93,6 @@ fn log(recording: &Recording, name: &str) -> Log {
         command: None,
         current: None,
         velocity: None,
-        brake: None,
     }
 }
 

@@ -53,10 +53,6 @@ pub struct Plant {
     motor: Motor,
     /// What the motor's load saturates at.
     peak_load: f64,
-    /// Fall of the torque constant: k / (1 + fall · |load|).
-    fall: f64,
-    /// Friction that the brake adds.
-    brake: f64,
     inertia: f64,
     viscous_forward: f64,
     viscous_backward: f64,
@@ -94,8 +90,6 @@ impl Plant {
         let mut plant = Self {
             motor: machine.motor,
             peak_load: f64::INFINITY,
-            fall: 0.0,
-            brake: 0.0,
             inertia: machine.inertia,
             viscous_forward: machine.viscous,
             viscous_backward: machine.viscous,
@@ -154,10 +148,7 @@ impl Plant {
                         speed,
                     });
                 }
-                Effect::TorqueSaturation { fall } => plant.fall += fall,
-                Effect::InputDelay { .. }
-                | Effect::SensorDelay { .. }
-                | Effect::Backlash { .. } => {}
+                Effect::InputDelay { .. } | Effect::SensorDelay { .. } => {}
             }
         }
         plant.place(0.0, 0.0);
@@ -180,11 +171,6 @@ impl Plant {
     pub fn with_peak_load(mut self, load: f64) -> Self {
         self.peak_load = load;
         self
-    }
-
-    /// Sets the friction that a brake adds while sliding and at rest, N·m or N.
-    pub fn brake(&mut self, friction: f64) {
-        self.brake = friction;
     }
 
     /// Puts the machine somewhere, without current.
@@ -533,8 +519,7 @@ impl Plant {
                 inductance,
                 torque_constant,
             } if inductance > 0.0 => {
-                let constant = torque_constant * self.rippled(state);
-                let emf = constant * self.left_of(constant * state.current) * state.velocity;
+                let emf = torque_constant * self.rippled(state) * state.velocity;
                 (input - resistance * state.current - emf) / inductance
             }
             _ => 0.0,
@@ -571,13 +556,7 @@ impl Plant {
             }
             Motor::Direct { gain } => gain * input,
         };
-        (load * self.left_of(load)).clamp(-self.peak_load, self.peak_load)
-    }
-
-    /// Share of the torque constant that is left where the unsaturated motor had this load.
-    #[inline]
-    fn left_of(&self, load: f64) -> f64 {
-        1.0 / (1.0 + self.fall * load.abs())
+        load.clamp(-self.peak_load, self.peak_load)
     }
 
     /// All loads but friction.
@@ -648,7 +627,6 @@ impl Plant {
     #[inline]
     fn dry_friction(&self, level: f64, input: f64, state: State, direction: f64) -> f64 {
         let mut friction = level * (1.0 + direction * self.asymmetry)
-            + self.brake
             + self.load_ratio * self.motor_load(input, state).abs();
         for effect in &self.shaped {
             if let Effect::RoughSpot {
