@@ -215,7 +215,6 @@ impl Case {
             command: there(recording.command),
             current: there(recording.current),
             velocity: None,
-            brake: None,
         }
     }
 

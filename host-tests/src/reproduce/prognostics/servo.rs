@@ -80,7 +80,6 @@ impl Recorded {
             position: Channel::Values(&self.position),
             current: None,
             velocity: None,
-            brake: None,
         }
     }
 }
