@@ -33,6 +33,9 @@ const MOST_TERMS: usize = 4;
 /// Held-out error of a step over that before, from which on it is not taken.
 const LEAST_GAIN: f64 = 0.9;
 
+/// Ratio of held-out errors up to which terms are equally good.
+const EQUALLY_GOOD: f64 = 1.1;
+
 /// Share of the top speed below which the filter smears the step of friction.
 const STANDSTILL: f64 = 0.05;
 
@@ -64,15 +67,29 @@ pub fn answer(machine: &Machine, log: &Log) -> Answer {
     let mut named: Vec<Vec<String>> = Vec::new();
     let mut error = signals.held_out(&columns);
     while named.len() < MOST_TERMS {
-        let best = terms
+        let tried: Vec<(f64, &Term)> = terms
             .iter()
             .filter(|term| !named.iter().any(|class| class[0] == term.ids[0]))
             .map(|term| {
                 let with: Vec<&Vec<f64>> = columns.iter().chain(&term.columns).collect();
                 (signals.held_out_of(&with), term)
             })
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((least, term)) = best.filter(|(least, _)| *least < LEAST_GAIN * error) else {
+            .collect();
+        let best = tried
+            .iter()
+            .map(|(held_out, _)| *held_out)
+            .fold(error, f64::min);
+        // Of those that are equally good the one with the fewest columns.
+        let chosen = tried
+            .into_iter()
+            .filter(|(held_out, _)| {
+                *held_out <= EQUALLY_GOOD * best && *held_out < LEAST_GAIN * error
+            })
+            .min_by(|a, b| {
+                let columns = a.1.columns.len().cmp(&b.1.columns.len());
+                columns.then(a.0.total_cmp(&b.0))
+            });
+        let Some((least, term)) = chosen else {
             break;
         };
         error = least;
@@ -279,15 +296,15 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         for (kind, id) in [
             (EffectKind::OffsetTorque, "offset_torque"),
-            (EffectKind::QuadraticDrag, "quadratic_drag"),
+            (EffectKind::AsymmetricCoulomb, "offset_torque"),
         ] {
             let rig = machines()[0].clone();
             let case = Case {
                 group: Group::Named,
                 declared: None,
-                effects: vec![Effect::nominal(kind, &rig).scaled(2.0)],
+                effects: vec![Effect::nominal(kind, &rig).scaled(4.0)],
                 rig,
-                strength: 2.0,
+                strength: 4.0,
                 seed: 5,
             };
             let machine = case.machine_file(directory.path()).unwrap();
