@@ -15,6 +15,7 @@ use model_core::control::pid;
 use model_core::effect::{Active, Id};
 use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::replay::WINDOW;
+use model_core::gap::simulator::{Course, Given};
 use model_core::identify::friction;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::bench::averaged::Averaged;
@@ -419,6 +420,7 @@ fn refit(extent: Extent) -> Result<Refit, Failure> {
             position: Channel::Values(&position),
             current: Some(Channel::Values(&current)),
             velocity: None,
+            brake: None,
         },
         resolution: 0.0,
         present: EMA.coulomb.forward,
@@ -524,22 +526,25 @@ fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
     let counted = |value: f32, count: f64| (f64::from(value) / count).round() * count;
     let resolution = machine.resolution.unwrap_or(1e-6);
     let samples = (seconds / SAMPLING_S).round() as usize;
-    let mut state = State::default();
+    let mut course = Course::default();
     let mut pid = pid::State::default();
     let mut inputs: Vec<f32> = Vec::with_capacity(samples);
     let (mut position, mut current) = (Vec::new(), Vec::new());
     for sample in 0..samples {
         let time = sample as f64 * SAMPLING_S;
         let command = 3.0 * (TAU * 0.7 * time).sin() + 1.5 * (TAU * 1.9 * time).sin();
-        let measured = counted(state.position.value(), resolution);
+        let measured = counted(course.state.position.value(), resolution);
         position.push(measured);
-        current.push(counted(state.current, 0.01));
+        current.push(counted(course.state.current, 0.01));
         let input = controller.step(&mut pid, command as f32, measured as f32);
         inputs.push(input.map_err(fault)?);
-        let now = inputs[sample];
-        simulator
-            .step(&mut state, (now, now), sample)
-            .map_err(fault)?;
+        let given = Given {
+            input: inputs[sample],
+            previous: inputs[sample],
+            brake: 0.0,
+            index: sample,
+        };
+        simulator.step(&mut course, &given).map_err(fault)?;
     }
     Ok(Log {
         path: PathBuf::from("bench.csv"),
@@ -550,6 +555,7 @@ fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
         command: None,
         current: Some(current),
         velocity: None,
+        brake: None,
     })
 }
 

@@ -8,6 +8,7 @@
 //! | `command` | optional: the position asked for, rad or m |
 //! | `current_a` | optional: measured motor current, A |
 //! | `velocity` | optional: measured velocity, rad/s or m/s |
+//! | `brake` | optional: friction that a brake adds at the coordinate, N·m or N, not negative, held from its row to the next |
 //!
 //! Columns stand in any order; others are ignored. Blank lines, spaces around a field, CRLF and a
 //! byte order mark do no harm. Everything else that is not such a log is an [`InputError`].
@@ -38,19 +39,23 @@ pub struct Log {
     pub current: Option<Vec<f64>>,
     /// Measured velocity, rad/s or m/s.
     pub velocity: Option<Vec<f64>>,
+    /// Friction that a brake adds at the coordinate, held from its sample to the next, N·m or N.
+    pub brake: Option<Vec<f64>>,
 }
 
 /// The known columns, in the order in which they are written. Those before `REQUIRED` must be there.
-const COLUMNS: [&str; 6] = [
+const COLUMNS: [&str; 7] = [
     "time_s",
     "input",
     "position",
     "command",
     "current_a",
     "velocity",
+    "brake",
 ];
 const REQUIRED: usize = 3;
 const TIME: usize = 0;
+const BRAKE: usize = 6;
 
 /// What a file should have been, for messages.
 const EXPECTED: &str = "a log (CSV with the columns time_s, input, position)";
@@ -83,7 +88,7 @@ impl Log {
         let text = read_text(path, EXPECTED)?;
         let table = Table::parse(path, &text)?;
         let period_s = table.period(path)?;
-        let [time, input, position, command, current, velocity] = table.columns;
+        let [time, input, position, command, current, velocity, brake] = table.columns;
         let required = |column: Option<Vec<f64>>| column.expect("the header was checked");
         Ok(Self {
             path: path.to_owned(),
@@ -94,6 +99,7 @@ impl Log {
             command,
             current,
             velocity,
+            brake,
         })
     }
 
@@ -113,6 +119,7 @@ impl Log {
             self.command.as_ref(),
             self.current.as_ref(),
             self.velocity.as_ref(),
+            self.brake.as_ref(),
         ];
         for column in series.into_iter().flatten() {
             assert_eq!(column.len(), self.samples(), "series of unequal length");
@@ -196,6 +203,9 @@ impl Table {
                 if let (Some(place), Some(column)) = (place, column) {
                     let value = parse_number(&record[place])
                         .map_err(|reason| fail(line, format!("`{name}` {reason}")))?;
+                    if *name == COLUMNS[BRAKE] && value < 0.0 {
+                        return Err(fail(line, describe_brake(value)));
+                    }
                     column.push(value);
                     if *name == COLUMNS[TIME] {
                         if value <= last_time {
@@ -405,6 +415,14 @@ fn describe_width(fields: usize, width: usize) -> String {
     };
     let fields = counted(fields, "field");
     format!("{fields}, the header has {width}: {remedy}")
+}
+
+/// What is wrong with a brake that would push.
+fn describe_brake(level: f64) -> String {
+    format!(
+        "`brake` is {level:?}, expected 0 or more: the level of the friction that the brake adds, \
+         whichever way the machine moves"
+    )
 }
 
 /// What is wrong with a time that is not later than the last one.

@@ -102,6 +102,7 @@ mod log {
         assert_eq!(log.input[9], 2.0);
         assert_eq!(log.position[199], 99.5);
         assert_eq!((log.command, log.current, log.velocity), (None, None, None));
+        assert_eq!(log.brake, None);
     }
 
     #[test]
@@ -236,6 +237,23 @@ mod log {
             &["`current_a`", "NaN"],
         );
         read(text("time_s,input,position,temperature", &rows));
+    }
+
+    #[test]
+    fn a_brake_that_would_push_is_refused() {
+        let mut rows: Vec<String> = rows().into_iter().map(|row| row + ",0.5").collect();
+        assert_eq!(
+            read(text("time_s,input,position,brake", &rows)).brake,
+            Some(vec![0.5; 200])
+        );
+        for (level, words) in [
+            ("-0.1", ["`brake`", "-0.1", "0 or more"]),
+            ("inf", ["`brake`", "\"inf\"", "finite"]),
+            ("NaN", ["`brake`", "\"NaN\"", "finite"]),
+        ] {
+            rows[10] = format!("0.0100,1,1,{level}");
+            refused(text("time_s,input,position,brake", &rows), 12, &words);
+        }
     }
 
     #[test]
@@ -396,6 +414,7 @@ mod log {
             command in prop::option::of(series(samples)),
             current in prop::option::of(series(samples)),
             velocity in prop::option::of(series(samples)),
+            brake in prop::option::of(series(samples)),
         ) -> Log {
             Log {
                 path: PathBuf::new(),
@@ -406,6 +425,8 @@ mod log {
                 command,
                 current,
                 velocity,
+                // A column of negative levels would be refused.
+                brake: brake.map(|levels| levels.into_iter().map(f64::abs).collect()),
             }
         }
     }

@@ -87,10 +87,12 @@ fn torque_residuals(logs: &[Log; 2], model: &Model) -> [f64; 2] {
             position: Channel::Values(&position),
             current: None,
             velocity: None,
+            brake: None,
         };
         let data = Data {
             logs: &[log],
             settings: Settings {
+                clear_travel: 0.0,
                 window: 200,
                 half_width: 8,
                 measured_velocity: false,

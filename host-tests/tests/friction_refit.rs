@@ -37,6 +37,7 @@ impl Recording {
             position: Channel::Values(&self.position),
             current: Some(Channel::Values(&self.current)),
             velocity: None,
+            brake: None,
         }
     }
 }

@@ -93,6 +93,7 @@ fn log(recording: &Recording, name: &str) -> Log {
         command: None,
         current: None,
         velocity: None,
+        brake: None,
     }
 }
 

@@ -56,6 +56,7 @@ fn traced(
         position,
         current: Some(current),
         velocity: None,
+        brake: None,
     };
     let model = declared::model(declared).unwrap();
     let data = Data {
@@ -119,6 +120,7 @@ fn a_ring_of_counts_is_traced_as_its_values_are() {
         command: None,
         current: Some(current),
         velocity: None,
+        brake: None,
     };
     let outcome = engine::run(&declared, &[log], || Ok(Vec::new()), |_| ()).unwrap();
     let errors = outcome.outcome.errors.train;

@@ -293,6 +293,7 @@ fn logs_and_commands_that_are_none_are_refused() {
             position: Channel::Values(position),
             current: None,
             velocity: None,
+            brake: None,
         };
         let options = Options::default();
         let one = estimate::one(&calibration.after, &log, &options, 1).unwrap_err();

@@ -9,7 +9,7 @@ use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 use model_core::gap::select::Verdict;
-use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
+use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Recording, Trajectory};
 
 /// Strength of the effects, of nominal.
 const STRENGTH: f64 = 0.7;
@@ -34,18 +34,29 @@ fn trace(
     effects: &[Effect],
     seed: u64,
 ) -> Outcome {
-    let directory = tempfile::tempdir().unwrap();
-    let file = directory.path().join("machine.toml");
-    std::fs::write(&file, declared.to_toml()).unwrap();
-    let log = directory.path().join("log.csv");
     let recording = Experiment::tracking(machine.clone(), trajectory)
         .with_effects(effects)
         .lasting(SECONDS)
         .seeded(seed)
         .run();
-    std::fs::write(&log, recording.to_csv()).unwrap();
+    trace_logs(declared, &[recording])
+}
+
+/// What `gap` says of these recordings, from the files that a user would have.
+fn trace_logs(declared: &RigMachine, recordings: &[Recording]) -> Outcome {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("machine.toml");
+    std::fs::write(&file, declared.to_toml()).unwrap();
     let machine = Machine::read(&file).unwrap();
-    let train = [Log::read(&log).unwrap()];
+    let train: Vec<Log> = recordings
+        .iter()
+        .enumerate()
+        .map(|(index, recording)| {
+            let path = directory.path().join(format!("{index}.csv"));
+            std::fs::write(&path, recording.to_csv()).unwrap();
+            Log::read(&path).unwrap()
+        })
+        .collect();
     engine::run(&machine, &train, || Ok(Vec::new()), |_| ())
         .unwrap()
         .outcome
@@ -219,6 +230,83 @@ fn sensor_delay() {
         };
         vec![("delay", seconds)]
     });
+}
+
+#[test]
+fn backlash() {
+    is_named(EffectKind::Backlash, 4001, 0.05, |_, effect| {
+        let Effect::Backlash { width } = effect else {
+            unreachable!()
+        };
+        vec![("width", width)]
+    });
+}
+
+#[test]
+fn torque_saturation() {
+    is_named(EffectKind::TorqueSaturation, 4101, 0.05, |_, effect| {
+        let Effect::TorqueSaturation { fall } = effect else {
+            unreachable!()
+        };
+        vec![("fall", fall)]
+    });
+}
+
+/// Slow sines under three levels of a brake, of a machine whose Coulomb friction is not as declared.
+/// One level alone leaves the loss in doubt.
+#[test]
+fn levels_of_a_brake_tell_a_loss_from_a_wrong_friction() {
+    let losses = [
+        None,
+        Some(EffectKind::LoadDependentFriction),
+        Some(EffectKind::TorqueSaturation),
+    ];
+    for (place, machine) in [RigMachine::rotary_ema(), RigMachine::force_slide()]
+        .iter()
+        .enumerate()
+    {
+        let mut declared = machine.clone();
+        declared.coulomb *= 0.8;
+        let motion = Trajectory::Sines {
+            centre: machine.centre(),
+            components: vec![rig::Sine {
+                amplitude: 0.4 * machine.amplitude(),
+                frequency: 0.5,
+                phase: 0.0,
+            }],
+        };
+        for (row, loss) in losses.into_iter().enumerate() {
+            let effects: Vec<Effect> = loss
+                .map(|kind| Effect::nominal(kind, machine).scaled(STRENGTH))
+                .into_iter()
+                .collect();
+            let recordings: Vec<Recording> = (0..3)
+                .map(|level| {
+                    let seed = 4201 + 100 * place as u64 + 10 * row as u64 + level;
+                    Experiment::tracking(machine.clone(), motion.clone())
+                        .with_effects(&effects)
+                        .lasting(6.0)
+                        .seeded(seed)
+                        .braked(Trajectory::Constant(level as f64 * machine.coulomb))
+                        .run()
+                })
+                .collect();
+            let outcome = trace_logs(&declared, &recordings);
+            let case = format!("{loss:?} on {}: {:?}", machine.name, outcome.effects);
+            let named: Vec<&str> = outcome.effects.iter().map(|found| &*found.id).collect();
+            let expected: Vec<&str> = loss.and_then(EffectKind::id).into_iter().collect();
+            assert_eq!(named, expected, "{case}");
+            let coulomb = outcome
+                .fit
+                .iter()
+                .find(|fit| fit.name == "coulomb")
+                .unwrap();
+            assert!(
+                (coulomb.fitted - machine.coulomb).abs() < 0.02 * machine.coulomb,
+                "{coulomb:?}: {case}"
+            );
+        }
+    }
 }
 
 /// Machines that are as declared, on four trajectories.

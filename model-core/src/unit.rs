@@ -13,6 +13,8 @@ pub enum Dimension {
     Inertia,
     /// N·m or N.
     Torque,
+    /// 1/(N·m) or 1/N.
+    PerTorque,
     /// N·m·s/rad or N·s/m.
     TorquePerVelocity,
     /// N·m·s²/rad² or N·s²/m².
@@ -45,6 +47,7 @@ impl Dimension {
             Self::TorquePerCurrent => ("N·m/A", "N/A"),
             Self::Inertia => ("kg·m²", "kg"),
             Self::Torque => ("N·m", "N"),
+            Self::PerTorque => ("1/(N·m)", "1/N"),
             Self::TorquePerVelocity => ("N·m·s/rad", "N·s/m"),
             Self::TorquePerSquaredVelocity => ("N·m·s²/rad²", "N·s²/m²"),
             Self::TorquePerPosition => ("N·m/rad", "N/m"),

@@ -71,6 +71,7 @@ fn on_a_log<R>(test: impl FnOnce(&Data) -> R) -> R {
         position: Channel::Values(&position),
         current: None,
         velocity: None,
+        brake: None,
     }];
     let data = Data {
         logs: &logs,

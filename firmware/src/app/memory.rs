@@ -69,6 +69,7 @@ impl<const N: usize> Memory<N> {
             position: self.channel(&self.position, converters.position.unit()),
             current: Some(self.channel(&self.current, converters.current.unit())),
             velocity: None,
+            brake: None,
         }
     }
 

@@ -6,7 +6,7 @@
 //! position at the row, then its input until the next one.
 
 use heapless::spsc::Producer;
-use model_core::gap::simulator::Simulator;
+use model_core::gap::simulator::{Course, Given, Simulator};
 use model_core::numeric::invalid_parameter::InvalidParameter;
 use model_core::plant::inter_sample::InterSample;
 use model_core::plant::parameters::ParameterError;
@@ -26,7 +26,10 @@ use super::work::PlantWork;
     reason = "there is one, and no heap for the larger variant"
 )]
 enum Plant {
-    Physical { simulator: Simulator, state: State },
+    Physical {
+        simulator: Simulator,
+        course: Course,
+    },
     PiecewiseAffine(InterSample),
 }
 
@@ -82,7 +85,8 @@ impl<'a> Replay<'a> {
                 let simulator = model.build(PLANT_PERIOD).map_err(ModelError::Physical)?;
                 let mut state = State::new(start, 0.0);
                 state.current = simulator.steady_current(0.0, 0.0);
-                Plant::Physical { simulator, state }
+                let course = Course::new(state);
+                Plant::Physical { simulator, course }
             }
             Driven::PiecewiseAffine(parameters) => {
                 let built = PiecewiseAffine::build(parameters.clone())
@@ -112,10 +116,16 @@ impl<'a> Replay<'a> {
         if self.ticks > 0 {
             let tick = self.ticks - 1;
             match &mut self.plant {
-                Plant::Physical { simulator, state } => {
+                Plant::Physical { simulator, course } => {
                     let late = simulator.input_lateness().whole as u32;
-                    let inputs = inputs(&self.tape, tick.checked_sub(late));
-                    simulator.step(state, inputs, tick as usize)?;
+                    let (previous, input) = inputs(&self.tape, tick.checked_sub(late));
+                    let given = Given {
+                        input,
+                        previous,
+                        brake: 0.0,
+                        index: tick as usize,
+                    };
+                    simulator.step(course, &given)?;
                 }
                 Plant::PiecewiseAffine(model) => {
                     model.tick(input(&self.tape, Some(tick)))?;
@@ -123,7 +133,9 @@ impl<'a> Replay<'a> {
             }
         }
         let (position, current) = match &self.plant {
-            Plant::Physical { state, .. } => (state.position.value(), state.current),
+            Plant::Physical { simulator, course } => {
+                (simulator.reported(course), course.state.current)
+            }
             Plant::PiecewiseAffine(model) => (model.position(), 0.0),
         };
         let (row, between) = (self.ticks / per_input, self.ticks % per_input);

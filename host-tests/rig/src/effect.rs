@@ -68,6 +68,17 @@ pub enum Effect {
         /// s, any value: not bound to the sample period.
         seconds: f64,
     },
+    /// Lost motion before the sensor: what it reports stays until the machine has taken up the play.
+    Backlash {
+        /// The full width, rad or m.
+        width: f64,
+    },
+    /// The torque constant falls with current: k / (1 + fall · |load|), with the load that the motor
+    /// would have without it. The back-EMF falls with it.
+    TorqueSaturation {
+        /// One over what the load tends to, 1/(N·m) or 1/N.
+        fall: f64,
+    },
     /// Friction raised by torque · exp(−((|v| − centre) / width)²): a resonance of the housing,
     /// a seal that hums. No entry of the catalogue has this shape.
     SpeedBand {
@@ -123,6 +134,10 @@ pub enum EffectKind {
     InputDelay,
     /// [`Effect::SensorDelay`]
     SensorDelay,
+    /// [`Effect::Backlash`]
+    Backlash,
+    /// [`Effect::TorqueSaturation`]
+    TorqueSaturation,
     /// [`Effect::SpeedBand`]
     SpeedBand,
     /// [`Effect::RoughSpot`]
@@ -133,7 +148,7 @@ pub enum EffectKind {
 
 impl EffectKind {
     /// Every kind that a rig can carry.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::AsymmetricCoulomb,
         Self::AsymmetricViscous,
         Self::OffsetTorque,
@@ -144,6 +159,8 @@ impl EffectKind {
         Self::LoadDependentFriction,
         Self::InputDelay,
         Self::SensorDelay,
+        Self::Backlash,
+        Self::TorqueSaturation,
         Self::SpeedBand,
         Self::RoughSpot,
         Self::Presliding,
@@ -163,6 +180,8 @@ impl EffectKind {
             Self::LoadDependentFriction => Some("load_dependent_friction"),
             Self::InputDelay => Some("input_delay"),
             Self::SensorDelay => Some("sensor_delay"),
+            Self::Backlash => Some("backlash"),
+            Self::TorqueSaturation => Some("torque_saturation"),
             Self::RoughSpot => Some("position_dependent_friction"),
             Self::Presliding => Some("presliding"),
             Self::SpeedBand => None,
@@ -204,6 +223,18 @@ impl Effect {
             EffectKind::LoadDependentFriction => Self::LoadDependentFriction { ratio: 0.12 },
             EffectKind::InputDelay => Self::InputDelay { seconds: 2.4e-3 },
             EffectKind::SensorDelay => Self::SensorDelay { seconds: 2.4e-3 },
+            EffectKind::Backlash => Self::Backlash {
+                width: 0.01 * (2.0 * machine.amplitude()),
+            },
+            EffectKind::TorqueSaturation => {
+                // A fifth is lost at the load that friction, spring and a brisk start take.
+                let spring = machine.spring.map_or(0.0, |spring| {
+                    spring.preload + spring.stiffness * (machine.stroke.1 - spring.rest)
+                });
+                let start = machine.inertia * machine.speed / 0.1;
+                let peak = friction_at_speed + spring + start;
+                Self::TorqueSaturation { fall: 0.25 / peak }
+            }
             EffectKind::SpeedBand => Self::SpeedBand {
                 torque: 0.4 * coulomb,
                 centre: 0.4 * machine.speed,
@@ -251,6 +282,8 @@ impl Effect {
             | Self::LoadDependentFriction { ratio: strength }
             | Self::InputDelay { seconds: strength }
             | Self::SensorDelay { seconds: strength }
+            | Self::Backlash { width: strength }
+            | Self::TorqueSaturation { fall: strength }
             | Self::SpeedBand {
                 torque: strength, ..
             }
@@ -281,6 +314,14 @@ impl Effect {
         }
     }
 
+    /// Lost motion that it adds, rad or m.
+    pub(crate) fn play(&self) -> f64 {
+        match self {
+            Self::Backlash { width } => *width,
+            _ => 0.0,
+        }
+    }
+
     /// Which effect it is.
     pub fn kind(&self) -> EffectKind {
         match self {
@@ -294,6 +335,8 @@ impl Effect {
             Self::LoadDependentFriction { .. } => EffectKind::LoadDependentFriction,
             Self::InputDelay { .. } => EffectKind::InputDelay,
             Self::SensorDelay { .. } => EffectKind::SensorDelay,
+            Self::Backlash { .. } => EffectKind::Backlash,
+            Self::TorqueSaturation { .. } => EffectKind::TorqueSaturation,
             Self::SpeedBand { .. } => EffectKind::SpeedBand,
             Self::RoughSpot { .. } => EffectKind::RoughSpot,
             Self::Presliding { .. } => EffectKind::Presliding,

@@ -71,6 +71,9 @@ pub struct Experiment {
     pub noise: Noise,
     /// What else the bench adds.
     pub bench: Bench,
+    /// Friction that a brake adds, logged beside the rest, N·m or N; `None` for a bench without a
+    /// brake.
+    pub brake: Option<Trajectory>,
     /// Integration step, s: 2 µs unless it was changed.
     pub step: f64,
 }
@@ -87,6 +90,7 @@ impl Experiment {
             seed: 1,
             noise: Noise::SHUNT,
             bench: Bench::IDEAL,
+            brake: None,
             step: STEP,
         }
     }
@@ -139,6 +143,12 @@ impl Experiment {
         self
     }
 
+    /// Under a brake that adds this to friction, held from each row to the next.
+    pub fn braked(mut self, brake: Trajectory) -> Self {
+        self.brake = Some(brake);
+        self
+    }
+
     /// Integrated in steps of at most `step` seconds.
     pub fn with_step(mut self, step: f64) -> Self {
         self.step = step;
@@ -159,6 +169,8 @@ impl Experiment {
             (None, Excitation::Position(trajectory)) => trajectory.at(0.0),
             (None, Excitation::Input(_) | Excitation::Recorded(_)) => 0.0,
         };
+        let mut bench = self.bench;
+        bench.backlash += self.effects.iter().map(Effect::play).sum::<f64>();
         let mut plant = Plant::new(machine, &self.effects)
             .with_step(self.step)
             .with_torque_ripple(self.bench.torque_ripple, self.bench.ripples_per_turn);
@@ -176,6 +188,7 @@ impl Experiment {
         let mut log = Recording {
             machine: machine.clone(),
             time: with(true),
+            brake: with(self.brake.is_some()),
             input: with(true),
             position: with(true),
             command: with(true),
@@ -189,12 +202,17 @@ impl Experiment {
         let mut behind_the_play = start;
         for row in 0..rows {
             let time = row as f64 * period;
+            if let Some(brake) = &self.brake {
+                let level = brake.at(time).max(0.0);
+                log.brake.push(level);
+                powered.plant.brake(level);
+            }
             if sensor_age == 0.0 {
                 caught.push(powered.plant.state().position);
             }
             let reported = caught.len().checked_sub(1 + sensor_rows);
             let seen = reported.map_or(start, |index| caught[index]);
-            behind_the_play = self.bench.take_up(behind_the_play, seen);
+            behind_the_play = bench.take_up(behind_the_play, seen);
             let position = quantise(
                 behind_the_play
                     + self.bench.position_error(time)

@@ -53,6 +53,10 @@ pub struct Plant {
     motor: Motor,
     /// What the motor's load saturates at.
     peak_load: f64,
+    /// Fall of the torque constant: k / (1 + fall · |load|).
+    fall: f64,
+    /// Friction that the brake adds.
+    brake: f64,
     inertia: f64,
     viscous_forward: f64,
     viscous_backward: f64,
@@ -90,6 +94,8 @@ impl Plant {
         let mut plant = Self {
             motor: machine.motor,
             peak_load: f64::INFINITY,
+            fall: 0.0,
+            brake: 0.0,
             inertia: machine.inertia,
             viscous_forward: machine.viscous,
             viscous_backward: machine.viscous,
@@ -148,7 +154,10 @@ impl Plant {
                         speed,
                     });
                 }
-                Effect::InputDelay { .. } | Effect::SensorDelay { .. } => {}
+                Effect::TorqueSaturation { fall } => plant.fall += fall,
+                Effect::InputDelay { .. }
+                | Effect::SensorDelay { .. }
+                | Effect::Backlash { .. } => {}
             }
         }
         plant.place(0.0, 0.0);
@@ -171,6 +180,11 @@ impl Plant {
     pub fn with_peak_load(mut self, load: f64) -> Self {
         self.peak_load = load;
         self
+    }
+
+    /// Sets the friction that a brake adds while sliding and at rest, N·m or N.
+    pub fn brake(&mut self, friction: f64) {
+        self.brake = friction;
     }
 
     /// Puts the machine somewhere, without current.
@@ -519,7 +533,8 @@ impl Plant {
                 inductance,
                 torque_constant,
             } if inductance > 0.0 => {
-                let emf = torque_constant * self.rippled(state) * state.velocity;
+                let constant = torque_constant * self.rippled(state);
+                let emf = constant * self.left_of(constant * state.current) * state.velocity;
                 (input - resistance * state.current - emf) / inductance
             }
             _ => 0.0,
@@ -556,7 +571,13 @@ impl Plant {
             }
             Motor::Direct { gain } => gain * input,
         };
-        load.clamp(-self.peak_load, self.peak_load)
+        (load * self.left_of(load)).clamp(-self.peak_load, self.peak_load)
+    }
+
+    /// Share of the torque constant that is left where the unsaturated motor had this load.
+    #[inline]
+    fn left_of(&self, load: f64) -> f64 {
+        1.0 / (1.0 + self.fall * load.abs())
     }
 
     /// All loads but friction.
@@ -627,6 +648,7 @@ impl Plant {
     #[inline]
     fn dry_friction(&self, level: f64, input: f64, state: State, direction: f64) -> f64 {
         let mut friction = level * (1.0 + direction * self.asymmetry)
+            + self.brake
             + self.load_ratio * self.motor_load(input, state).abs();
         for effect in &self.shaped {
             if let Effect::RoughSpot {

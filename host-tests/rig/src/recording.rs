@@ -18,6 +18,8 @@ pub struct Recording {
     pub command: Vec<f64>,
     /// Measured current, A; empty for a machine without a winding.
     pub current: Vec<f64>,
+    /// Friction that a brake added, N·m or N; empty for a bench without a brake.
+    pub brake: Vec<f64>,
     /// Where the machine was, rad or m: no delay, noise or quantisation. Not in the log.
     pub true_position: Vec<f64>,
     /// How fast it was, rad/s or m/s. Not in the log.
@@ -26,11 +28,16 @@ pub struct Recording {
 
 impl Recording {
     /// The log as `cargo hil gap` reads it: `time_s, input, position` and, where they exist,
-    /// `command` and `current_a`.
+    /// `command`, `current_a` and `brake`.
     pub fn to_csv(&self) -> String {
         let mut header = String::from("time_s,input,position");
         let mut columns = vec![&self.input, &self.position];
-        for (name, column) in [("command", &self.command), ("current_a", &self.current)] {
+        let optional = [
+            ("command", &self.command),
+            ("current_a", &self.current),
+            ("brake", &self.brake),
+        ];
+        for (name, column) in optional {
             if !column.is_empty() {
                 header.push(',');
                 header.push_str(name);

@@ -25,7 +25,7 @@ fn windowed(data: &Data, log: usize, model: &Model) -> Result<(Vec<f32>, Vec<usi
         let mut runner = Runner::new(&simulator, series, window.start, &data.settings);
         for index in window.start..window.start + data.settings.window {
             runner.advance(&Row::new(series, index));
-            positions[index + 1] = runner.state().position.value();
+            positions[index + 1] = runner.reported();
         }
     }
     Ok((positions, starts))

@@ -2,6 +2,7 @@
 
 use super::outcome::ErrorSet;
 use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
+use model_core::effect::Middle;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
 use model_core::gap::replay::{self, Data, MARGIN, Row, Runner, Schedule};
@@ -90,6 +91,18 @@ pub fn torque_balance(
         let now = back(log.input, index, late);
         0.5 * (now + back(log.input, index.saturating_sub(1), late))
     };
+    let middle = |motor_torque: f32, index: usize| Middle {
+        motor_torque,
+        torque_constant: match plant.drive {
+            Drive::Voltage {
+                torque_constant, ..
+            } => torque_constant,
+            Drive::Torque => 0.0,
+        },
+        velocity: velocity[index] as f32,
+        position: position[index] as f32,
+        time: index as f32 * log.period,
+    };
     let motor: Vec<f64> = (0..samples)
         .map(|index| match (plant.drive, log.current) {
             (
@@ -108,7 +121,9 @@ pub fn torque_balance(
             ) => {
                 let constant = f64::from(torque_constant);
                 let voltage = f64::from(plant.gain) * held(index) - constant * velocity[index];
-                constant * voltage / f64::from(resistance)
+                let torque = constant * voltage / f64::from(resistance);
+                let added = simulator.voltage_at(&middle(torque as f32, index));
+                torque + constant * f64::from(added) / f64::from(resistance)
             }
             (Drive::Torque, _) => f64::from(plant.gain) * held(index),
         })
@@ -117,12 +132,11 @@ pub fn torque_balance(
     let rest = resolution / (2.0 * DECIMATE as f64 * period);
     let residual: Vec<f64> = (0..samples)
         .map(|index| {
-            let (speed, place) = (velocity[index] as f32, position[index] as f32);
             let per_current = plant.torque_per_current();
-            let time = index as f32 * log.period;
             let current = motor[index] as f32 / per_current;
-            let load = simulator.load_at(current, speed, place, time);
-            let deflection = f64::from(place) - f64::from(plant.spring_rest);
+            let brake = log.brake.map_or(0.0, |brake| brake.at(index));
+            let load = simulator.load_at(&middle(per_current * current, index), brake);
+            let deflection = f64::from(position[index] as f32) - f64::from(plant.spring_rest);
             let drive = motor[index] + f64::from(load.torque)
                 - f64::from(plant.spring) * deflection
                 - f64::from(plant.spring_preload).copysign(deflection)

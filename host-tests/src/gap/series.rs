@@ -12,6 +12,7 @@ pub(super) struct Series {
     pub position: Vec<f32>,
     pub current: Option<Vec<f32>>,
     pub velocity: Option<Vec<f32>>,
+    pub brake: Option<Vec<f32>>,
 }
 
 impl Series {
@@ -25,6 +26,7 @@ impl Series {
             position: narrow(&log.position),
             current: log.current.as_deref().filter(|_| has_motor).map(narrow),
             velocity: log.velocity.as_deref().map(narrow),
+            brake: log.brake.as_deref().map(narrow),
         }
     }
 
@@ -35,6 +37,7 @@ impl Series {
             position: Channel::Values(&self.position),
             current: self.current.as_deref().map(Channel::Values),
             velocity: self.velocity.as_deref().map(Channel::Values),
+            brake: self.brake.as_deref().map(Channel::Values),
         }
     }
 }

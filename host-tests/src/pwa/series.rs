@@ -155,6 +155,7 @@ mod tests {
             command: None,
             current: None,
             velocity: None,
+            brake: None,
         };
         let series = Series::of(&log, 5e-3).unwrap();
         assert_eq!(series.input, [2.0, 7.0, 12.0]);

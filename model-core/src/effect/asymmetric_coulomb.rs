@@ -9,7 +9,7 @@
 //! with friction*, Automatica 30 (1994). Equal to [`offset_torque`](super::offset_torque) of −δ in
 //! every motion.
 
-use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -44,7 +44,7 @@ impl Effect for AsymmetricCoulomb {
         scope.friction
     }
 
-    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+    fn bind(&self, plant: &mut Parameters, _chain: &mut Chain) {
         for level in [&mut plant.coulomb, &mut plant.breakaway] {
             level.forward = (level.forward + self.difference).max(0.0);
             level.backward = (level.backward - self.difference).max(0.0);

@@ -8,7 +8,7 @@
 //! [`asymmetric_coulomb`](super::asymmetric_coulomb)). Told from an asymmetric Coulomb level by
 //! motion at several speeds; at one speed the two are the same.
 
-use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -43,7 +43,7 @@ impl Effect for AsymmetricViscous {
         scope.friction / scope.speed
     }
 
-    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+    fn bind(&self, plant: &mut Parameters, _chain: &mut Chain) {
         // A mode with negative damping is not friction any more.
         plant.viscous.forward = (plant.viscous.forward + self.difference).max(0.0);
         plant.viscous.backward = (plant.viscous.backward - self.difference).max(0.0);

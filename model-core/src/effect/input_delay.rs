@@ -8,7 +8,7 @@
 //! already acts half a sample late in the mean; the replay holds it, so that this is not found here
 //! again. Without a measured current it equals [`sensor_delay`](super::sensor_delay).
 
-use super::{Delays, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -44,8 +44,8 @@ impl Effect for InputDelay {
         LONGEST_DELAY
     }
 
-    fn bind(&self, _plant: &mut Parameters, delays: &mut Delays) {
-        delays.input += self.delay;
+    fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {
+        chain.input_delay += self.delay;
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {

@@ -76,20 +76,33 @@ pub struct Scope {
 /// Longest delay that a fit may reach, s: beyond it a position loop would hardly be stable.
 pub const LONGEST_DELAY: f32 = 0.25;
 
-/// Delays on the way into and out of the plant, s.
+/// What lies before the plant, and behind it up to the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Delays {
-    /// The drive acts late.
-    pub input: f32,
-    /// The position is reported late.
-    pub sensor: f32,
+pub struct Chain {
+    /// Time by which the drive acts late, s.
+    pub input_delay: f32,
+    /// Time by which the position is reported late, s.
+    pub sensor_delay: f32,
+    /// Full width of the play before the sensor, rad or m; `None` without one. With a width of zero
+    /// replays start as with a play, and the sensor reports what the drive does.
+    pub play: Option<f32>,
+}
+
+/// What a model's effects remember from one step to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Memory {
+    /// Where the far side of the play is, rad or m.
+    pub far: f32,
 }
 
 /// The actuator in the middle of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Middle {
-    /// Motor torque or force.
+    /// Motor torque or force, as the declared torque constant has it.
     pub motor_torque: f32,
+    /// Declared torque constant, N·m/A or N/A, with which the winding's back-EMF goes; 0 with a torque
+    /// input, which has no winding.
+    pub torque_constant: f32,
     /// Velocity.
     pub velocity: f32,
     /// Position.
@@ -105,6 +118,12 @@ pub trait Effect: Copy {
 
     /// Whether [`Effect::hold`] does anything.
     const HELD: bool = false;
+
+    /// Whether it has a memory, which a measured state does not restore: its replays run in.
+    const REMEMBERS: bool = false;
+
+    /// Whether [`Effect::voltage`] is anything but zero.
+    const ELECTRIC: bool = false;
 
     /// From values in the order of the description's parameters.
     fn new(values: [f32; MOST_PARAMETERS]) -> Self;
@@ -122,11 +141,22 @@ pub trait Effect: Copy {
         None
     }
 
-    /// Writes its affine part into the plant and its delays.
-    fn bind(&self, _plant: &mut Parameters, _delays: &mut Delays) {}
+    /// The `index`-th value to try for its one strength, where a small one does not tell what a large
+    /// one does; `None` behind the last, and always where it does.
+    fn trial(_scope: &Scope, _index: usize) -> Option<f32> {
+        None
+    }
+
+    /// Writes its affine part into the plant, and what it puts before or behind it into the chain.
+    fn bind(&self, _plant: &mut Parameters, _chain: &mut Chain) {}
 
     /// Adds its torque or friction to what is held over a step.
     fn hold(&self, _middle: &Middle, _load: &mut Load) {}
+
+    /// Voltage that it adds to the input's over a step, V. With a torque input nobody asks for it.
+    fn voltage(&self, _middle: &Middle) -> f32 {
+        0.0
+    }
 
     /// The values of the description's `reported` list, for an actuator with these parameters
     /// before the effect is bound.
@@ -164,9 +194,20 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::most(scope, index)),* }
             }
 
+            /// Whether it has a memory, which a measured state does not restore.
+            pub fn remembers(self) -> bool {
+                match self { $(Self::$name => $module::$name::REMEMBERS),* }
+            }
+
             /// The `index`-th value to try for its shape parameter.
             pub fn shape(self, scope: &Scope, index: usize) -> Option<f32> {
                 match self { $(Self::$name => $module::$name::shape(scope, index)),* }
+            }
+
+            /// The `index`-th value to try for its one strength, where a small one does not tell
+            /// what a large one does.
+            pub fn trial(self, scope: &Scope, index: usize) -> Option<f32> {
+                match self { $(Self::$name => $module::$name::trial(scope, index)),* }
             }
         }
 
@@ -186,9 +227,14 @@ macro_rules! catalogue {
                 match self { $(Self::$name(_) => $module::$name::HELD),* }
             }
 
-            /// Writes its affine part into the plant and the delays.
-            pub fn bind(&self, plant: &mut Parameters, delays: &mut Delays) {
-                match self { $(Self::$name(effect) => effect.bind(plant, delays)),* }
+            /// Whether it acts on the winding's voltage too.
+            pub fn is_electric(&self) -> bool {
+                match self { $(Self::$name(_) => $module::$name::ELECTRIC),* }
+            }
+
+            /// Writes its affine part into the plant and the chain.
+            pub fn bind(&self, plant: &mut Parameters, chain: &mut Chain) {
+                match self { $(Self::$name(effect) => effect.bind(plant, chain)),* }
             }
 
             fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
@@ -199,6 +245,12 @@ macro_rules! catalogue {
             #[inline]
             pub fn hold(&self, middle: &Middle, load: &mut Load) {
                 match self { $(Self::$name(effect) => effect.hold(middle, load)),* }
+            }
+
+            /// Voltage that it adds to the input's over a step.
+            #[inline]
+            pub fn voltage(&self, middle: &Middle) -> f32 {
+                match self { $(Self::$name(effect) => effect.voltage(middle)),* }
             }
         }
     };
@@ -216,6 +268,8 @@ catalogue! {
     cogging::Cogging,
     input_delay::InputDelay,
     sensor_delay::SensorDelay,
+    backlash::Backlash,
+    torque_saturation::TorqueSaturation,
 }
 
 impl Id {

@@ -9,7 +9,7 @@
 //! [`asymmetric_coulomb`](super::asymmetric_coulomb) in every motion: no log tells them apart, and
 //! the tracing reports both.
 
-use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -41,7 +41,7 @@ impl Effect for OffsetTorque {
         scope.friction
     }
 
-    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+    fn bind(&self, plant: &mut Parameters, _chain: &mut Chain) {
         plant.offset += self.torque;
     }
 

@@ -9,7 +9,7 @@
 //! must take the inputs of τ ago: without a measured current it equals
 //! [`input_delay`](super::input_delay).
 
-use super::{Delays, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -45,8 +45,8 @@ impl Effect for SensorDelay {
         LONGEST_DELAY
     }
 
-    fn bind(&self, _plant: &mut Parameters, delays: &mut Delays) {
-        delays.sensor += self.delay;
+    fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {
+        chain.sensor_delay += self.delay;
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {

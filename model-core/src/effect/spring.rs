@@ -8,7 +8,7 @@
 //! a stiffness near zero it is an [`offset_torque`](super::offset_torque); over a small angle
 //! [`gravity`](super::gravity) is a spring.
 
-use super::{Delays, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -54,7 +54,7 @@ impl Effect for Spring {
         }
     }
 
-    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+    fn bind(&self, plant: &mut Parameters, _chain: &mut Chain) {
         // −K θ = −K (θ − rest) − K rest: the declared spring keeps its rest, where its preload acts.
         plant.spring += self.stiffness;
         plant.offset += self.torque - self.stiffness * plant.spring_rest;

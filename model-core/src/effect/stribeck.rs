@@ -8,7 +8,7 @@
 //! closed-cycle control systems*, 1947. Told from viscous friction by slow motion, at speeds around
 //! ω_S and below.
 
-use super::{Delays, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -58,7 +58,7 @@ impl Effect for Stribeck {
         SHARES.get(index).map(|share| share * scope.speed)
     }
 
-    fn bind(&self, plant: &mut Parameters, _delays: &mut Delays) {
+    fn bind(&self, plant: &mut Parameters, _chain: &mut Chain) {
         let hold = |breakaway: f32, coulomb: f32| breakaway.max(coulomb + self.drop);
         plant.breakaway.forward = hold(plant.breakaway.forward, plant.coulomb.forward);
         plant.breakaway.backward = hold(plant.breakaway.backward, plant.coulomb.backward);

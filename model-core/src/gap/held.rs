@@ -12,8 +12,14 @@ pub trait Acting {
     /// Whether nothing does.
     fn is_nothing(&self) -> bool;
 
+    /// Whether something adds to the winding's voltage.
+    fn is_electric(&self) -> bool;
+
     /// Adds it to what is held over a step.
     fn hold(&self, middle: &Middle, load: &mut Load);
+
+    /// The voltage that it adds to the input's over a step.
+    fn voltage(&self, middle: &Middle) -> f32;
 }
 
 /// Laws, and a map behind them.
@@ -61,6 +67,14 @@ impl Acting for Held {
             map.hold(middle, load);
         }
     }
+
+    fn is_electric(&self) -> bool {
+        self.laws.iter().any(Law::is_electric)
+    }
+
+    fn voltage(&self, middle: &Middle) -> f32 {
+        self.laws.iter().map(|law| law.voltage(middle)).sum()
+    }
 }
 
 /// What another model holds, but for one law or one knot of the map.
@@ -103,6 +117,13 @@ impl<'m> Varied<'m> {
                 requirement: "the same in all copies of a model but for one value",
             })
         }
+    }
+
+    /// Its laws, in the order in which they act.
+    fn laws(&self) -> impl Iterator<Item = &Law> {
+        let (before, behind) = self.common.laws.split_at(self.place);
+        let behind = &behind[usize::from(self.without)..];
+        before.iter().chain(&self.own).chain(behind)
     }
 
     fn map(&self) -> Option<LearnedMap> {
@@ -149,5 +170,13 @@ impl Acting for Varied<'_> {
             }
             (None, _) => {}
         }
+    }
+
+    fn is_electric(&self) -> bool {
+        self.laws().any(Law::is_electric)
+    }
+
+    fn voltage(&self, middle: &Middle) -> f32 {
+        self.laws().map(|law| law.voltage(middle)).sum()
     }
 }

@@ -75,6 +75,9 @@ pub struct Log<'a> {
     pub current: Option<Channel<'a>>,
     /// Measured velocity, rad/s or m/s; as long as `input`.
     pub velocity: Option<Channel<'a>>,
+    /// Friction that a brake adds at the coordinate, N·m or N, ≥ 0, held from its sample to the next;
+    /// as long as `input`.
+    pub brake: Option<Channel<'a>>,
 }
 
 impl Log<'_> {

@@ -4,7 +4,7 @@ use super::held::Held;
 use super::simulator::Simulator;
 use crate::effect::gravity::Gravity;
 use crate::effect::learned_map::LearnedMap;
-use crate::effect::{Active, Delays, Effect, Id, Law};
+use crate::effect::{Active, Chain, Effect, Id, Law};
 use crate::plant::Directional;
 use crate::plant::modes::Modes;
 use crate::plant::parameters::{Drive, ParameterError, Parameters};
@@ -204,14 +204,14 @@ impl Model {
         self.effects.iter().any(|effect| effect.id == id)
     }
 
-    /// The plant with the affine effects in it, and the delays.
-    pub(super) fn bound(&self) -> (Parameters, Delays) {
+    /// The plant with the affine effects in it, and what lies before and behind it.
+    pub(super) fn bound(&self) -> (Parameters, Chain) {
         let mut plant = self.plant;
-        let mut delays = Delays::default();
+        let mut chain = Chain::default();
         for effect in &self.effects {
-            effect.law().bind(&mut plant, &mut delays);
+            effect.law().bind(&mut plant, &mut chain);
         }
-        (plant, delays)
+        (plant, chain)
     }
 
     /// The plant with the affine effects in it.

@@ -8,10 +8,10 @@
 use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
 use super::held::{Acting, Held, Varied};
 use super::log::Log;
-use super::simulator::Simulator;
+use super::simulator::{Course, Given, Simulator};
 use crate::numeric::triangle::{Triangle, entries};
-use crate::plant::State;
 use crate::plant::modes::Modes;
+use crate::plant::{Motion, State};
 use core::borrow::Borrow;
 use heapless::Vec;
 
@@ -31,6 +31,9 @@ pub struct Settings {
     pub measured_velocity: bool,
     /// Sensor resolution, rad or m; 0 if unknown.
     pub resolution: f32,
+    /// Travel by which a motion is told from noise, rad or m: what the memory of an effect is known
+    /// behind.
+    pub clear_travel: f32,
     /// One over the scale of a position residual.
     pub position_weight: f32,
     /// One over the scale of a current residual; 0 leaves the current out.
@@ -39,6 +42,12 @@ pub struct Settings {
 
 /// Length of a replay window by which models are judged, and friction is estimated anew, s.
 pub const WINDOW: f32 = 0.2;
+
+/// Counts of the sensor that a clear motion passes.
+pub(super) const CLEAR_COUNTS: f32 = 4.0;
+
+/// Most windows that a run-in goes back.
+const MOST_RUN_IN: usize = 10;
 
 /// Samples on either side of a restart that its state is smoothed over, until the tracing has
 /// chosen.
@@ -57,6 +66,7 @@ impl Settings {
             half_width: HALF_WIDTH,
             measured_velocity: false,
             resolution,
+            clear_travel: CLEAR_COUNTS * resolution,
             position_weight: 1.0,
             current_weight: 0.0,
         }
@@ -135,6 +145,8 @@ pub struct Row {
     next_position: f32,
     /// The current at its start.
     current: Option<f32>,
+    /// The brake's friction, held over it.
+    brake: f32,
 }
 
 impl Row {
@@ -146,6 +158,7 @@ impl Row {
             input: log.input.at(index),
             next_position: log.position.at(index + 1),
             current: log.current.map(|current| current.at(index)),
+            brake: log.brake.map_or(0.0, |brake| brake.at(index)),
         }
     }
 }
@@ -154,7 +167,7 @@ impl Row {
 pub struct Runner<'a, M = Modes, H = Held> {
     simulator: &'a Simulator<M, H>,
     log: &'a Log<'a>,
-    state: State,
+    course: Course,
 }
 
 impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
@@ -165,7 +178,37 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         start: usize,
         settings: &Settings,
     ) -> Self {
-        Self::from_state(simulator, log, start, restart(log, start, settings))
+        let restart = Restart::new(log, start, settings, simulator.remembers());
+        Self::from_restart(simulator, log, &restart)
+    }
+
+    fn from_restart(simulator: &'a Simulator<M, H>, log: &'a Log<'a>, restart: &Restart) -> Self {
+        let runner = Self::from_state(simulator, log, restart.start, restart.state);
+        match &restart.approach {
+            Some(approach) if simulator.remembers() => runner.behind(approach, restart),
+            _ => runner,
+        }
+    }
+
+    /// With what the effects remember of the approach to the restart.
+    fn behind(mut self, approach: &Approach, restart: &Restart) -> Self {
+        let mut run_in = Self::from_state(self.simulator, self.log, approach.since, approach.state);
+        self.simulator.lean(&mut run_in.course, approach.motion);
+        for index in approach.since..restart.start {
+            run_in.advance(&Row::new(self.log, index));
+        }
+        if approach.rested {
+            let current = self.course.state.current;
+            let position = self.course.state.position;
+            self.course.state = run_in.course.state;
+            self.course.state.position = position;
+            if self.log.current.is_some() {
+                self.course.state.current = current;
+            }
+        }
+        let near = run_in.course.state.position.value();
+        self.simulator.resume(&mut self.course, near);
+        self
     }
 
     /// Starts at sample `start` of the log from a state that lacks its current.
@@ -186,7 +229,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         Self {
             simulator,
             log,
-            state,
+            course: Course::new(state),
         }
     }
 
@@ -207,28 +250,114 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         } else {
             back(late.whole + 1)
         };
+        let given = Given {
+            input,
+            previous,
+            brake: row.brake,
+            index: row.index,
+        };
         // A refused input leaves the state: logs are checked on reading, so none is.
         let predicted = self
             .simulator
-            .step(&mut self.state, (previous, input), row.index)
-            .unwrap_or(self.state.current);
+            .step(&mut self.course, &given)
+            .unwrap_or(self.course.state.current);
         let late = self.simulator.sensor_lateness().whole;
         let current = match (row.current, self.log.current) {
             (Some(measured), _) if late == 0 => predicted - measured,
             (_, Some(measured)) => predicted - measured.at(row.index.saturating_sub(late)),
             (_, None) => 0.0,
         };
-        (self.state.position.from(row.next_position), current)
+        let position = self
+            .simulator
+            .reported_from(&self.course, row.next_position);
+        (position, current)
     }
 
-    /// Where the simulation is.
-    pub fn state(&self) -> &State {
-        &self.state
+    /// The position that the simulation reports.
+    pub fn reported(&self) -> f32 {
+        self.simulator.reported(&self.course)
+    }
+}
+
+/// The last clear motion before a restart.
+#[derive(Debug, Clone, Copy)]
+struct Approach {
+    /// Its last sample.
+    since: usize,
+    /// Which way it went.
+    motion: Motion,
+    /// Whether the machine rested or turned behind it: the slope at the restart then says nothing of
+    /// the drive.
+    rested: bool,
+    /// The measured state there, but for the current.
+    state: State,
+}
+
+/// Where a replay starts.
+#[derive(Debug, Clone, Copy)]
+struct Restart {
+    start: usize,
+    /// The measured state, but for the current.
+    state: State,
+    /// How it came there, where somebody asks.
+    approach: Option<Approach>,
+}
+
+impl Restart {
+    fn new(log: &Log, start: usize, settings: &Settings, remembers: bool) -> Self {
+        let state = measured_state(log, start, settings);
+        let approach = remembers.then(|| approach(log, start, settings));
+        Self {
+            start,
+            state,
+            approach,
+        }
+    }
+}
+
+/// The last clear motion before what the state at `start` is smoothed over, within the run-in; the
+/// one before, where it has hardly begun.
+fn approach(log: &Log, start: usize, settings: &Settings) -> Approach {
+    let half_width = settings.half_width;
+    let earliest = start
+        .saturating_sub(MOST_RUN_IN * settings.window)
+        .max(half_width);
+    let clear_motion = |before: usize| {
+        let there = log.position.at(before);
+        let mut samples = (earliest..before).rev();
+        samples
+            .find(|&index| (log.position.at(index) - there).abs() > settings.clear_travel)
+            .map(|last| (last, Motion::of(there - log.position.at(last))))
+    };
+    let before = start - half_width;
+    let Some((last, motion)) = clear_motion(before) else {
+        // It has rested as long as anybody looks back: somewhere within the play.
+        return Approach {
+            since: earliest,
+            motion: Motion::Rest,
+            rested: true,
+            state: measured_state(log, earliest, settings),
+        };
+    };
+    // A slope over the end of a plateau mixes a rest with what comes behind it.
+    let turned = last
+        .checked_sub(2 * half_width)
+        .filter(|&index| index > earliest)
+        .and_then(clear_motion)
+        .filter(|(_, earlier)| *earlier != motion);
+    let resting = clear_motion(start).is_none_or(|(last, _)| 2 * (start - last) > half_width);
+    let rested = resting || before - last > half_width || turned.is_some();
+    let (since, motion) = turned.unwrap_or((last, motion));
+    Approach {
+        since,
+        motion,
+        rested,
+        state: measured_state(log, since, settings),
     }
 }
 
 /// The measured state at a sample, but for the current.
-fn restart(log: &Log, start: usize, settings: &Settings) -> State {
+fn measured_state(log: &Log, start: usize, settings: &Settings) -> State {
     let state = log.smoothed_state(start, settings.half_width, settings.resolution);
     match log.velocity {
         Some(velocity) if settings.measured_velocity => {
@@ -246,11 +375,12 @@ pub type WindowSums = Triangle<f32, { entries(COLUMNS) }>;
 fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ensemble) {
     let log = &data.logs[window.log];
     let settings = &data.settings;
-    let start = restart(log, window.start, settings);
-    let mut runners: Vec<Runner<&Modes, Varied>, MOST_SIMULATORS> = ensemble
-        .simulators()
+    let simulators = ensemble.simulators();
+    let remembers = simulators.iter().any(Simulator::remembers);
+    let restart = Restart::new(log, window.start, settings, remembers);
+    let mut runners: Vec<Runner<&Modes, Varied>, MOST_SIMULATORS> = simulators
         .iter()
-        .map(|simulator| Runner::from_state(simulator, log, window.start, start))
+        .map(|simulator| Runner::from_restart(simulator, log, &restart))
         .collect();
     let mut positions = [0.0f32; COLUMNS];
     let mut currents = [0.0f32; COLUMNS];

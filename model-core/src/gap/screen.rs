@@ -173,7 +173,14 @@ impl<'a> Projection<'a> {
             .all(|(parameter, value)| parameter.role != Role::Strength || value >= 0.0);
         let mut effect = effect;
         for index in 0..strengths {
-            effect.values[index] = solution[index] as f32 * effect.id.scale(scope, index);
+            let tried = effect.values[index];
+            let linear = solution[index] as f32 * effect.id.scale(scope, index);
+            // Between two trials nothing is linear.
+            effect.values[index] = if effect.id.trial(scope, 0).is_some() {
+                tried
+            } else {
+                linear
+            };
         }
         let share = |part: f64, whole: f64| {
             if whole > 0.0 && part > 0.0 {
@@ -216,6 +223,13 @@ fn add_effect<'m>(
     effect: Active,
     (sides, scope): (Sides, &Scope),
 ) -> Option<()> {
+    if effect.id.trial(scope, 0).is_some() {
+        let moved = with_effect(model, effect)?;
+        let inverse_step = effect.id.scale(scope, 0) / effect.values[0];
+        return ensemble
+            .push(store, (&moved, None), inverse_step, scope.period)
+            .ok();
+    }
     for index in 0..effect.id.strengths() {
         let at = |share: f32| {
             let mut moved = effect;
@@ -245,22 +259,20 @@ fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Activ
         .copied()
         .filter(|id| !model.has(*id) && (scope.rotary || !id.description().rotary_only))
         .flat_map(move |id| {
-            let shapeless = id.shape(scope, 0).is_none();
-            (0..)
-                .map_while(move |index| {
-                    if shapeless {
-                        (index == 0).then_some(None)
-                    } else {
-                        id.shape(scope, index).map(Some)
-                    }
-                })
-                .map(move |shape| {
-                    let mut values = [0.0; MOST_PARAMETERS];
-                    if let Some(shape) = shape {
-                        values[id.strengths()] = shape;
-                    }
-                    Active { id, values }
-                })
+            let scanned = move |index| match id.trial(scope, index) {
+                Some(trial) => Some((0, trial)),
+                None => id.shape(scope, index).map(|shape| (id.strengths(), shape)),
+            };
+            let plain = scanned(0).is_none();
+            (0..).map_while(move |index| {
+                let mut values = [0.0; MOST_PARAMETERS];
+                match scanned(index) {
+                    Some((place, value)) => values[place] = value,
+                    None if plain && index == 0 => {}
+                    None => return None,
+                }
+                Some(Active { id, values })
+            })
         })
 }
 
@@ -358,7 +370,8 @@ fn keep_best_shapes(
         let known = |known: &&mut Candidate| known.effect.id == candidate.effect.id;
         match best.iter_mut().find(known) {
             Some(known) => {
-                let tries = known.tries + 1;
+                // A strength is fitted wherever its scan began.
+                let tries = known.tries + u32::from(option.id.trial(scope, 0).is_none());
                 if rank(&candidate) > rank(known) {
                     *known = candidate;
                 }

@@ -24,8 +24,12 @@ pub const ROUNDS: usize = 4;
 /// Fewest windows that a model can be chosen and fitted on.
 pub const LEAST_WINDOWS: usize = 4;
 
-/// Candidates refitted in a round.
+/// Candidates refitted in a round for their scores.
 const SHORTLIST: usize = 8;
+
+/// Room for those that are tried at several strengths, and refitted besides.
+const MOST_TRIED: usize = 4;
+const MOST_REFITTED: usize = SHORTLIST + MOST_TRIED;
 
 /// A candidate under this score is not refitted.
 const LEAST_SCORE: f32 = 0.01;
@@ -50,6 +54,10 @@ const TOLD_APART: f64 = 1.5;
 /// Candidates whose held-out errors are within this ratio of the best one's are equally good: the
 /// one with the fewest parameters is taken.
 const EQUALLY_GOOD: f64 = 1.1;
+
+/// An effect with a memory whose held-out error is within this ratio of the best one's may still be
+/// the better one: the restarts were chosen for a model without it.
+const CONTESTED: f64 = 3.0;
 
 /// Standard deviations that an effect's strength must be from zero.
 const LEAST_CERTAINTY: f64 = 3.0;
@@ -284,10 +292,7 @@ fn add_effect(
 ) -> Option<bool> {
     let judgement = consider(workbench, round, found)?;
     judgement.looks.iter().for_each(&mut *observe);
-    let Some(winner) = judgement.winner else {
-        return Some(false);
-    };
-    let Some(larger) = screen::with_effect(&found.after.model, winner.candidate.effect) else {
+    let Some((winner, larger)) = judgement.winner else {
         return Some(false);
     };
     let fitted = workbench.fit(&larger)?.model;
@@ -390,7 +395,8 @@ fn drop_replaced(
 /// What a round decided.
 struct Judgement {
     looks: Vec<Consideration, MOST_CANDIDATES>,
-    winner: Option<Accepted>,
+    /// With the model that it is fitted from.
+    winner: Option<(Accepted, Model)>,
 }
 
 /// Screens the effects that a model lacks and judges the best of them.
@@ -402,6 +408,22 @@ fn consider(
 ) -> Option<Judgement> {
     let screened = workbench.screen(&found.after.model)?;
     refit(workbench, round, found, &screened)
+}
+
+/// Whether the first of two models, whose effect has a memory, is the better one where replays restart
+/// as suits it.
+#[inline(never)]
+fn wins_on_its_restarts(
+    workbench: &mut Workbench<impl Schedule>,
+    [rival, leading]: &[Model; 2],
+) -> Option<bool> {
+    let chosen = workbench.data;
+    let own = workbench.fit(rival)?.model;
+    workbench.restart(&own)?;
+    let rival = workbench.held_out(&own)?;
+    let leading = workbench.held_out(leading)?;
+    workbench.data = chosen;
+    Some(compare(&leading, &rival).ratio < 1.0)
 }
 
 /// Judges the candidates of a round.
@@ -420,7 +442,10 @@ fn refit(
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
         .map(|candidate| {
-            let decision = if candidate.identifiability < LEAST_IDENTIFIABILITY {
+            let decision = if workbench.is_tried(candidate.effect.id) {
+                // What a small play does says nothing of a large one.
+                Decision::NotShortlisted
+            } else if candidate.identifiability < LEAST_IDENTIFIABILITY {
                 Decision::Absorbed
             } else if !candidate.allowed {
                 Decision::WrongSign
@@ -432,16 +457,36 @@ fn refit(
             candidate.look(round, decision)
         })
         .collect();
-    let shortlist: Vec<usize, SHORTLIST> = (0..looks.len())
-        .filter(|index| looks[*index].decision == Decision::NotShortlisted)
-        .take(SHORTLIST)
-        .collect();
     let model = &found.after.model;
+    let mut shortlist: Vec<usize, MOST_REFITTED> = Vec::new();
+    let mut starts: Vec<(usize, Model), MOST_TRIED> = Vec::new();
+    for (index, look) in looks.iter_mut().enumerate() {
+        if look.decision != Decision::NotShortlisted {
+            continue;
+        }
+        let id = candidates[index].effect.id;
+        if workbench.is_tried(id) {
+            match workbench.try_strengths(model, id)? {
+                Some(start) => {
+                    let _ = starts.push((index, start));
+                    let _ = shortlist.push(index);
+                }
+                None => look.decision = Decision::ScoreTooLow,
+            }
+        } else if shortlist.len() - starts.len() < SHORTLIST {
+            let _ = shortlist.push(index);
+        }
+    }
+    let start_of = |index: usize| match starts.iter().find(|(own, _)| *own == index) {
+        Some((_, start)) => Some(start.clone()),
+        None => screen::with_effect(model, candidates[index].effect),
+    };
     let smaller = judge(workbench, &mut found.held_out, model)?;
     for &index in &shortlist {
         let own = candidates[index].effect;
         let ahead = shortlist.iter().find(|&&other| {
             looks[other].decision == Decision::Accepted
+                && !workbench.is_tried(own.id)
                 && candidates[index].score < FAR_BEHIND * candidates[other].score
         });
         if let Some(&other) = ahead {
@@ -462,16 +507,21 @@ fn refit(
             };
             continue;
         }
-        let Some(larger) = screen::with_effect(model, own) else {
+        let Some(larger) = start_of(index) else {
             break;
         };
         let larger = workbench.held_out(&larger)?;
         let comparison = compare(smaller, &larger);
         looks[index].held_out = Some(comparison);
         // Passed is Accepted for now; who wins is known when all have been refitted.
-        looks[index].decision = comparison
-            .refusal(candidates.len() * candidates[index].tries as usize)
-            .map_or(Decision::Accepted, Decision::Refused);
+        let tries = candidates.len() * candidates[index].tries as usize;
+        let mut refusal = comparison.refusal(tries);
+        if refusal.is_none() && own.id.remembers() {
+            // Its replays start otherwise, which may be all that is better.
+            let beside = workbench.held_out_beside(model, own.id)?;
+            refusal = compare(&beside, &larger).refusal(tries);
+        }
+        looks[index].decision = refusal.map_or(Decision::Accepted, Decision::Refused);
     }
 
     let passed = |index: usize| {
@@ -518,7 +568,24 @@ fn refit(
         .filter(|&id| !told_apart(id))
         .collect();
 
-    let winner = candidates[best];
+    let (best, comparison) = {
+        let rivals = shortlist.iter().copied().filter(|&index| {
+            let near = |held_out: Comparison| held_out.ratio <= CONTESTED * least;
+            index != best
+                && candidates[index].effect.id.remembers()
+                && passed(index).is_some_and(near)
+        });
+        let mut leading = (best, comparison);
+        for rival in rivals {
+            let pair = [start_of(rival)?, start_of(leading.0)?];
+            if wins_on_its_restarts(workbench, &pair)? {
+                leading = (rival, passed(rival)?);
+            }
+        }
+        leading
+    };
+
+    let (winner, start) = (candidates[best], start_of(best)?);
     for (index, look) in looks.iter_mut().enumerate() {
         if index != best && look.decision == Decision::Accepted {
             look.decision = Decision::Outdone {
@@ -526,12 +593,13 @@ fn refit(
             };
         }
     }
+    let winner = Accepted {
+        candidate: winner,
+        p_value: comparison.p_value,
+        equivalent,
+    };
     Some(Judgement {
         looks,
-        winner: Some(Accepted {
-            candidate: winner,
-            p_value: comparison.p_value,
-            equivalent,
-        }),
+        winner: Some((winner, start)),
     })
 }

@@ -2,11 +2,12 @@
 
 use super::held::{Acting, Held};
 use super::model::Model;
-use crate::effect::Middle;
+use crate::effect::backlash::follow;
+use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError};
-use crate::plant::{InputRefused, State};
+use crate::plant::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
 /// Parts of a step in which a model with held effects is stepped. An effect that varies within a
@@ -20,6 +21,39 @@ pub struct Lateness {
     pub whole: usize,
     /// What is left, 0 to 1.
     pub share: f32,
+}
+
+/// Where a model is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Course {
+    /// Its actuator.
+    pub state: State,
+    /// What its effects remember.
+    pub memory: Memory,
+}
+
+impl Course {
+    /// At a state that is reported as it is.
+    pub fn new(state: State) -> Self {
+        let far = state.position.value();
+        Self {
+            state,
+            memory: Memory { far },
+        }
+    }
+}
+
+/// What a log says of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Given {
+    /// Input that acts in its end.
+    pub input: f32,
+    /// Input before that one, which acts in the step's beginning where a delay ends inside it.
+    pub previous: f32,
+    /// Friction that a brake adds, N·m or N, ≥ 0.
+    pub brake: f32,
+    /// Sample from which it starts.
+    pub index: usize,
 }
 
 /// Parts of a sample under which a delay counts as whole: a mode is not worked out for them.
@@ -59,10 +93,16 @@ pub struct Simulator<M = Modes, H = Held> {
     period: f32,
     parts: u32,
     torque_per_current: f32,
+    /// The same for the back-EMF; 0 with a torque input.
+    torque_constant: f32,
     drive: Drive,
+    /// Input for a volt, where something adds to the winding's voltage.
+    input_per_volt: Option<f32>,
     gain: f32,
     input: Lateness,
     current: Lateness,
+    /// Half the width of the play before the sensor, where there is one.
+    half_play: Option<f32>,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -77,7 +117,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         modes: impl Fn(&Basis) -> Result<M, ParameterError>,
         share: impl FnOnce(Held) -> Result<H, ParameterError>,
     ) -> Result<Self, ParameterError> {
-        let (plant, delays) = model.bound();
+        let (plant, chain) = model.bound();
         plant.check()?;
         let held = share(model.held()?)?;
         let parts = if held.is_nothing() {
@@ -85,7 +125,9 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         } else {
             PARTS_UNDER_HELD_EFFECTS
         };
-        let input = Lateness::new(delays.input + delays.sensor, period);
+        let has_winding = matches!(plant.drive, Drive::Voltage { .. });
+        let electric = has_winding && held.is_electric();
+        let input = Lateness::new(chain.input_delay + chain.sensor_delay, period);
         let modes_over = |share: f32| modes(&Basis::new(&plant, share * period / parts as f32));
         let earlier = if input.share == 0.0 {
             None
@@ -99,10 +141,17 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             period,
             parts,
             torque_per_current: plant.torque_per_current(),
+            torque_constant: if has_winding {
+                plant.torque_per_current()
+            } else {
+                0.0
+            },
             drive: plant.drive,
+            input_per_volt: electric.then_some(1.0 / plant.gain),
             gain: plant.gain,
             input,
-            current: Lateness::new(delays.sensor, period),
+            current: Lateness::new(chain.sensor_delay, period),
+            half_play: chain.play.map(|width| 0.5 * width),
         })
     }
 
@@ -111,34 +160,78 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         self.input
     }
 
+    /// Whether an effect has a memory, which no measured state restores.
+    pub fn remembers(&self) -> bool {
+        self.half_play.is_some()
+    }
+
+    /// Moves the drive of a measured state to where it is while it moves that way: the measurement
+    /// is of the far side.
+    pub fn lean(&self, course: &mut Course, motion: Motion) {
+        let lead = match motion {
+            Motion::Forward => self.half_play.unwrap_or(0.0),
+            Motion::Backward => -self.half_play.unwrap_or(0.0),
+            Motion::Rest => 0.0,
+        };
+        let far = course.memory.far;
+        course.state.position = Compensated::new(far + lead);
+    }
+
+    /// Puts the drive where a simulation that has run up to here has it, within the play around the
+    /// measured far side.
+    pub fn resume(&self, course: &mut Course, near: f32) {
+        let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
+        course.state.position = Compensated::new(within);
+    }
+
+    /// Distance of the reported position from `measured`.
+    #[inline]
+    pub fn reported_from(&self, course: &Course, measured: f32) -> f32 {
+        match self.half_play {
+            Some(_) => course.memory.far - measured,
+            None => course.state.position.from(measured),
+        }
+    }
+
+    /// The reported position.
+    pub fn reported(&self, course: &Course) -> f32 {
+        match self.half_play {
+            Some(_) => course.memory.far,
+            None => course.state.position.value(),
+        }
+    }
+
     /// How late the position is reported beside the current.
     pub fn sensor_lateness(&self) -> Lateness {
         self.current
     }
 
-    /// One step from sample `index`, with the input that acts in its end and the one before it, which
-    /// acts in its beginning where a delay ends inside the step. Gives the current in the step at
-    /// the moment to which the measured one belongs.
+    /// One step under what the log says of it. Gives the current in the step at the moment to which
+    /// the measured one belongs.
     ///
     /// # Errors
     /// [`InputRefused`].
     #[inline]
-    pub fn step(
-        &self,
-        state: &mut State,
-        (previous, input): (f32, f32),
-        index: usize,
-    ) -> Result<f32, InputRefused> {
+    pub fn step(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
+        let current = self.step_actuator(&mut course.state, given)?;
+        if let Some(half_play) = self.half_play {
+            let near = course.state.position.value();
+            course.memory.far = follow(course.memory.far, near, half_play);
+        }
+        Ok(current)
+    }
+
+    #[inline]
+    fn step_actuator(&self, state: &mut State, given: &Given) -> Result<f32, InputRefused> {
         let before = state.current;
-        let time = index as f32 * self.period;
         let Some(earlier) = &self.earlier else {
-            self.advance(&self.actuator, state, input, time)?;
+            self.advance(&self.actuator, state, given.input, given)?;
             return Ok(before + self.current.share * (state.current - before));
         };
         let first = self.actuator.on(earlier.borrow());
-        self.advance(&first, state, previous, time)?;
+        self.advance(&first, state, given.previous, given)?;
         let between = state.current;
-        self.advance(&self.actuator, state, input, time)?;
+        self.advance(&self.actuator, state, given.input, given)?;
         // With a late sensor alone the measurement belongs to the moment of the change.
         let (split, moment) = (self.input.share, self.current.share);
         Ok(if moment <= split {
@@ -154,13 +247,16 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         actuator: &Actuator<impl Borrow<Modes>>,
         state: &mut State,
         input: f32,
-        time: f32,
+        given: &Given,
     ) -> Result<(), InputRefused> {
         if self.held.is_nothing() {
-            return actuator.step(state, input);
+            if given.brake == 0.0 {
+                return actuator.step(state, input);
+            }
+            return actuator.step_under(state, input, &actuator.load().braked(given.brake));
         }
         for _ in 0..self.parts {
-            self.advance_held(actuator, state, input, time)?;
+            self.advance_held(actuator, state, input, given)?;
         }
         Ok(())
     }
@@ -171,25 +267,46 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         actuator: &Actuator<impl Borrow<Modes>>,
         state: &mut State,
         input: f32,
-        time: f32,
+        given: &Given,
     ) -> Result<(), InputRefused> {
+        let time = given.index as f32 * self.period;
         let position = state.position.value();
-        let start = self.load_at(state.current, state.velocity.value(), position, time);
-        let (current, velocity, travel) = actuator.middle(state, input, &start);
-        let middle = self.load_at(current, velocity, position + travel, time);
-        actuator.step_under(state, input, &middle)
-    }
-
-    /// What acts on the mechanism next to the motor, at this current, velocity, position and time.
-    pub fn load_at(&self, current: f32, velocity: f32, position: f32, time: f32) -> Load {
-        let middle = Middle {
+        let at = |current: f32, velocity: f32, position: f32| Middle {
             motor_torque: self.torque_per_current * current,
+            torque_constant: self.torque_constant,
             velocity,
             position,
             time,
         };
-        let mut load = self.actuator.load();
-        self.held.hold(&middle, &mut load);
+        let start = at(state.current, state.velocity.value(), position);
+        let load = self.load_at(&start, given.brake);
+        let (current, velocity, travel) = actuator.middle(state, self.fed(input, &start), &load);
+        let middle = at(current, velocity, position + travel);
+        let load = self.load_at(&middle, given.brake);
+        actuator.step_under(state, self.fed(input, &middle), &load)
+    }
+
+    /// The input with what effects add to its voltage.
+    #[inline]
+    fn fed(&self, input: f32, middle: &Middle) -> f32 {
+        match self.input_per_volt {
+            Some(per_volt) => input + per_volt * self.held.voltage(middle),
+            None => input,
+        }
+    }
+
+    /// Voltage that effects add to the input's.
+    pub fn voltage_at(&self, middle: &Middle) -> f32 {
+        match self.input_per_volt {
+            Some(_) => self.held.voltage(middle),
+            None => 0.0,
+        }
+    }
+
+    /// What acts next to the motor, under a brake that adds so much friction.
+    pub fn load_at(&self, middle: &Middle, brake: f32) -> Load {
+        let mut load = self.actuator.load().braked(brake);
+        self.held.hold(middle, &mut load);
         load
     }
 

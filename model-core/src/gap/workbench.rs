@@ -8,8 +8,8 @@ use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
 use super::scope::scope;
 use super::screen::{self, Screening};
-use crate::effect::Scope;
 use crate::effect::learned_map::Ranges;
+use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
 
 /// Effort of a fit on all of the log, and of one inside cross-validation, whose errors are compared
 /// to a tenth.
@@ -31,8 +31,15 @@ const FLOOR_COUNTS: f32 = 2.0;
 const FLOOR_STROKE: f32 = 1e-5;
 const FLOOR_CURRENT: f32 = 1e-3;
 
+/// Least travel of a clear motion, as a share of the stroke.
+const CLEAR_STROKE: f32 = 5e-4;
+
 /// Length of a replay window for screening, s.
 const SCREEN_WINDOW: f32 = 0.04;
+
+/// A tried strength whose error, before anything is fitted to it, is beyond this multiple of what the
+/// model has without is hopeless.
+const WORTH_A_FIT: f64 = 2.0;
 
 /// Length of a held-out block, s.
 const BLOCK: f32 = 0.5;
@@ -90,11 +97,13 @@ pub struct Workbench<'a, S> {
 impl<'a, S: Schedule> Workbench<'a, S> {
     /// `None` where there is no whole window.
     pub fn new(
-        data: Data<'a>,
+        mut data: Data<'a>,
         schedule: &'a S,
         declared: &'a Model,
         options: &'a Options<'a>,
     ) -> Option<Self> {
+        let travel = CLEAR_STROKE * options.scope.stroke;
+        data.settings.clear_travel = data.settings.clear_travel.max(travel);
         (data.windows() > 0).then(|| Self {
             data,
             declared,
@@ -141,8 +150,23 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Fits a model on every second block and measures it on the blocks between, and the other way
     /// round.
     pub fn held_out(&mut self, model: &Model) -> Option<HeldOut> {
-        let (data, block) = (self.data, self.block);
         let variables = self.variables(model);
+        self.held_out_moving(model, &variables)
+    }
+
+    /// The same with an effect that the model lacks, at no strength: without what it does, but with
+    /// replays that start as its own do.
+    pub fn held_out_beside(&mut self, model: &Model, id: Id) -> Option<HeldOut> {
+        let nothing = Active {
+            id,
+            values: [0.0; MOST_PARAMETERS],
+        };
+        let variables = self.variables(model);
+        self.held_out_moving(&screen::with_effect(model, nothing)?, &variables)
+    }
+
+    fn held_out_moving(&mut self, model: &Model, variables: &Variables) -> Option<HeldOut> {
+        let (data, block) = (self.data, self.block);
         let mut blocks = HeldOut::new();
         let count = data.windows().div_ceil(block).min(MOST_BLOCKS);
         let scope = &self.options.scope;
@@ -158,7 +182,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let _ = blocks.resize(count, WindowError::default());
         for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
             let fold = (train, block);
-            let fit = fit::fit(&data, self.schedule, fold, model, &variables, HALF)?;
+            let fit = fit::fit(&data, self.schedule, fold, model, variables, HALF)?;
             let measured = self.measure(&fit.model, test, &floor, &mut blocks)?;
             self.simulated += fit.simulated + measured;
         }
@@ -197,6 +221,56 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             },
         );
         Some(measured)
+    }
+
+    /// Whether an effect is judged by what it does at several strengths, not by its slope at none.
+    pub fn is_tried(&self, id: Id) -> bool {
+        id.trial(&self.options.scope, 0).is_some()
+    }
+
+    /// The model with an effect, fitted from the strength at which it follows the log best. Each is
+    /// tried beside the fitted base and beside the declared one: a base that was fitted without a
+    /// large play has bent to it, and leaves the play nothing to explain.
+    ///
+    /// `None` inside if no strength comes near to what the model does without.
+    #[inline(never)]
+    pub fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
+        let mut unbent = model.clone();
+        for &parameter in self.options.base {
+            unbent.set(parameter, self.declared.get(parameter));
+        }
+        let limit = WORTH_A_FIT * self.cost(model)?;
+        let mut best: Option<(Model, f64)> = None;
+        for base in [model, &unbent] {
+            let values = (0..).map_while(|index| id.trial(&self.options.scope, index));
+            for value in values {
+                let mut values = [0.0; MOST_PARAMETERS];
+                values[0] = value;
+                let Some(tried) = screen::with_effect(base, Active { id, values }) else {
+                    return Some(None);
+                };
+                // Beyond the plant's range there is nothing to try.
+                let Some(cost) = self.cost(&tried) else {
+                    continue;
+                };
+                if cost < best.as_ref().map_or(limit, |(_, least)| *least) {
+                    best = Some((tried, cost));
+                }
+            }
+        }
+        Some(match best {
+            Some((tried, _)) => Some(self.fit(&tried)?.model),
+            None => None,
+        })
+    }
+
+    /// Sum of a model's squared weighted residuals.
+    fn cost(&mut self, model: &Model) -> Option<f64> {
+        let data = self.data;
+        let simulator = model.build(data.logs.first()?.period).ok()?;
+        let (cost, windows) = replay::cost(&data, self.schedule, (Fold::All, 1), &simulator);
+        self.count(windows as u64, data.settings.window);
+        Some(cost)
     }
 
     /// Screens all effects that the fitted model lacks, on short windows.

@@ -39,6 +39,20 @@ impl Load {
         }
     }
 
+    /// With a brake that adds so much to friction, sliding and at rest: N·m or N, ≥ 0.
+    #[inline]
+    pub fn braked(self, brake: f32) -> Self {
+        let raised = |level: Directional| Directional {
+            forward: level.forward + brake,
+            backward: level.backward + brake,
+        };
+        Self {
+            torque: self.torque,
+            coulomb: raised(self.coulomb),
+            breakaway: raised(self.breakaway),
+        }
+    }
+
     /// Sets the friction levels of both directions. Negative or non-finite levels count as zero, and
     /// the breakaway level is raised to the Coulomb level.
     pub fn set_friction(&mut self, coulomb: f32, breakaway: f32) {

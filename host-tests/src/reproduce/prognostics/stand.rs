@@ -207,6 +207,7 @@ impl Recorded {
             position: Channel::Values(&self.position),
             current: with_current.then_some(Channel::Values(&self.current)),
             velocity: None,
+            brake: None,
         }
     }
 
@@ -222,6 +223,7 @@ impl Recorded {
             command: (!self.command.is_empty()).then(|| self.command.clone()),
             current: Some(wide(&self.current)),
             velocity: None,
+            brake: None,
         }
     }
 }
