@@ -13,6 +13,7 @@ pub mod learned_map;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
+use compliance::{Shaft, Twist};
 
 /// Most parameters that one effect has.
 pub const MOST_PARAMETERS: usize = 3;
@@ -86,6 +87,8 @@ pub struct Chain {
     /// Full width of the play before the sensor, rad or m; `None` without one. With a width of zero
     /// replays start as with a play, and the sensor reports what the drive does.
     pub play: Option<f32>,
+    /// An elastic shaft between the drive and the play.
+    pub shaft: Option<Shaft>,
 }
 
 /// What a model's effects remember from one step to the next.
@@ -93,6 +96,8 @@ pub struct Chain {
 pub struct Memory {
     /// Where the far side of the play is, rad or m.
     pub far: f32,
+    /// The far side of the elastic shaft beside the drive.
+    pub twist: Twist,
 }
 
 /// The actuator in the middle of a step.
@@ -119,6 +124,9 @@ pub trait Effect: Copy {
     /// Whether [`Effect::hold`] does anything.
     const HELD: bool = false;
 
+    /// Whether the tracing looks for it. Else it is there for those who declare it.
+    const TRACED: bool = true;
+
     /// Whether it has a memory, which a measured state does not restore: its replays run in.
     const REMEMBERS: bool = false;
 
@@ -141,9 +149,9 @@ pub trait Effect: Copy {
         None
     }
 
-    /// The `index`-th value to try for its one strength, where a small one does not tell what a large
-    /// one does; `None` behind the last, and always where it does.
-    fn trial(_scope: &Scope, _index: usize) -> Option<f32> {
+    /// The `index`-th values to try, where a small strength does not tell what a large one does; `None`
+    /// behind the last, and always where it does. Such an effect has one strength.
+    fn trial(_scope: &Scope, _index: usize) -> Option<[f32; MOST_PARAMETERS]> {
         None
     }
 
@@ -194,6 +202,11 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::most(scope, index)),* }
             }
 
+            /// Whether the tracing looks for it.
+            pub fn is_traced(self) -> bool {
+                match self { $(Self::$name => $module::$name::TRACED),* }
+            }
+
             /// Whether it has a memory, which a measured state does not restore.
             pub fn remembers(self) -> bool {
                 match self { $(Self::$name => $module::$name::REMEMBERS),* }
@@ -204,9 +217,9 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::shape(scope, index)),* }
             }
 
-            /// The `index`-th value to try for its one strength, where a small one does not tell
-            /// what a large one does.
-            pub fn trial(self, scope: &Scope, index: usize) -> Option<f32> {
+            /// The `index`-th values to try, where a small strength does not tell what a large
+            /// one does.
+            pub fn trial(self, scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
                 match self { $(Self::$name => $module::$name::trial(scope, index)),* }
             }
         }
@@ -270,6 +283,7 @@ catalogue! {
     sensor_delay::SensorDelay,
     backlash::Backlash,
     torque_saturation::TorqueSaturation,
+    compliance::Compliance,
 }
 
 impl Id {

@@ -8,7 +8,7 @@
 //! [`unknown`] structure.
 
 use super::fit::Fit;
-use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare};
+use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare, compare_within};
 use super::model::Model;
 use super::replay::{Data, Schedule, Settings};
 use super::screen::{self, Candidate, MOST_CANDIDATES, Screening};
@@ -375,8 +375,9 @@ fn drop_replaced(
             .effects
             .remove(workbench.declared.effects.len() + place);
         let without = workbench.held_out(&smaller)?;
+        let mask = workbench.blocks_of(found.accepted[place].candidate.effect.id);
         let with = judge(workbench, &mut found.held_out, &found.after.model)?;
-        let comparison = compare(&without, with);
+        let comparison = compare_within(&without, with, &mask);
         if comparison.refusal(1).is_none() {
             place += 1;
             continue;
@@ -511,7 +512,8 @@ fn refit(
             break;
         };
         let larger = workbench.held_out(&larger)?;
-        let comparison = compare(smaller, &larger);
+        let mask = workbench.blocks_of(own.id);
+        let comparison = compare_within(smaller, &larger, &mask);
         looks[index].held_out = Some(comparison);
         // Passed is Accepted for now; who wins is known when all have been refitted.
         let tries = candidates.len() * candidates[index].tries as usize;
@@ -519,7 +521,7 @@ fn refit(
         if refusal.is_none() && own.id.remembers() {
             // Its replays start otherwise, which may be all that is better.
             let beside = workbench.held_out_beside(model, own.id)?;
-            refusal = compare(&beside, &larger).refusal(tries);
+            refusal = compare_within(&beside, &larger, &mask).refusal(tries);
         }
         looks[index].decision = refusal.map_or(Decision::Accepted, Decision::Refused);
     }

@@ -3,6 +3,7 @@
 use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
+use crate::effect::compliance::{Swing, Twist};
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
@@ -38,7 +39,10 @@ impl Course {
         let far = state.position.value();
         Self {
             state,
-            memory: Memory { far },
+            memory: Memory {
+                far,
+                ..Memory::default()
+            },
         }
     }
 }
@@ -103,6 +107,8 @@ pub struct Simulator<M = Modes, H = Held> {
     current: Lateness,
     /// Half the width of the play before the sensor, where there is one.
     half_play: Option<f32>,
+    /// The elastic shaft over a part of a step with the input before, and with that of the step.
+    shaft: Option<[Swing; 2]>,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -120,7 +126,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let (plant, chain) = model.bound();
         plant.check()?;
         let held = share(model.held()?)?;
-        let parts = if held.is_nothing() {
+        let parts = if held.is_nothing() && chain.shaft.is_none() {
             1
         } else {
             PARTS_UNDER_HELD_EFFECTS
@@ -134,6 +140,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         } else {
             Some(modes_over(input.share)?)
         };
+        let shaft = chain.shaft.map(|shaft| {
+            [input.share, 1.0 - input.share]
+                .map(|share| Swing::new(&shaft, share * period / parts as f32))
+        });
         Ok(Self {
             actuator: Actuator::with_modes(&plant, modes_over(1.0 - input.share)?)?,
             earlier,
@@ -152,6 +162,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             input,
             current: Lateness::new(chain.sensor_delay, period),
             half_play: chain.play.map(|width| 0.5 * width),
+            shaft,
         })
     }
 
@@ -177,19 +188,44 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         course.state.position = Compensated::new(far + lead);
     }
 
+    /// Where the far side of the shaft is, before the play.
+    fn behind_the_shaft(&self, course: &Course) -> f32 {
+        course.state.position.value() + course.memory.twist.angle
+    }
+
+    /// Whether the sensor sits behind an elastic shaft.
+    pub fn is_elastic(&self) -> bool {
+        self.shaft.is_some()
+    }
+
+    /// Puts the drive of a measured state where the far side's acceleration and jerk say that it is:
+    /// nothing but the shaft moves the far side.
+    pub fn untwist(&self, course: &mut Course, (acceleration, jerk): (f32, f32)) {
+        if let Some([_, swing]) = &self.shaft {
+            let twist = swing.twist(acceleration, jerk);
+            let velocity = course.state.velocity.value() - twist.rate;
+            course.memory.twist = twist;
+            course.state.position = Compensated::new(course.memory.far - twist.angle);
+            course.state.velocity = Compensated::new(velocity);
+            course.state.motion = Motion::of(velocity);
+        }
+    }
+
     /// Puts the drive where a simulation that has run up to here has it, within the play around the
-    /// measured far side.
-    pub fn resume(&self, course: &mut Course, near: f32) {
+    /// measured far side. `moved`: how much further the drive is than that simulation has it.
+    pub fn resume(&self, course: &mut Course, run_in: &Course, moved: f32) {
+        let near = self.behind_the_shaft(run_in) + moved;
         let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
-        course.state.position = Compensated::new(within);
+        course.state.position = Compensated::new(within - course.memory.twist.angle);
     }
 
     /// Distance of the reported position from `measured`.
     #[inline]
     pub fn reported_from(&self, course: &Course, measured: f32) -> f32 {
-        match self.half_play {
-            Some(_) => course.memory.far - measured,
-            None => course.state.position.from(measured),
+        match (self.half_play, &self.shaft) {
+            (Some(_), _) => course.memory.far - measured,
+            (None, Some(_)) => course.state.position.from(measured) + course.memory.twist.angle,
+            (None, None) => course.state.position.from(measured),
         }
     }
 
@@ -197,8 +233,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     pub fn reported(&self, course: &Course) -> f32 {
         match self.half_play {
             Some(_) => course.memory.far,
-            None => course.state.position.value(),
+            None => self.behind_the_shaft(course),
         }
+    }
+
+    /// Inertia behind the shaft: what the plant's own lacks beside the declared one.
+    pub fn inertia_behind(&self) -> f32 {
+        self.shaft.as_ref().map_or(0.0, |[_, swing]| swing.inertia)
     }
 
     /// How late the position is reported beside the current.
@@ -213,25 +254,35 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// [`InputRefused`].
     #[inline]
     pub fn step(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
-        let current = self.step_actuator(&mut course.state, given)?;
+        let Course { state, memory } = course;
+        let current = self.step_actuator(state, &mut memory.twist, given)?;
         if let Some(half_play) = self.half_play {
-            let near = course.state.position.value();
-            course.memory.far = follow(course.memory.far, near, half_play);
+            let near = state.position.value() + memory.twist.angle;
+            memory.far = follow(memory.far, near, half_play);
         }
         Ok(current)
     }
 
     #[inline]
-    fn step_actuator(&self, state: &mut State, given: &Given) -> Result<f32, InputRefused> {
+    fn step_actuator(
+        &self,
+        state: &mut State,
+        twist: &mut Twist,
+        given: &Given,
+    ) -> Result<f32, InputRefused> {
         let before = state.current;
+        let swings = self.shaft.as_ref();
         let Some(earlier) = &self.earlier else {
-            self.advance(&self.actuator, state, given.input, given)?;
+            let shaft = swings.map(|[_, swing]| (swing, twist));
+            self.advance(&self.actuator, (state, shaft), given.input, given)?;
             return Ok(before + self.current.share * (state.current - before));
         };
         let first = self.actuator.on(earlier.borrow());
-        self.advance(&first, state, given.previous, given)?;
+        let shaft = swings.map(|[swing, _]| (swing, &mut *twist));
+        self.advance(&first, (state, shaft), given.previous, given)?;
         let between = state.current;
-        self.advance(&self.actuator, state, given.input, given)?;
+        let shaft = swings.map(|[_, swing]| (swing, twist));
+        self.advance(&self.actuator, (state, shaft), given.input, given)?;
         // With a late sensor alone the measurement belongs to the moment of the change.
         let (split, moment) = (self.input.share, self.current.share);
         Ok(if moment <= split {
@@ -245,18 +296,19 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        state: &mut State,
+        (state, mut shaft): (&mut State, Option<(&Swing, &mut Twist)>),
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        if self.held.is_nothing() {
+        if self.held.is_nothing() && shaft.is_none() {
             if given.brake == 0.0 {
                 return actuator.step(state, input);
             }
             return actuator.step_under(state, input, &actuator.load().braked(given.brake));
         }
         for _ in 0..self.parts {
-            self.advance_held(actuator, state, input, given)?;
+            let shaft = shaft.as_mut().map(|(swing, twist)| (*swing, &mut **twist));
+            self.advance_held(actuator, (state, shaft), input, given)?;
         }
         Ok(())
     }
@@ -265,12 +317,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance_held(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        state: &mut State,
+        (state, shaft): (&mut State, Option<(&Swing, &mut Twist)>),
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
         let time = given.index as f32 * self.period;
         let position = state.position.value();
+        let velocity = state.velocity.value();
         let at = |current: f32, velocity: f32, position: f32| Middle {
             motor_torque: self.torque_per_current * current,
             torque_constant: self.torque_constant,
@@ -278,12 +331,22 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             position,
             time,
         };
-        let start = at(state.current, state.velocity.value(), position);
-        let load = self.load_at(&start, given.brake);
-        let (current, velocity, travel) = actuator.middle(state, self.fed(input, &start), &load);
-        let middle = at(current, velocity, position + travel);
-        let load = self.load_at(&middle, given.brake);
-        actuator.step_under(state, self.fed(input, &middle), &load)
+        let start = at(state.current, velocity, position);
+        let mut load = self.load_at(&start, given.brake);
+        if let Some((swing, twist)) = &shaft {
+            load.torque += swing.torque(**twist);
+        }
+        let (current, half_way, travel) = actuator.middle(state, self.fed(input, &start), &load);
+        let middle = at(current, half_way, position + travel);
+        let mut load = self.load_at(&middle, given.brake);
+        let Some((swing, twist)) = shaft else {
+            return actuator.step_under(state, self.fed(input, &middle), &load);
+        };
+        let end = swing.step(*twist, 2.0 * (half_way - velocity) / swing.period);
+        load.torque += 0.5 * (swing.torque(*twist) + swing.torque(end));
+        actuator.step_under(state, self.fed(input, &middle), &load)?;
+        *twist = swing.step(*twist, (state.velocity.value() - velocity) / swing.period);
+        Ok(())
     }
 
     /// The input with what effects add to its voltage.

@@ -3,7 +3,8 @@
 
 use super::covariance::Information;
 use super::fit::{self, Effort, Fit, Variables};
-use super::held_out::{HeldOut, MOST_BLOCKS, windows_per_block};
+use super::held_out::{HeldOut, MOST_BLOCKS, Mask, windows_per_block};
+use super::log::Log;
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
 use super::scope::scope;
@@ -104,6 +105,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     ) -> Option<Self> {
         let travel = CLEAR_STROKE * options.scope.stroke;
         data.settings.clear_travel = data.settings.clear_travel.max(travel);
+        let moved_alone = |log: &Log| log.current.is_none() && log.velocity.is_some();
+        data.settings.velocity_channel = data.logs.iter().all(moved_alone);
         (data.windows() > 0).then(|| Self {
             data,
             declared,
@@ -165,6 +168,27 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         self.held_out_moving(&screen::with_effect(model, nothing)?, &variables)
     }
 
+    /// The blocks in which an effect may show: all of them, but for a play those in which the machine
+    /// turns or rests.
+    pub fn blocks_of(&self, id: Id) -> Mask {
+        let data = &self.data;
+        let mut mask = Mask::new();
+        let count = data.windows().div_ceil(self.block).min(MOST_BLOCKS);
+        let everywhere = id != Id::Backlash;
+        let _ = mask.resize(count, everywhere);
+        if !everywhere {
+            for number in 0..data.windows() {
+                let turns = data
+                    .window(number)
+                    .is_some_and(|at| replay::turns(data, at));
+                if let Some(block) = mask.get_mut(number / self.block).filter(|_| turns) {
+                    *block = true;
+                }
+            }
+        }
+        mask
+    }
+
     fn held_out_moving(&mut self, model: &Model, variables: &Variables) -> Option<HeldOut> {
         let (data, block) = (self.data, self.block);
         let mut blocks = HeldOut::new();
@@ -172,7 +196,12 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let scope = &self.options.scope;
         let counts = FLOOR_COUNTS * data.settings.resolution;
         let position_floor = counts.max(FLOOR_STROKE * scope.stroke);
-        let current_floor = FLOOR_CURRENT * scope.torque / self.declared.plant.torque_per_current();
+        let current_floor = FLOOR_CURRENT
+            * if data.settings.velocity_channel {
+                scope.speed
+            } else {
+                scope.torque / self.declared.plant.torque_per_current()
+            };
         let window = data.settings.window as f32;
         let floor = WindowError {
             position: position_floor * position_floor * window,
@@ -243,9 +272,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let mut best: Option<(Model, f64)> = None;
         for base in [model, &unbent] {
             let values = (0..).map_while(|index| id.trial(&self.options.scope, index));
-            for value in values {
-                let mut values = [0.0; MOST_PARAMETERS];
-                values[0] = value;
+            for values in values {
                 let Some(tried) = screen::with_effect(base, Active { id, values }) else {
                     return Some(None);
                 };
@@ -306,7 +333,12 @@ impl<'a, S: Schedule> Workbench<'a, S> {
                 let mut tried = self.data;
                 tried.settings.half_width = half_width;
                 tried.settings.measured_velocity = measured_velocity;
-                let (error, _) = self.residuals(&tried.with_window(window), model)?;
+                let (position, second) = self.residuals(&tried.with_window(window), model)?;
+                let error = if self.data.settings.velocity_channel {
+                    position * second
+                } else {
+                    position
+                };
                 if best.is_none_or(|(_, least)| error < least) {
                     best = Some((tried, error));
                 }
