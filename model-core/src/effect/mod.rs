@@ -12,8 +12,8 @@ pub mod learned_map;
 
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
+use crate::plant::shaft::{Shaft, Twist};
 use crate::unit::Dimension;
-use compliance::{Shaft, Twist};
 
 /// Most parameters that one effect has.
 pub const MOST_PARAMETERS: usize = 3;

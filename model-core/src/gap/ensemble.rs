@@ -12,8 +12,8 @@ use crate::plant::parameters::ParameterError;
 use core::cell::OnceCell;
 use heapless::Vec;
 
-/// Columns of the sums: the residual and up to 31 perturbed copies.
-pub const COLUMNS: usize = 32;
+/// Columns of the sums: the residual and a perturbed copy for each of the variables of the largest fit.
+pub const COLUMNS: usize = 29;
 
 /// Most copies that are moved the opposite way: one a signed strength of the catalogue.
 const MOST_OPPOSITES: usize = 8;
@@ -24,9 +24,9 @@ pub const MOST_SIMULATORS: usize = COLUMNS + MOST_OPPOSITES;
 /// Most modes that the copies of one model need: its own, those with another resistance, inductance,
 /// torque constant, inertia, viscous friction or declared spring, with the spring of the catalogue,
 /// with viscous friction that differs by direction (either way in a screening), with two other
-/// delays, and at half the step its own, under held effects, and that of the drive of an elastic shaft.
-/// A delay that ends inside a step doubles them.
-const MOST_MODES: usize = 28;
+/// delays, and its own at half the step, under held effects. A delay that ends inside a step doubles
+/// them.
+const MOST_MODES: usize = 26;
 
 /// What the simulators of an ensemble share.
 #[derive(Debug)]

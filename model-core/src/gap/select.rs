@@ -11,11 +11,11 @@ use super::fit::Fit;
 use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare, compare_within};
 use super::model::Model;
 use super::replay::{Data, Schedule, Settings};
-use super::screen::{self, Candidate, MOST_CANDIDATES, Screening};
+use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
 use super::workbench::{Options, Workbench};
-use crate::effect::Id;
 use crate::effect::learned_map::Kind;
+use crate::effect::{Active, Id};
 use heapless::Vec;
 
 /// Rounds of the selection: most effects that one run adds.
@@ -28,7 +28,7 @@ pub const LEAST_WINDOWS: usize = 4;
 const SHORTLIST: usize = 8;
 
 /// Room for those that are tried at several strengths, and refitted besides.
-const MOST_TRIED: usize = 4;
+const MOST_TRIED: usize = 1;
 const MOST_REFITTED: usize = SHORTLIST + MOST_TRIED;
 
 /// A candidate under this score is not refitted.
@@ -292,7 +292,11 @@ fn add_effect(
 ) -> Option<bool> {
     let judgement = consider(workbench, round, found)?;
     judgement.looks.iter().for_each(&mut *observe);
-    let Some((winner, larger)) = judgement.winner else {
+    let Some(winner) = judgement.winner else {
+        return Some(false);
+    };
+    let larger = workbench.start(&found.after.model, winner.candidate.effect);
+    let Some(larger) = larger? else {
         return Some(false);
     };
     let fitted = workbench.fit(&larger)?.model;
@@ -396,8 +400,7 @@ fn drop_replaced(
 /// What a round decided.
 struct Judgement {
     looks: Vec<Consideration, MOST_CANDIDATES>,
-    /// With the model that it is fitted from.
-    winner: Option<(Accepted, Model)>,
+    winner: Option<Accepted>,
 }
 
 /// Screens the effects that a model lacks and judges the best of them.
@@ -411,20 +414,45 @@ fn consider(
     refit(workbench, round, found, &screened)
 }
 
-/// Whether the first of two models, whose effect has a memory, is the better one where replays restart
-/// as suits it.
+/// Whether the first of two effects, which has a memory, is the better one where replays restart as
+/// suits it.
 #[inline(never)]
 fn wins_on_its_restarts(
     workbench: &mut Workbench<impl Schedule>,
-    [rival, leading]: &[Model; 2],
+    model: &Model,
+    [rival, leading]: [Active; 2],
 ) -> Option<bool> {
     let chosen = workbench.data;
-    let own = workbench.fit(rival)?.model;
-    workbench.restart(&own)?;
-    let rival = workbench.held_out(&own)?;
-    let leading = workbench.held_out(leading)?;
+    workbench.restart_with(model, rival)?;
+    let rival = workbench.held_out_with(model, rival)??;
+    let leading = workbench.held_out_with(model, leading)??;
     workbench.data = chosen;
     Some(compare(&leading, &rival).ratio < 1.0)
+}
+
+/// Refits a model with an effect and compares it on held-out blocks, as one of `looks`.
+///
+/// `None` inside if it is hopeless.
+#[inline(never)]
+fn judge_effect(
+    workbench: &mut Workbench<impl Schedule>,
+    model: &Model,
+    smaller: &HeldOut,
+    effect: Active,
+    looks: usize,
+) -> Option<Option<(Comparison, Option<Refusal>)>> {
+    let Some(larger) = workbench.held_out_with(model, effect)? else {
+        return Some(None);
+    };
+    let mask = workbench.blocks_of(effect.id);
+    let comparison = compare_within(smaller, &larger, &mask);
+    let mut refusal = comparison.refusal(looks);
+    if refusal.is_none() && effect.id.remembers() {
+        // Its replays start otherwise, which may be all that is better.
+        let beside = workbench.held_out_beside(model, effect.id)?;
+        refusal = compare_within(&beside, &larger, &mask).refusal(looks);
+    }
+    Some(Some((comparison, refusal)))
 }
 
 /// Judges the candidates of a round.
@@ -460,28 +488,14 @@ fn refit(
         .collect();
     let model = &found.after.model;
     let mut shortlist: Vec<usize, MOST_REFITTED> = Vec::new();
-    let mut starts: Vec<(usize, Model), MOST_TRIED> = Vec::new();
-    for (index, look) in looks.iter_mut().enumerate() {
-        if look.decision != Decision::NotShortlisted {
-            continue;
-        }
-        let id = candidates[index].effect.id;
-        if workbench.is_tried(id) {
-            match workbench.try_strengths(model, id)? {
-                Some(start) => {
-                    let _ = starts.push((index, start));
-                    let _ = shortlist.push(index);
-                }
-                None => look.decision = Decision::ScoreTooLow,
-            }
-        } else if shortlist.len() - starts.len() < SHORTLIST {
+    let mut scored = 0;
+    for index in 0..looks.len() {
+        let tried = workbench.is_tried(candidates[index].effect.id);
+        if looks[index].decision == Decision::NotShortlisted && (tried || scored < SHORTLIST) {
             let _ = shortlist.push(index);
+            scored += usize::from(!tried);
         }
     }
-    let start_of = |index: usize| match starts.iter().find(|(own, _)| *own == index) {
-        Some((_, start)) => Some(start.clone()),
-        None => screen::with_effect(model, candidates[index].effect),
-    };
     let smaller = judge(workbench, &mut found.held_out, model)?;
     for &index in &shortlist {
         let own = candidates[index].effect;
@@ -508,22 +522,15 @@ fn refit(
             };
             continue;
         }
-        let Some(larger) = start_of(index) else {
-            break;
-        };
-        let larger = workbench.held_out(&larger)?;
-        let mask = workbench.blocks_of(own.id);
-        let comparison = compare_within(smaller, &larger, &mask);
-        looks[index].held_out = Some(comparison);
         // Passed is Accepted for now; who wins is known when all have been refitted.
         let tries = candidates.len() * candidates[index].tries as usize;
-        let mut refusal = comparison.refusal(tries);
-        if refusal.is_none() && own.id.remembers() {
-            // Its replays start otherwise, which may be all that is better.
-            let beside = workbench.held_out_beside(model, own.id)?;
-            refusal = compare_within(&beside, &larger, &mask).refusal(tries);
-        }
-        looks[index].decision = refusal.map_or(Decision::Accepted, Decision::Refused);
+        looks[index].decision = match judge_effect(workbench, model, smaller, own, tries)? {
+            Some((comparison, refusal)) => {
+                looks[index].held_out = Some(comparison);
+                refusal.map_or(Decision::Accepted, Decision::Refused)
+            }
+            None => Decision::ScoreTooLow,
+        };
     }
 
     let passed = |index: usize| {
@@ -548,6 +555,19 @@ fn refit(
             fewer.then(a.1.ratio.total_cmp(&b.1.ratio))
         })?;
 
+    let near = |held_out: Comparison| held_out.ratio <= CONTESTED * least;
+    let rivals = shortlist.iter().copied().filter(|&index| {
+        let remembers = candidates[index].effect.id.remembers();
+        index != best && remembers && passed(index).is_some_and(near)
+    });
+    let (mut best, mut comparison) = (best, comparison);
+    for rival in rivals {
+        let pair = [candidates[rival].effect, candidates[best].effect];
+        if wins_on_its_restarts(workbench, model, pair)? {
+            (best, comparison) = (rival, passed(rival)?);
+        }
+    }
+
     // The error of an effect that was not refitted is that of the one it is the same as.
     let error = |id: Id| {
         let find = |id: Id| {
@@ -570,24 +590,7 @@ fn refit(
         .filter(|&id| !told_apart(id))
         .collect();
 
-    let (best, comparison) = {
-        let rivals = shortlist.iter().copied().filter(|&index| {
-            let near = |held_out: Comparison| held_out.ratio <= CONTESTED * least;
-            index != best
-                && candidates[index].effect.id.remembers()
-                && passed(index).is_some_and(near)
-        });
-        let mut leading = (best, comparison);
-        for rival in rivals {
-            let pair = [start_of(rival)?, start_of(leading.0)?];
-            if wins_on_its_restarts(workbench, &pair)? {
-                leading = (rival, passed(rival)?);
-            }
-        }
-        leading
-    };
-
-    let (winner, start) = (candidates[best], start_of(best)?);
+    let winner = candidates[best];
     for (index, look) in looks.iter_mut().enumerate() {
         if index != best && look.decision == Decision::Accepted {
             look.decision = Decision::Outdone {
@@ -602,6 +605,6 @@ fn refit(
     };
     Some(Judgement {
         looks,
-        winner: Some((winner, start)),
+        winner: Some(winner),
     })
 }

@@ -3,11 +3,11 @@
 use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
-use crate::effect::compliance::{Swing, Twist};
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError};
+use crate::plant::shaft::Twist;
 use crate::plant::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
@@ -97,18 +97,14 @@ pub struct Simulator<M = Modes, H = Held> {
     period: f32,
     parts: u32,
     torque_per_current: f32,
-    /// The same for the back-EMF; 0 with a torque input.
-    torque_constant: f32,
     drive: Drive,
-    /// Input for a volt, where something adds to the winding's voltage.
-    input_per_volt: Option<f32>,
+    /// Whether something adds to the winding's voltage.
+    electric: bool,
     gain: f32,
     input: Lateness,
     current: Lateness,
     /// Half the width of the play before the sensor, where there is one.
     half_play: Option<f32>,
-    /// The elastic shaft over a part of a step with the input before, and with that of the step.
-    shaft: Option<[Swing; 2]>,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -134,16 +130,15 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let has_winding = matches!(plant.drive, Drive::Voltage { .. });
         let electric = has_winding && held.is_electric();
         let input = Lateness::new(chain.input_delay + chain.sensor_delay, period);
-        let modes_over = |share: f32| modes(&Basis::new(&plant, share * period / parts as f32));
+        let modes_over = |share: f32| {
+            let basis = Basis::new(&plant, share * period / parts as f32);
+            modes(&basis.with_shaft(chain.shaft))
+        };
         let earlier = if input.share == 0.0 {
             None
         } else {
             Some(modes_over(input.share)?)
         };
-        let shaft = chain.shaft.map(|shaft| {
-            [input.share, 1.0 - input.share]
-                .map(|share| Swing::new(&shaft, share * period / parts as f32))
-        });
         Ok(Self {
             actuator: Actuator::with_modes(&plant, modes_over(1.0 - input.share)?)?,
             earlier,
@@ -151,18 +146,12 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             period,
             parts,
             torque_per_current: plant.torque_per_current(),
-            torque_constant: if has_winding {
-                plant.torque_per_current()
-            } else {
-                0.0
-            },
             drive: plant.drive,
-            input_per_volt: electric.then_some(1.0 / plant.gain),
+            electric,
             gain: plant.gain,
             input,
             current: Lateness::new(chain.sensor_delay, period),
             half_play: chain.play.map(|width| 0.5 * width),
-            shaft,
         })
     }
 
@@ -195,13 +184,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Whether the sensor sits behind an elastic shaft.
     pub fn is_elastic(&self) -> bool {
-        self.shaft.is_some()
+        self.actuator.swing().is_some()
     }
 
     /// Puts the drive of a measured state where the far side's acceleration and jerk say that it is:
     /// nothing but the shaft moves the far side.
     pub fn untwist(&self, course: &mut Course, (acceleration, jerk): (f32, f32)) {
-        if let Some([_, swing]) = &self.shaft {
+        if let Some(swing) = self.actuator.swing() {
             let twist = swing.twist(acceleration, jerk);
             let velocity = course.state.velocity.value() - twist.rate;
             course.memory.twist = twist;
@@ -222,7 +211,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// Distance of the reported position from `measured`.
     #[inline]
     pub fn reported_from(&self, course: &Course, measured: f32) -> f32 {
-        match (self.half_play, &self.shaft) {
+        match (self.half_play, self.actuator.swing()) {
             (Some(_), _) => course.memory.far - measured,
             (None, Some(_)) => course.state.position.from(measured) + course.memory.twist.angle,
             (None, None) => course.state.position.from(measured),
@@ -239,7 +228,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Inertia behind the shaft: what the plant's own lacks beside the declared one.
     pub fn inertia_behind(&self) -> f32 {
-        self.shaft.as_ref().map_or(0.0, |[_, swing]| swing.inertia)
+        self.actuator.swing().map_or(0.0, |swing| swing.inertia)
     }
 
     /// How late the position is reported beside the current.
@@ -271,18 +260,14 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         given: &Given,
     ) -> Result<f32, InputRefused> {
         let before = state.current;
-        let swings = self.shaft.as_ref();
         let Some(earlier) = &self.earlier else {
-            let shaft = swings.map(|[_, swing]| (swing, twist));
-            self.advance(&self.actuator, (state, shaft), given.input, given)?;
+            self.advance(&self.actuator, (state, twist), given.input, given)?;
             return Ok(before + self.current.share * (state.current - before));
         };
         let first = self.actuator.on(earlier.borrow());
-        let shaft = swings.map(|[swing, _]| (swing, &mut *twist));
-        self.advance(&first, (state, shaft), given.previous, given)?;
+        self.advance(&first, (state, twist), given.previous, given)?;
         let between = state.current;
-        let shaft = swings.map(|[_, swing]| (swing, twist));
-        self.advance(&self.actuator, (state, shaft), given.input, given)?;
+        self.advance(&self.actuator, (state, twist), given.input, given)?;
         // With a late sensor alone the measurement belongs to the moment of the change.
         let (split, moment) = (self.input.share, self.current.share);
         Ok(if moment <= split {
@@ -296,19 +281,18 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        (state, mut shaft): (&mut State, Option<(&Swing, &mut Twist)>),
+        (state, twist): (&mut State, &mut Twist),
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        if self.held.is_nothing() && shaft.is_none() {
+        if self.held.is_nothing() && actuator.swing().is_none() {
             if given.brake == 0.0 {
                 return actuator.step(state, input);
             }
             return actuator.step_under(state, input, &actuator.load().braked(given.brake));
         }
         for _ in 0..self.parts {
-            let shaft = shaft.as_mut().map(|(swing, twist)| (*swing, &mut **twist));
-            self.advance_held(actuator, (state, shaft), input, given)?;
+            self.advance_held(actuator, (state, twist), input, given)?;
         }
         Ok(())
     }
@@ -317,29 +301,35 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance_held(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        (state, shaft): (&mut State, Option<(&Swing, &mut Twist)>),
+        (state, twist): (&mut State, &mut Twist),
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
         let time = given.index as f32 * self.period;
         let position = state.position.value();
         let velocity = state.velocity.value();
+        let torque_constant = match self.drive {
+            Drive::Voltage {
+                torque_constant, ..
+            } => torque_constant,
+            Drive::Torque => 0.0,
+        };
         let at = |current: f32, velocity: f32, position: f32| Middle {
             motor_torque: self.torque_per_current * current,
-            torque_constant: self.torque_constant,
+            torque_constant,
             velocity,
             position,
             time,
         };
         let start = at(state.current, velocity, position);
         let mut load = self.load_at(&start, given.brake);
-        if let Some((swing, twist)) = &shaft {
-            load.torque += swing.torque(**twist);
+        if let Some(swing) = actuator.swing() {
+            load.torque += swing.torque(*twist);
         }
         let (current, half_way, travel) = actuator.middle(state, self.fed(input, &start), &load);
         let middle = at(current, half_way, position + travel);
         let mut load = self.load_at(&middle, given.brake);
-        let Some((swing, twist)) = shaft else {
+        let Some(swing) = actuator.swing() else {
             return actuator.step_under(state, self.fed(input, &middle), &load);
         };
         let end = swing.step(*twist, 2.0 * (half_way - velocity) / swing.period);
@@ -352,17 +342,19 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// The input with what effects add to its voltage.
     #[inline]
     fn fed(&self, input: f32, middle: &Middle) -> f32 {
-        match self.input_per_volt {
-            Some(per_volt) => input + per_volt * self.held.voltage(middle),
-            None => input,
+        if self.electric {
+            input + self.held.voltage(middle) / self.gain
+        } else {
+            input
         }
     }
 
     /// Voltage that effects add to the input's.
     pub fn voltage_at(&self, middle: &Middle) -> f32 {
-        match self.input_per_volt {
-            Some(_) => self.held.voltage(middle),
-            None => 0.0,
+        if self.electric {
+            self.held.voltage(middle)
+        } else {
+            0.0
         }
     }
 

@@ -159,6 +159,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
 
     /// The same with an effect that the model lacks, at no strength: without what it does, but with
     /// replays that start as its own do.
+    #[inline(never)]
     pub fn held_out_beside(&mut self, model: &Model, id: Id) -> Option<HeldOut> {
         let nothing = Active {
             id,
@@ -263,7 +264,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     ///
     /// `None` inside if no strength comes near to what the model does without.
     #[inline(never)]
-    pub fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
+    fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
         let mut unbent = model.clone();
         for &parameter in self.options.base {
             unbent.set(parameter, self.declared.get(parameter));
@@ -289,6 +290,35 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             Some((tried, _)) => Some(self.fit(&tried)?.model),
             None => None,
         })
+    }
+
+    /// The model with an effect, where a fit of it starts.
+    ///
+    /// `None` inside if it is hopeless or the model is full.
+    #[inline(never)]
+    pub fn start(&mut self, model: &Model, effect: Active) -> Option<Option<Model>> {
+        if self.is_tried(effect.id) {
+            self.try_strengths(model, effect.id)
+        } else {
+            Some(screen::with_effect(model, effect))
+        }
+    }
+
+    /// Held-out errors of the model with an effect.
+    #[inline(never)]
+    pub fn held_out_with(&mut self, model: &Model, effect: Active) -> Option<Option<HeldOut>> {
+        Some(match self.start(model, effect)? {
+            Some(larger) => Some(self.held_out(&larger)?),
+            None => None,
+        })
+    }
+
+    /// Restarts replays as suits the model with an effect.
+    #[inline(never)]
+    pub fn restart_with(&mut self, model: &Model, effect: Active) -> Option<()> {
+        let start = self.start(model, effect)??;
+        let fitted = self.fit(&start)?.model;
+        self.restart(&fitted)
     }
 
     /// Sum of a model's squared weighted residuals.
