@@ -242,46 +242,6 @@ fn backlash() {
     });
 }
 
-/// An elastic shaft is not looked for, but simulated where it is declared.
-#[test]
-fn a_declared_shaft_swings_as_the_machines_does() {
-    let machine = RigMachine::throttle();
-    let effect = Effect::nominal(EffectKind::Compliance, &machine).scaled(STRENGTH);
-    let Effect::Compliance {
-        share,
-        trailing,
-        damping,
-    } = effect
-    else {
-        unreachable!()
-    };
-    let recording = Experiment::tracking(machine.clone(), sweep(&machine))
-        .with_effects(&[effect])
-        .lasting(SECONDS)
-        .seeded(4301)
-        .run();
-    let directory = tempfile::tempdir().unwrap();
-    let (file, path) = (
-        directory.path().join("machine.toml"),
-        directory.path().join("log.csv"),
-    );
-    std::fs::write(&path, recording.to_csv()).unwrap();
-    let train = [Log::read(&path).unwrap()];
-    let error = |declare: &str| {
-        // The rig's machine files end with [fit].
-        let text = format!("{}declared_effects = [{declare}]\n", machine.to_toml());
-        std::fs::write(&file, text).unwrap();
-        let machine = Machine::read(&file).unwrap();
-        let report = engine::run(&machine, &train, || Ok(Vec::new()), |_| ()).unwrap();
-        report.outcome.errors.train.declared.position_rms
-    };
-    let shaft = format!(
-        "{{ id = \"compliance\", trailing = {trailing}, share = {share}, damping = {damping} }}"
-    );
-    let (rigid, elastic) = (error(""), error(&shaft));
-    assert!(elastic < 0.6 * rigid, "{elastic} rad, {rigid} rad without");
-}
-
 #[test]
 fn torque_saturation() {
     is_named(EffectKind::TorqueSaturation, 4101, 0.05, |_, effect| {

@@ -27,10 +27,6 @@ pub enum Dimension {
     Velocity,
     /// s.
     Time,
-    /// s².
-    SquaredTime,
-    /// Hz.
-    Frequency,
     /// rad, whatever the coordinate.
     Phase,
     /// 1.
@@ -58,8 +54,6 @@ impl Dimension {
             Self::Position => ("rad", "m"),
             Self::Velocity => ("rad/s", "m/s"),
             Self::Time => ("s", "s"),
-            Self::SquaredTime => ("s²", "s²"),
-            Self::Frequency => ("Hz", "Hz"),
             Self::Phase => ("rad", "rad"),
             Self::Ratio => ("1", "1"),
         };

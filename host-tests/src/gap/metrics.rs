@@ -140,7 +140,7 @@ pub fn torque_balance(
             let drive = motor[index] + f64::from(load.torque)
                 - f64::from(plant.spring) * deflection
                 - f64::from(plant.spring_preload).copysign(deflection)
-                - f64::from(plant.inertia + simulator.inertia_behind()) * acceleration[index];
+                - f64::from(plant.inertia) * acceleration[index];
             let speed = velocity[index];
             if speed.abs() < rest {
                 // At rest friction takes what it must, up to the breakaway level.

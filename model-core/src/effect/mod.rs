@@ -12,7 +12,6 @@ pub mod learned_map;
 
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
-use crate::plant::shaft::{Shaft, Twist};
 use crate::unit::Dimension;
 
 /// Most parameters that one effect has.
@@ -87,8 +86,6 @@ pub struct Chain {
     /// Full width of the play before the sensor, rad or m; `None` without one. With a width of zero
     /// replays start as with a play, and the sensor reports what the drive does.
     pub play: Option<f32>,
-    /// An elastic shaft between the drive and the play.
-    pub shaft: Option<Shaft>,
 }
 
 /// What a model's effects remember from one step to the next.
@@ -96,8 +93,6 @@ pub struct Chain {
 pub struct Memory {
     /// Where the far side of the play is, rad or m.
     pub far: f32,
-    /// The far side of the elastic shaft beside the drive.
-    pub twist: Twist,
 }
 
 /// The actuator in the middle of a step.
@@ -123,9 +118,6 @@ pub trait Effect: Copy {
 
     /// Whether [`Effect::hold`] does anything.
     const HELD: bool = false;
-
-    /// Whether the tracing looks for it. Else it is there for those who declare it.
-    const TRACED: bool = true;
 
     /// Whether it has a memory, which a measured state does not restore: its replays run in.
     const REMEMBERS: bool = false;
@@ -200,11 +192,6 @@ macro_rules! catalogue {
             /// Largest magnitude of its `index`-th strength in a fit.
             pub fn most(self, scope: &Scope, index: usize) -> f32 {
                 match self { $(Self::$name => $module::$name::most(scope, index)),* }
-            }
-
-            /// Whether the tracing looks for it.
-            pub fn is_traced(self) -> bool {
-                match self { $(Self::$name => $module::$name::TRACED),* }
             }
 
             /// Whether it has a memory, which a measured state does not restore.
@@ -283,7 +270,6 @@ catalogue! {
     sensor_delay::SensorDelay,
     backlash::Backlash,
     torque_saturation::TorqueSaturation,
-    compliance::Compliance,
 }
 
 impl Id {

@@ -79,6 +79,8 @@ pub type Mask = Vec<bool, MOST_BLOCKS>;
 
 /// As [`compare`], the test over the blocks of a mask alone: those in which the larger model may
 /// differ from the smaller one. The ratio is that of all blocks.
+// Not part of a frame under which models are fitted.
+#[inline(never)]
 pub fn compare_within(smaller: &HeldOut, larger: &HeldOut, mask: &Mask) -> Comparison {
     let within = |blocks: &HeldOut| -> HeldOut {
         let chosen = blocks.iter().zip(mask).filter(|(_, within)| **within);

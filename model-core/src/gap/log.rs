@@ -127,34 +127,4 @@ impl Log<'_> {
         };
         State::new(origin + value, slope * unit / self.period)
     }
-
-    /// Acceleration and jerk at sample `index`, of the same cubic as [`Log::smoothed_state`].
-    pub fn smoothed_bend(&self, index: usize, half_width: usize) -> (f32, f32) {
-        let origin = self.position.at(index);
-        let unit = 1.0 / half_width as f32;
-        let (mut s2, mut s4, mut s6) = (0.0f32, 0.0f32, 0.0f32);
-        let (mut y0, mut y1, mut y2, mut y3) = (0.0f32, 0.0f32, 0.0f32, 0.0f32);
-        for offset in 0..=2 * half_width {
-            let x = (offset as f32 - half_width as f32) * unit;
-            let square = x * x;
-            let y = self.position.at(index + offset - half_width) - origin;
-            s2 += square;
-            s4 += square * square;
-            s6 += square * square * square;
-            y0 += y;
-            y1 += x * y;
-            y2 += square * y;
-            y3 += square * x * y;
-        }
-        let s0 = (2 * half_width + 1) as f32;
-        let rate = unit / self.period;
-        let square = (s0 * y2 - s2 * y0) / (s0 * s4 - s2 * s2);
-        // Three positions have no cubic.
-        let cube = if half_width > 1 {
-            (s2 * y3 - s4 * y1) / (s2 * s6 - s4 * s4)
-        } else {
-            0.0
-        };
-        (2.0 * square * rate * rate, 6.0 * cube * rate * rate * rate)
-    }
 }

@@ -195,14 +195,10 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         restart: &Restart,
         settings: &Settings,
     ) -> Self {
-        let mut runner = Self {
+        let runner = Self {
             velocity_channel: settings.velocity_channel,
             ..Self::from_state(simulator, log, restart.start, restart.state)
         };
-        if simulator.is_elastic() && restart.state.motion != Motion::Rest {
-            let bend = log.smoothed_bend(restart.start, settings.half_width);
-            simulator.untwist(&mut runner.course, bend);
-        }
         match &restart.approach {
             Some(approach) if simulator.remembers() => runner.behind(approach, restart, settings),
             _ => runner,
@@ -229,7 +225,6 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             let current = self.course.state.current;
             let position = self.course.state.position;
             self.course.state = run_in.course.state;
-            self.course.memory.twist = run_in.course.memory.twist;
             self.course.state.position = position;
             if log.current.is_some() {
                 self.course.state.current = current;

@@ -257,7 +257,7 @@ fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Activ
     Id::ALL
         .iter()
         .copied()
-        .filter(|id| id.is_traced() && !model.has(*id))
+        .filter(|id| !model.has(*id))
         .filter(|id| scope.rotary || !id.description().rotary_only)
         .flat_map(move |id| {
             let scanned = move |index| {

@@ -290,9 +290,41 @@ fn add_effect(
     found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<bool> {
-    let judgement = consider(workbench, round, found)?;
-    judgement.looks.iter().for_each(&mut *observe);
-    let Some(winner) = judgement.winner else {
+    let mut judgement = consider(workbench, round, found)?;
+    take_winner(workbench, round, found, &mut judgement, observe)
+}
+
+/// Adds the effect that a round has found to what has been found. Whether there is one.
+#[inline(never)]
+fn take_winner(
+    workbench: &mut Workbench<impl Schedule>,
+    round: usize,
+    found: &mut Found,
+    judgement: &mut Judgement,
+    observe: &mut impl FnMut(&Consideration),
+) -> Option<bool> {
+    let Judgement {
+        looks,
+        winner,
+        rival,
+    } = judgement;
+    if let (Some(leading), Some(rival)) = (winner.as_mut(), rival.take()) {
+        let pair = [rival.candidate.effect, leading.candidate.effect];
+        if wins_on_its_restarts(workbench, &found.after.model, pair)? {
+            *leading = rival;
+        }
+    }
+    let by = winner.as_ref().map(|winner| winner.candidate.effect.id);
+    for look in looks {
+        if let Some(by) = by
+            && look.decision == Decision::Accepted
+            && look.subject != Subject::Effect(by)
+        {
+            look.decision = Decision::Outdone { by };
+        }
+        observe(look);
+    }
+    let Some(winner) = winner.take() else {
         return Some(false);
     };
     let larger = workbench.start(&found.after.model, winner.candidate.effect);
@@ -401,6 +433,8 @@ fn drop_replaced(
 struct Judgement {
     looks: Vec<Consideration, MOST_CANDIDATES>,
     winner: Option<Accepted>,
+    /// An effect with a memory that comes near to it, and may win where replays restart as suits it.
+    rival: Option<Accepted>,
 }
 
 /// Screens the effects that a model lacks and judges the best of them.
@@ -423,9 +457,11 @@ fn wins_on_its_restarts(
     [rival, leading]: [Active; 2],
 ) -> Option<bool> {
     let chosen = workbench.data;
-    workbench.restart_with(model, rival)?;
-    let rival = workbench.held_out_with(model, rival)??;
-    let leading = workbench.held_out_with(model, leading)??;
+    let own = workbench.start(model, rival)??;
+    workbench.restart(&own)?;
+    let rival = workbench.held_out(&own)?;
+    let leading = workbench.start(model, leading)??;
+    let leading = workbench.held_out(&leading)?;
     workbench.data = chosen;
     Some(compare(&leading, &rival).ratio < 1.0)
 }
@@ -441,18 +477,31 @@ fn judge_effect(
     effect: Active,
     looks: usize,
 ) -> Option<Option<(Comparison, Option<Refusal>)>> {
-    let Some(larger) = workbench.held_out_with(model, effect)? else {
+    let mut larger = HeldOut::new();
+    if !workbench.held_out_with(model, effect, &mut larger)? {
         return Some(None);
-    };
+    }
     let mask = workbench.blocks_of(effect.id);
     let comparison = compare_within(smaller, &larger, &mask);
     let mut refusal = comparison.refusal(looks);
     if refusal.is_none() && effect.id.remembers() {
-        // Its replays start otherwise, which may be all that is better.
-        let beside = workbench.held_out_beside(model, effect.id)?;
-        refusal = compare_within(&beside, &larger, &mask).refusal(looks);
+        refusal = compare_beside(workbench, model, effect.id, &larger)?.refusal(looks);
     }
     Some(Some((comparison, refusal)))
+}
+
+/// Compares the held-out errors of a model with an effect that has a memory with those of the model
+/// without it, whose replays start as its own do: that may be all that is better.
+#[inline(never)]
+fn compare_beside(
+    workbench: &mut Workbench<impl Schedule>,
+    model: &Model,
+    id: Id,
+    larger: &HeldOut,
+) -> Option<Comparison> {
+    let mut beside = HeldOut::new();
+    workbench.held_out_beside(model, id, &mut beside)?;
+    Some(compare_within(&beside, larger, &workbench.blocks_of(id)))
 }
 
 /// Judges the candidates of a round.
@@ -543,6 +592,7 @@ fn refit(
         return Some(Judgement {
             looks,
             winner: None,
+            rival: None,
         });
     };
     let parameters = |index: usize| candidates[index].effect.id.description().parameters.len();
@@ -554,19 +604,6 @@ fn refit(
             let fewer = parameters(a.0).cmp(&parameters(b.0));
             fewer.then(a.1.ratio.total_cmp(&b.1.ratio))
         })?;
-
-    let near = |held_out: Comparison| held_out.ratio <= CONTESTED * least;
-    let rivals = shortlist.iter().copied().filter(|&index| {
-        let remembers = candidates[index].effect.id.remembers();
-        index != best && remembers && passed(index).is_some_and(near)
-    });
-    let (mut best, mut comparison) = (best, comparison);
-    for rival in rivals {
-        let pair = [candidates[rival].effect, candidates[best].effect];
-        if wins_on_its_restarts(workbench, model, pair)? {
-            (best, comparison) = (rival, passed(rival)?);
-        }
-    }
 
     // The error of an effect that was not refitted is that of the one it is the same as.
     let error = |id: Id| {
@@ -583,28 +620,26 @@ fn refit(
         refitted.held_out.map(|held_out| held_out.ratio)
     };
     let told_apart = |id: Id| error(id).is_some_and(|ratio| ratio > TOLD_APART * least);
-    let equivalent = shortlist
-        .iter()
-        .filter(|&&other| other != best && imitation[best][other] > EQUIVALENT)
-        .map(|&other| candidates[other].effect.id)
-        .filter(|&id| !told_apart(id))
-        .collect();
-
-    let winner = candidates[best];
-    for (index, look) in looks.iter_mut().enumerate() {
-        if index != best && look.decision == Decision::Accepted {
-            look.decision = Decision::Outdone {
-                by: winner.effect.id,
-            };
-        }
-    }
-    let winner = Accepted {
-        candidate: winner,
+    let accept = |best: usize, comparison: Comparison| Accepted {
+        candidate: candidates[best],
         p_value: comparison.p_value,
-        equivalent,
+        equivalent: shortlist
+            .iter()
+            .filter(|&&other| other != best && imitation[best][other] > EQUIVALENT)
+            .map(|&other| candidates[other].effect.id)
+            .filter(|&id| !told_apart(id))
+            .collect(),
     };
+    let rival = shortlist.iter().find_map(|&index| {
+        let remembers = candidates[index].effect.id.remembers();
+        let near = |held_out: &Comparison| held_out.ratio <= CONTESTED * least;
+        let held_out = passed(index).filter(near)?;
+        (index != best && remembers).then(|| accept(index, held_out))
+    });
+    let winner = accept(best, comparison);
     Some(Judgement {
-        looks,
         winner: Some(winner),
+        rival,
+        looks,
     })
 }

@@ -7,7 +7,6 @@ use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError};
-use crate::plant::shaft::Twist;
 use crate::plant::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
@@ -39,10 +38,7 @@ impl Course {
         let far = state.position.value();
         Self {
             state,
-            memory: Memory {
-                far,
-                ..Memory::default()
-            },
+            memory: Memory { far },
         }
     }
 }
@@ -122,7 +118,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let (plant, chain) = model.bound();
         plant.check()?;
         let held = share(model.held()?)?;
-        let parts = if held.is_nothing() && chain.shaft.is_none() {
+        let parts = if held.is_nothing() {
             1
         } else {
             PARTS_UNDER_HELD_EFFECTS
@@ -130,10 +126,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let has_winding = matches!(plant.drive, Drive::Voltage { .. });
         let electric = has_winding && held.is_electric();
         let input = Lateness::new(chain.input_delay + chain.sensor_delay, period);
-        let modes_over = |share: f32| {
-            let basis = Basis::new(&plant, share * period / parts as f32);
-            modes(&basis.with_shaft(chain.shaft))
-        };
+        let modes_over = |share: f32| modes(&Basis::new(&plant, share * period / parts as f32));
         let earlier = if input.share == 0.0 {
             None
         } else {
@@ -177,44 +170,20 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         course.state.position = Compensated::new(far + lead);
     }
 
-    /// Where the far side of the shaft is, before the play.
-    fn behind_the_shaft(&self, course: &Course) -> f32 {
-        course.state.position.value() + course.memory.twist.angle
-    }
-
-    /// Whether the sensor sits behind an elastic shaft.
-    pub fn is_elastic(&self) -> bool {
-        self.actuator.swing().is_some()
-    }
-
-    /// Puts the drive of a measured state where the far side's acceleration and jerk say that it is:
-    /// nothing but the shaft moves the far side.
-    pub fn untwist(&self, course: &mut Course, (acceleration, jerk): (f32, f32)) {
-        if let Some(swing) = self.actuator.swing() {
-            let twist = swing.twist(acceleration, jerk);
-            let velocity = course.state.velocity.value() - twist.rate;
-            course.memory.twist = twist;
-            course.state.position = Compensated::new(course.memory.far - twist.angle);
-            course.state.velocity = Compensated::new(velocity);
-            course.state.motion = Motion::of(velocity);
-        }
-    }
-
     /// Puts the drive where a simulation that has run up to here has it, within the play around the
     /// measured far side. `moved`: how much further the drive is than that simulation has it.
     pub fn resume(&self, course: &mut Course, run_in: &Course, moved: f32) {
-        let near = self.behind_the_shaft(run_in) + moved;
+        let near = run_in.state.position.value() + moved;
         let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
-        course.state.position = Compensated::new(within - course.memory.twist.angle);
+        course.state.position = Compensated::new(within);
     }
 
     /// Distance of the reported position from `measured`.
     #[inline]
     pub fn reported_from(&self, course: &Course, measured: f32) -> f32 {
-        match (self.half_play, self.actuator.swing()) {
-            (Some(_), _) => course.memory.far - measured,
-            (None, Some(_)) => course.state.position.from(measured) + course.memory.twist.angle,
-            (None, None) => course.state.position.from(measured),
+        match self.half_play {
+            Some(_) => course.memory.far - measured,
+            None => course.state.position.from(measured),
         }
     }
 
@@ -222,13 +191,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     pub fn reported(&self, course: &Course) -> f32 {
         match self.half_play {
             Some(_) => course.memory.far,
-            None => self.behind_the_shaft(course),
+            None => course.state.position.value(),
         }
-    }
-
-    /// Inertia behind the shaft: what the plant's own lacks beside the declared one.
-    pub fn inertia_behind(&self) -> f32 {
-        self.actuator.swing().map_or(0.0, |swing| swing.inertia)
     }
 
     /// How late the position is reported beside the current.
@@ -244,30 +208,24 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     #[inline]
     pub fn step(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
         let Course { state, memory } = course;
-        let current = self.step_actuator(state, &mut memory.twist, given)?;
+        let current = self.step_actuator(state, given)?;
         if let Some(half_play) = self.half_play {
-            let near = state.position.value() + memory.twist.angle;
-            memory.far = follow(memory.far, near, half_play);
+            memory.far = follow(memory.far, state.position.value(), half_play);
         }
         Ok(current)
     }
 
     #[inline]
-    fn step_actuator(
-        &self,
-        state: &mut State,
-        twist: &mut Twist,
-        given: &Given,
-    ) -> Result<f32, InputRefused> {
+    fn step_actuator(&self, state: &mut State, given: &Given) -> Result<f32, InputRefused> {
         let before = state.current;
         let Some(earlier) = &self.earlier else {
-            self.advance(&self.actuator, (state, twist), given.input, given)?;
+            self.advance(&self.actuator, state, given.input, given)?;
             return Ok(before + self.current.share * (state.current - before));
         };
         let first = self.actuator.on(earlier.borrow());
-        self.advance(&first, (state, twist), given.previous, given)?;
+        self.advance(&first, state, given.previous, given)?;
         let between = state.current;
-        self.advance(&self.actuator, (state, twist), given.input, given)?;
+        self.advance(&self.actuator, state, given.input, given)?;
         // With a late sensor alone the measurement belongs to the moment of the change.
         let (split, moment) = (self.input.share, self.current.share);
         Ok(if moment <= split {
@@ -281,18 +239,18 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        (state, twist): (&mut State, &mut Twist),
+        state: &mut State,
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        if self.held.is_nothing() && actuator.swing().is_none() {
+        if self.held.is_nothing() {
             if given.brake == 0.0 {
                 return actuator.step(state, input);
             }
             return actuator.step_under(state, input, &actuator.load().braked(given.brake));
         }
         for _ in 0..self.parts {
-            self.advance_held(actuator, (state, twist), input, given)?;
+            self.advance_held(actuator, state, input, given)?;
         }
         Ok(())
     }
@@ -301,7 +259,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance_held(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        (state, twist): (&mut State, &mut Twist),
+        state: &mut State,
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
@@ -322,21 +280,11 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             time,
         };
         let start = at(state.current, velocity, position);
-        let mut load = self.load_at(&start, given.brake);
-        if let Some(swing) = actuator.swing() {
-            load.torque += swing.torque(*twist);
-        }
+        let load = self.load_at(&start, given.brake);
         let (current, half_way, travel) = actuator.middle(state, self.fed(input, &start), &load);
         let middle = at(current, half_way, position + travel);
-        let mut load = self.load_at(&middle, given.brake);
-        let Some(swing) = actuator.swing() else {
-            return actuator.step_under(state, self.fed(input, &middle), &load);
-        };
-        let end = swing.step(*twist, 2.0 * (half_way - velocity) / swing.period);
-        load.torque += 0.5 * (swing.torque(*twist) + swing.torque(end));
-        actuator.step_under(state, self.fed(input, &middle), &load)?;
-        *twist = swing.step(*twist, (state.velocity.value() - velocity) / swing.period);
-        Ok(())
+        let load = self.load_at(&middle, given.brake);
+        actuator.step_under(state, self.fed(input, &middle), &load)
     }
 
     /// The input with what effects add to its voltage.

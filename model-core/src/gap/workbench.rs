@@ -153,24 +153,25 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Fits a model on every second block and measures it on the blocks between, and the other way
     /// round.
     pub fn held_out(&mut self, model: &Model) -> Option<HeldOut> {
-        let variables = self.variables(model);
-        self.held_out_moving(model, &variables)
+        let mut blocks = HeldOut::new();
+        self.held_out_moving(model, model, &mut blocks)?;
+        Some(blocks)
     }
 
     /// The same with an effect that the model lacks, at no strength: without what it does, but with
     /// replays that start as its own do.
     #[inline(never)]
-    pub fn held_out_beside(&mut self, model: &Model, id: Id) -> Option<HeldOut> {
+    pub fn held_out_beside(&mut self, model: &Model, id: Id, blocks: &mut HeldOut) -> Option<()> {
         let nothing = Active {
             id,
             values: [0.0; MOST_PARAMETERS],
         };
-        let variables = self.variables(model);
-        self.held_out_moving(&screen::with_effect(model, nothing)?, &variables)
+        self.held_out_moving(&screen::with_effect(model, nothing)?, model, blocks)
     }
 
     /// The blocks in which an effect may show: all of them, but for a play those in which the machine
     /// turns or rests.
+    #[inline(never)]
     pub fn blocks_of(&self, id: Id) -> Mask {
         let data = &self.data;
         let mut mask = Mask::new();
@@ -190,9 +191,16 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         mask
     }
 
-    fn held_out_moving(&mut self, model: &Model, variables: &Variables) -> Option<HeldOut> {
+    /// Held-out errors of a model of which the fits move what another one has.
+    fn held_out_moving(
+        &mut self,
+        model: &Model,
+        moving: &Model,
+        blocks: &mut HeldOut,
+    ) -> Option<()> {
         let (data, block) = (self.data, self.block);
-        let mut blocks = HeldOut::new();
+        let variables = self.variables(moving);
+        blocks.clear();
         let count = data.windows().div_ceil(block).min(MOST_BLOCKS);
         let scope = &self.options.scope;
         let counts = FLOOR_COUNTS * data.settings.resolution;
@@ -212,11 +220,11 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let _ = blocks.resize(count, WindowError::default());
         for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
             let fold = (train, block);
-            let fit = fit::fit(&data, self.schedule, fold, model, variables, HALF)?;
-            let measured = self.measure(&fit.model, test, &floor, &mut blocks)?;
+            let fit = fit::fit(&data, self.schedule, fold, model, &variables, HALF)?;
+            let measured = self.measure(&fit.model, test, &floor, blocks)?;
             self.simulated += fit.simulated + measured;
         }
-        Some(blocks)
+        Some(())
     }
 
     /// Adds a model's errors, and the floor, to the blocks that take part in a fold. Gives the
@@ -304,21 +312,19 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         }
     }
 
-    /// Held-out errors of the model with an effect.
+    /// Held-out errors of the model with an effect; whether it is worth the look.
     #[inline(never)]
-    pub fn held_out_with(&mut self, model: &Model, effect: Active) -> Option<Option<HeldOut>> {
-        Some(match self.start(model, effect)? {
-            Some(larger) => Some(self.held_out(&larger)?),
-            None => None,
-        })
-    }
-
-    /// Restarts replays as suits the model with an effect.
-    #[inline(never)]
-    pub fn restart_with(&mut self, model: &Model, effect: Active) -> Option<()> {
-        let start = self.start(model, effect)??;
-        let fitted = self.fit(&start)?.model;
-        self.restart(&fitted)
+    pub fn held_out_with(
+        &mut self,
+        model: &Model,
+        effect: Active,
+        blocks: &mut HeldOut,
+    ) -> Option<bool> {
+        let Some(larger) = self.start(model, effect)? else {
+            return Some(false);
+        };
+        self.held_out_moving(&larger, &larger, blocks)?;
+        Some(true)
     }
 
     /// Sum of a model's squared weighted residuals.

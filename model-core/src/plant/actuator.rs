@@ -2,7 +2,6 @@
 
 use super::modes::{Basis, CELLS, Modes, RUNGS};
 use super::parameters::{Drive, ParameterError, Parameters};
-use super::shaft::Swing;
 use super::{Compensated, Directional, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
@@ -230,12 +229,6 @@ impl<M: Borrow<Modes>> Actuator<M> {
             lower_stop: self.lower_stop,
             upper_stop: self.upper_stop,
         }
-    }
-
-    /// The far side of an elastic shaft, where the modes have one.
-    #[inline]
-    pub fn swing(&self) -> Option<&Swing> {
-        self.modes.borrow().swing.as_ref()
     }
 
     /// The load that the parameters declare; effects start from it.

@@ -16,7 +16,6 @@
 //! * [`inter_sample`]: its position between its samples;
 //! * [`throttle`]: an actuator behind a [`bridge`], read by two tracks of a [`potentiometer`], with
 //!   the faults that an engine controller has to find;
-//! * [`shaft`]: an elastic shaft behind it;
 //! * [`rise_time`]: the inertia that gives the rise time of a real part.
 
 pub mod actuator;
@@ -32,7 +31,6 @@ pub mod parameters;
 pub mod piecewise_affine;
 pub mod potentiometer;
 pub mod rise_time;
-pub mod shaft;
 pub mod throttle;
 
 /// Direction of motion, or rest.

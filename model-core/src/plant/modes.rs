@@ -15,7 +15,6 @@
 
 use super::Directional;
 use super::parameters::{Drive, ParameterError, Parameters};
-use super::shaft::{Shaft, Swing};
 use crate::numeric::matrix_exponential::{Matrix, exponential, multiply};
 
 /// Rungs of a ladder: the step halved up to four times.
@@ -67,7 +66,6 @@ pub struct Basis {
     inertia: f32,
     viscous: Directional,
     spring: f32,
-    shaft: Option<Shaft>,
     period: f32,
 }
 
@@ -80,14 +78,8 @@ impl Basis {
             inertia: parameters.inertia,
             viscous: parameters.viscous,
             spring: parameters.spring,
-            shaft: None,
             period,
         }
-    }
-
-    /// The same with an elastic shaft behind the actuator.
-    pub fn with_shaft(self, shaft: Option<Shaft>) -> Self {
-        Self { shaft, ..self }
     }
 
     /// Whether the period is one that a step may have.
@@ -112,8 +104,6 @@ pub struct Modes {
     pub(super) backward: Ladder,
     /// At rest.
     pub(super) rest: RestLadder,
-    /// The far side of an elastic shaft.
-    pub(super) swing: Option<Swing>,
 }
 
 impl Modes {
@@ -141,7 +131,6 @@ impl Modes {
             forward,
             backward,
             rest: rest(basis),
-            swing: basis.shaft.map(|shaft| Swing::new(&shaft, basis.period)),
         }
     }
 
