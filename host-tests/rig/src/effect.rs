@@ -239,10 +239,10 @@ impl Effect {
             EffectKind::Backlash => Self::Backlash {
                 width: 0.01 * (2.0 * machine.amplitude()),
             },
-            // 45 Hz with the drive held: below, the position loops swing.
+            // 40 Hz with the drive held: well below, the position loops swing.
             EffectKind::Compliance => Self::Compliance {
                 share: 0.2,
-                trailing: (TAU * 45.0).powi(-2),
+                trailing: (TAU * 40.0).powi(-2),
                 damping: 0.15,
             },
             EffectKind::TorqueSaturation => {
