@@ -96,6 +96,7 @@ fn torque_residuals(logs: &[Log; 2], model: &Model) -> [f64; 2] {
                 window: 200,
                 half_width: 8,
                 measured_velocity: false,
+                velocity_channel: false,
                 resolution: 0.0,
                 position_weight: 1.0,
                 current_weight: 0.0,

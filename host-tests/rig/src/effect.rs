@@ -73,6 +73,15 @@ pub enum Effect {
         /// The full width, rad or m.
         width: f64,
     },
+    /// A second inertia behind a spring, which the sensor sits on. It is a part of the machine's own.
+    Compliance {
+        /// Part of the machine's inertia, 0 to 1.
+        share: f64,
+        /// J₂/k, s²; 0 is rigid.
+        trailing: f64,
+        /// d / (2 √(k J₂)).
+        damping: f64,
+    },
     /// The torque constant falls with current: k / (1 + fall · |load|), with the load that the motor
     /// would have without it. The back-EMF falls with it.
     TorqueSaturation {
@@ -136,6 +145,8 @@ pub enum EffectKind {
     SensorDelay,
     /// [`Effect::Backlash`]
     Backlash,
+    /// [`Effect::Compliance`]
+    Compliance,
     /// [`Effect::TorqueSaturation`]
     TorqueSaturation,
     /// [`Effect::SpeedBand`]
@@ -148,7 +159,7 @@ pub enum EffectKind {
 
 impl EffectKind {
     /// Every kind that a rig can carry.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::AsymmetricCoulomb,
         Self::AsymmetricViscous,
         Self::OffsetTorque,
@@ -160,6 +171,7 @@ impl EffectKind {
         Self::InputDelay,
         Self::SensorDelay,
         Self::Backlash,
+        Self::Compliance,
         Self::TorqueSaturation,
         Self::SpeedBand,
         Self::RoughSpot,
@@ -181,6 +193,7 @@ impl EffectKind {
             Self::InputDelay => Some("input_delay"),
             Self::SensorDelay => Some("sensor_delay"),
             Self::Backlash => Some("backlash"),
+            Self::Compliance => Some("compliance"),
             Self::TorqueSaturation => Some("torque_saturation"),
             Self::RoughSpot => Some("position_dependent_friction"),
             Self::Presliding => Some("presliding"),
@@ -225,6 +238,12 @@ impl Effect {
             EffectKind::SensorDelay => Self::SensorDelay { seconds: 2.4e-3 },
             EffectKind::Backlash => Self::Backlash {
                 width: 0.01 * (2.0 * machine.amplitude()),
+            },
+            // 40 Hz with the drive held: well below, the position loops swing.
+            EffectKind::Compliance => Self::Compliance {
+                share: 0.2,
+                trailing: (TAU * 40.0).powi(-2),
+                damping: 0.15,
             },
             EffectKind::TorqueSaturation => {
                 // A fifth is lost at the load that friction, spring and a brisk start take.
@@ -283,6 +302,9 @@ impl Effect {
             | Self::InputDelay { seconds: strength }
             | Self::SensorDelay { seconds: strength }
             | Self::Backlash { width: strength }
+            | Self::Compliance {
+                trailing: strength, ..
+            }
             | Self::TorqueSaturation { fall: strength }
             | Self::SpeedBand {
                 torque: strength, ..
@@ -336,6 +358,7 @@ impl Effect {
             Self::InputDelay { .. } => EffectKind::InputDelay,
             Self::SensorDelay { .. } => EffectKind::SensorDelay,
             Self::Backlash { .. } => EffectKind::Backlash,
+            Self::Compliance { .. } => EffectKind::Compliance,
             Self::TorqueSaturation { .. } => EffectKind::TorqueSaturation,
             Self::SpeedBand { .. } => EffectKind::SpeedBand,
             Self::RoughSpot { .. } => EffectKind::RoughSpot,

@@ -208,7 +208,7 @@ impl Experiment {
                 powered.plant.brake(level);
             }
             if sensor_age == 0.0 {
-                caught.push(powered.plant.state().position);
+                caught.push(powered.plant.sensed());
             }
             let reported = caught.len().checked_sub(1 + sensor_rows);
             let seen = reported.map_or(start, |index| caught[index]);
@@ -264,13 +264,13 @@ impl Experiment {
                 powered.advance(arriving, period - input_phase);
             } else if catch_phase < input_phase {
                 powered.advance(acting, catch_phase);
-                caught.push(powered.plant.state().position);
+                caught.push(powered.plant.sensed());
                 powered.advance(acting, input_phase - catch_phase);
                 powered.advance(arriving, period - input_phase);
             } else {
                 powered.advance(acting, input_phase);
                 powered.advance(arriving, catch_phase - input_phase);
-                caught.push(powered.plant.state().position);
+                caught.push(powered.plant.sensed());
                 powered.advance(arriving, sensor_age);
             }
             acting = arriving;

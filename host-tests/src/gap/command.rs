@@ -21,7 +21,7 @@ pub struct Args {
     #[arg(long, value_name = "M.toml")]
     pub machine: PathBuf,
     /// Log to find the effects in, CSV with time_s,input,position and, where measured, command,
-    /// current_a, velocity; may be given several times
+    /// current_a, velocity, brake; may be given several times
     #[arg(long, value_name = "A.csv", required = true)]
     pub train: Vec<PathBuf>,
     /// A log to judge them on, opened once at the end; may be given several times

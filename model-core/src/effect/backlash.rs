@@ -24,9 +24,7 @@ use crate::unit::Dimension;
 
 /// Widths at which it is screened, as shares of the stroke: factors of two, which lie near enough for
 /// a fit to find the rest.
-const TRIALS: [f32; 8] = [
-    0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064,
-];
+const TRIALS: [f32; 9] = [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064, 0.128];
 
 /// Width of the play.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,8 +71,8 @@ impl Effect for Backlash {
         0.01 * scope.stroke
     }
 
-    fn trial(scope: &Scope, index: usize) -> Option<f32> {
-        TRIALS.get(index).map(|share| share * scope.stroke)
+    fn trial(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
+        TRIALS.get(index).map(|share| [share * scope.stroke, 0.0, 0.0])
     }
 
     fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {

@@ -43,6 +43,11 @@ impl Effect for LoadDependentFriction {
         0.2
     }
 
+    /// From 1 on the machine locks itself.
+    fn most(_scope: &Scope, _index: usize) -> f32 {
+        0.95
+    }
+
     #[inline]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let extra = self.share * middle.motor_torque.abs();

@@ -141,9 +141,9 @@ pub trait Effect: Copy {
         None
     }
 
-    /// The `index`-th value to try for its one strength, where a small one does not tell what a large
-    /// one does; `None` behind the last, and always where it does.
-    fn trial(_scope: &Scope, _index: usize) -> Option<f32> {
+    /// The `index`-th values to try, where a small strength does not tell what a large one does; `None`
+    /// behind the last, and always where it does. Such an effect has one strength.
+    fn trial(_scope: &Scope, _index: usize) -> Option<[f32; MOST_PARAMETERS]> {
         None
     }
 
@@ -204,9 +204,9 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::shape(scope, index)),* }
             }
 
-            /// The `index`-th value to try for its one strength, where a small one does not tell
-            /// what a large one does.
-            pub fn trial(self, scope: &Scope, index: usize) -> Option<f32> {
+            /// The `index`-th values to try, where a small strength does not tell what a large
+            /// one does.
+            pub fn trial(self, scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
                 match self { $(Self::$name => $module::$name::trial(scope, index)),* }
             }
         }

@@ -3,6 +3,7 @@
 //! Modes are most of a simulator's size and nearly all of the work of building one, and few
 //! perturbations change them: copies share what they have in common.
 
+use super::fit::MOST_VARIABLES;
 use super::held::{Held, Varied};
 use super::model::Model;
 use super::simulator::Simulator;
@@ -12,8 +13,8 @@ use crate::plant::parameters::ParameterError;
 use core::cell::OnceCell;
 use heapless::Vec;
 
-/// Columns of the sums: the residual and up to 31 perturbed copies.
-pub const COLUMNS: usize = 32;
+/// Columns of the sums: the residual and a perturbed copy for each of the variables of the largest fit.
+pub const COLUMNS: usize = MOST_VARIABLES + 1;
 
 /// Most copies that are moved the opposite way: one a signed strength of the catalogue.
 const MOST_OPPOSITES: usize = 8;

@@ -74,6 +74,24 @@ pub fn windows_per_block(data: &Data, samples: usize) -> usize {
         .max(1)
 }
 
+/// Which blocks take part in a comparison.
+pub type Mask = Vec<bool, MOST_BLOCKS>;
+
+/// As [`compare`], the test over the blocks of a mask alone: those in which the larger model may
+/// differ from the smaller one. The ratio is that of all blocks.
+// Not part of a frame under which models are fitted.
+#[inline(never)]
+pub fn compare_within(smaller: &HeldOut, larger: &HeldOut, mask: &Mask) -> Comparison {
+    let within = |blocks: &HeldOut| -> HeldOut {
+        let chosen = blocks.iter().zip(mask).filter(|(_, within)| **within);
+        chosen.map(|(block, _)| *block).collect()
+    };
+    Comparison {
+        ratio: compare(smaller, larger).ratio,
+        ..compare(&within(smaller), &within(larger))
+    }
+}
+
 /// Compares two models block by block. The channels' logarithms add: each has its own, unknown
 /// noise, and a channel that is mere noise does not hide a gain in the other.
 pub fn compare(smaller: &HeldOut, larger: &HeldOut) -> Comparison {

@@ -29,6 +29,8 @@ pub struct Settings {
     /// Whether a replay restarts from the measured velocity, where there is one, instead of the
     /// slope of the position.
     pub measured_velocity: bool,
+    /// Whether the second channel is the velocity: where no log has a current and each has a velocity.
+    pub velocity_channel: bool,
     /// Sensor resolution, rad or m; 0 if unknown.
     pub resolution: f32,
     /// Travel by which a motion is told from noise, rad or m: what the memory of an effect is known
@@ -36,7 +38,7 @@ pub struct Settings {
     pub clear_travel: f32,
     /// One over the scale of a position residual.
     pub position_weight: f32,
-    /// One over the scale of a current residual; 0 leaves the current out.
+    /// One over the scale of a residual of the second channel, current or velocity; 0 leaves it out.
     pub current_weight: f32,
 }
 
@@ -65,6 +67,7 @@ impl Settings {
             window: samples(WINDOW, period, 5),
             half_width: HALF_WIDTH,
             measured_velocity: false,
+            velocity_channel: false,
             resolution,
             clear_travel: CLEAR_COUNTS * resolution,
             position_weight: 1.0,
@@ -145,6 +148,8 @@ pub struct Row {
     next_position: f32,
     /// The current at its start.
     current: Option<f32>,
+    /// The velocity at its end.
+    next_velocity: Option<f32>,
     /// The brake's friction, held over it.
     brake: f32,
 }
@@ -158,6 +163,7 @@ impl Row {
             input: log.input.at(index),
             next_position: log.position.at(index + 1),
             current: log.current.map(|current| current.at(index)),
+            next_velocity: log.velocity.map(|velocity| velocity.at(index + 1)),
             brake: log.brake.map_or(0.0, |brake| brake.at(index)),
         }
     }
@@ -168,6 +174,7 @@ pub struct Runner<'a, M = Modes, H = Held> {
     simulator: &'a Simulator<M, H>,
     log: &'a Log<'a>,
     course: Course,
+    velocity_channel: bool,
 }
 
 impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
@@ -179,35 +186,52 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         settings: &Settings,
     ) -> Self {
         let restart = Restart::new(log, start, settings, simulator.remembers());
-        Self::from_restart(simulator, log, &restart)
+        Self::from_restart(simulator, log, &restart, settings)
     }
 
-    fn from_restart(simulator: &'a Simulator<M, H>, log: &'a Log<'a>, restart: &Restart) -> Self {
-        let runner = Self::from_state(simulator, log, restart.start, restart.state);
+    fn from_restart(
+        simulator: &'a Simulator<M, H>,
+        log: &'a Log<'a>,
+        restart: &Restart,
+        settings: &Settings,
+    ) -> Self {
+        let runner = Self {
+            velocity_channel: settings.velocity_channel,
+            ..Self::from_state(simulator, log, restart.start, restart.state)
+        };
         match &restart.approach {
-            Some(approach) if simulator.remembers() => runner.behind(approach, restart),
+            Some(approach) if simulator.remembers() => runner.behind(approach, restart, settings),
             _ => runner,
         }
     }
 
     /// With what the effects remember of the approach to the restart.
-    fn behind(mut self, approach: &Approach, restart: &Restart) -> Self {
+    fn behind(mut self, approach: &Approach, restart: &Restart, settings: &Settings) -> Self {
+        let log = self.log;
+        let velocity = log.velocity.filter(|_| settings.measured_velocity);
         let mut run_in = Self::from_state(self.simulator, self.log, approach.since, approach.state);
         self.simulator.lean(&mut run_in.course, approach.motion);
+        let mut moved = 0.0;
         for index in approach.since..restart.start {
-            run_in.advance(&Row::new(self.log, index));
+            match velocity {
+                // A measured velocity is the drive's own, and says where it has gone.
+                Some(velocity) => moved += log.period * velocity.at(index),
+                None => {
+                    run_in.advance(&Row::new(log, index));
+                }
+            }
         }
-        if approach.rested {
+        if approach.rested && velocity.is_none() {
             let current = self.course.state.current;
             let position = self.course.state.position;
             self.course.state = run_in.course.state;
             self.course.state.position = position;
-            if self.log.current.is_some() {
+            if log.current.is_some() {
                 self.course.state.current = current;
             }
         }
-        let near = run_in.course.state.position.value();
-        self.simulator.resume(&mut self.course, near);
+        self.simulator
+            .resume(&mut self.course, &run_in.course, moved);
         self
     }
 
@@ -230,11 +254,12 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             simulator,
             log,
             course: Course::new(state),
+            velocity_channel: false,
         }
     }
 
     /// Steps from a sample to the next and gives the residuals, model less measurement: of the
-    /// position at the next sample, of the current at this one.
+    /// position at the next sample, and of the current at this one or of the velocity at the next.
     #[inline]
     pub fn advance(&mut self, row: &Row) -> (f32, f32) {
         let late = self.simulator.input_lateness();
@@ -265,7 +290,12 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let current = match (row.current, self.log.current) {
             (Some(measured), _) if late == 0 => predicted - measured,
             (_, Some(measured)) => predicted - measured.at(row.index.saturating_sub(late)),
-            (_, None) => 0.0,
+            (_, None) => match row.next_velocity {
+                Some(measured) if self.velocity_channel => {
+                    self.course.state.velocity.value() - measured
+                }
+                _ => 0.0,
+            },
         };
         let position = self
             .simulator
@@ -331,6 +361,18 @@ fn approach(log: &Log, start: usize, settings: &Settings) -> Approach {
     };
     let before = start - half_width;
     let Some((last, motion)) = clear_motion(before) else {
+        // Too near to the beginning of the log to look back over the smoothing?
+        let here = log.position.at(start);
+        let mut first = (0..start).filter(|_| earliest == half_width);
+        let moved = |index: &usize| (here - log.position.at(*index)).abs() > settings.clear_travel;
+        if let Some(index) = first.find(moved) {
+            return Approach {
+                since: start,
+                motion: Motion::of(here - log.position.at(index)),
+                rested: false,
+                state: measured_state(log, start, settings),
+            };
+        }
         // It has rested as long as anybody looks back: somewhere within the play.
         return Approach {
             since: earliest,
@@ -354,6 +396,14 @@ fn approach(log: &Log, start: usize, settings: &Settings) -> Approach {
         rested,
         state: measured_state(log, since, settings),
     }
+}
+
+/// Whether the machine turns or rests in a window, or shortly before it: where a memory shows.
+pub fn turns(data: &Data, window: Window) -> bool {
+    let log = &data.logs[window.log];
+    let at = |sample: usize| approach(log, sample, &data.settings);
+    let (start, end) = (at(window.start), at(window.start + data.settings.window));
+    start.rested || end.rested || start.motion != end.motion
 }
 
 /// The measured state at a sample, but for the current.
@@ -380,7 +430,7 @@ fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ens
     let restart = Restart::new(log, window.start, settings, remembers);
     let mut runners: Vec<Runner<&Modes, Varied>, MOST_SIMULATORS> = simulators
         .iter()
-        .map(|simulator| Runner::from_restart(simulator, log, &restart))
+        .map(|simulator| Runner::from_restart(simulator, log, &restart, settings))
         .collect();
     let mut positions = [0.0f32; COLUMNS];
     let mut currents = [0.0f32; COLUMNS];

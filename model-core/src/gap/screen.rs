@@ -257,20 +257,20 @@ fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Activ
     Id::ALL
         .iter()
         .copied()
-        .filter(|id| !model.has(*id) && (scope.rotary || !id.description().rotary_only))
+        .filter(|id| !model.has(*id))
+        .filter(|id| scope.rotary || !id.description().rotary_only)
         .flat_map(move |id| {
-            let scanned = move |index| match id.trial(scope, index) {
-                Some(trial) => Some((0, trial)),
-                None => id.shape(scope, index).map(|shape| (id.strengths(), shape)),
+            let scanned = move |index| {
+                id.trial(scope, index).or_else(|| {
+                    let mut values = [0.0; MOST_PARAMETERS];
+                    values[id.strengths()] = id.shape(scope, index)?;
+                    Some(values)
+                })
             };
             let plain = scanned(0).is_none();
             (0..).map_while(move |index| {
-                let mut values = [0.0; MOST_PARAMETERS];
-                match scanned(index) {
-                    Some((place, value)) => values[place] = value,
-                    None if plain && index == 0 => {}
-                    None => return None,
-                }
+                let nothing = (plain && index == 0).then_some([0.0; MOST_PARAMETERS]);
+                let values = scanned(index).or(nothing)?;
                 Some(Active { id, values })
             })
         })

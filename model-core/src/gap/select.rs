@@ -8,14 +8,14 @@
 //! [`unknown`] structure.
 
 use super::fit::Fit;
-use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare};
+use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare, compare_within};
 use super::model::Model;
 use super::replay::{Data, Schedule, Settings};
-use super::screen::{self, Candidate, MOST_CANDIDATES, Screening};
+use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
 use super::workbench::{Options, Workbench};
-use crate::effect::Id;
 use crate::effect::learned_map::Kind;
+use crate::effect::{Active, Id};
 use heapless::Vec;
 
 /// Rounds of the selection: most effects that one run adds.
@@ -28,7 +28,7 @@ pub const LEAST_WINDOWS: usize = 4;
 const SHORTLIST: usize = 8;
 
 /// Room for those that are tried at several strengths, and refitted besides.
-const MOST_TRIED: usize = 4;
+const MOST_TRIED: usize = 1;
 const MOST_REFITTED: usize = SHORTLIST + MOST_TRIED;
 
 /// A candidate under this score is not refitted.
@@ -290,9 +290,45 @@ fn add_effect(
     found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<bool> {
-    let judgement = consider(workbench, round, found)?;
-    judgement.looks.iter().for_each(&mut *observe);
-    let Some((winner, larger)) = judgement.winner else {
+    let mut judgement = consider(workbench, round, found)?;
+    take_winner(workbench, round, found, &mut judgement, observe)
+}
+
+/// Adds the effect that a round has found to what has been found. Whether there is one.
+#[inline(never)]
+fn take_winner(
+    workbench: &mut Workbench<impl Schedule>,
+    round: usize,
+    found: &mut Found,
+    judgement: &mut Judgement,
+    observe: &mut impl FnMut(&Consideration),
+) -> Option<bool> {
+    let Judgement {
+        looks,
+        winner,
+        rival,
+    } = judgement;
+    if let (Some(leading), Some(rival)) = (winner.as_mut(), rival.take()) {
+        let pair = [rival.candidate.effect, leading.candidate.effect];
+        if wins_on_its_restarts(workbench, &found.after.model, pair)? {
+            *leading = rival;
+        }
+    }
+    let by = winner.as_ref().map(|winner| winner.candidate.effect.id);
+    for look in looks {
+        if let Some(by) = by
+            && look.decision == Decision::Accepted
+            && look.subject != Subject::Effect(by)
+        {
+            look.decision = Decision::Outdone { by };
+        }
+        observe(look);
+    }
+    let Some(winner) = winner.take() else {
+        return Some(false);
+    };
+    let larger = workbench.start(&found.after.model, winner.candidate.effect);
+    let Some(larger) = larger? else {
         return Some(false);
     };
     let fitted = workbench.fit(&larger)?.model;
@@ -375,8 +411,9 @@ fn drop_replaced(
             .effects
             .remove(workbench.declared.effects.len() + place);
         let without = workbench.held_out(&smaller)?;
+        let mask = workbench.blocks_of(found.accepted[place].candidate.effect.id);
         let with = judge(workbench, &mut found.held_out, &found.after.model)?;
-        let comparison = compare(&without, with);
+        let comparison = compare_within(&without, with, &mask);
         if comparison.refusal(1).is_none() {
             place += 1;
             continue;
@@ -395,8 +432,9 @@ fn drop_replaced(
 /// What a round decided.
 struct Judgement {
     looks: Vec<Consideration, MOST_CANDIDATES>,
-    /// With the model that it is fitted from.
-    winner: Option<(Accepted, Model)>,
+    winner: Option<Accepted>,
+    /// An effect with a memory that comes near to it, and may win where replays restart as suits it.
+    rival: Option<Accepted>,
 }
 
 /// Screens the effects that a model lacks and judges the best of them.
@@ -410,20 +448,60 @@ fn consider(
     refit(workbench, round, found, &screened)
 }
 
-/// Whether the first of two models, whose effect has a memory, is the better one where replays restart
-/// as suits it.
+/// Whether the first of two effects, which has a memory, is the better one where replays restart as
+/// suits it.
 #[inline(never)]
 fn wins_on_its_restarts(
     workbench: &mut Workbench<impl Schedule>,
-    [rival, leading]: &[Model; 2],
+    model: &Model,
+    [rival, leading]: [Active; 2],
 ) -> Option<bool> {
     let chosen = workbench.data;
-    let own = workbench.fit(rival)?.model;
+    let own = workbench.start(model, rival)??;
     workbench.restart(&own)?;
     let rival = workbench.held_out(&own)?;
-    let leading = workbench.held_out(leading)?;
+    let leading = workbench.start(model, leading)??;
+    let leading = workbench.held_out(&leading)?;
     workbench.data = chosen;
     Some(compare(&leading, &rival).ratio < 1.0)
+}
+
+/// Refits a model with an effect and compares it on held-out blocks, as one of `looks`.
+///
+/// `None` inside if it is hopeless.
+#[inline(never)]
+fn judge_effect(
+    workbench: &mut Workbench<impl Schedule>,
+    model: &Model,
+    smaller: &HeldOut,
+    effect: Active,
+    looks: usize,
+) -> Option<Option<(Comparison, Option<Refusal>)>> {
+    let mut larger = HeldOut::new();
+    if !workbench.held_out_with(model, effect, &mut larger)? {
+        return Some(None);
+    }
+    let mask = workbench.blocks_of(effect.id);
+    let comparison = compare_within(smaller, &larger, &mask);
+    let mut refusal = comparison.refusal(looks);
+    if refusal.is_none() && effect.id.remembers() {
+        refusal = compare_beside(workbench, model, effect.id, &larger)?.refusal(looks);
+    }
+    Some(Some((comparison, refusal)))
+}
+
+/// Compares the held-out errors of a model with an effect that has a memory with those of the model
+/// without it, whose replays start as its own do: that may be all that is better.
+#[inline(never)]
+fn compare_beside(
+    workbench: &mut Workbench<impl Schedule>,
+    model: &Model,
+    id: Id,
+    larger: &HeldOut,
+) -> Option<Comparison> {
+    let mut beside = HeldOut::new();
+    workbench.held_out_beside(model, id, &mut beside)?;
+    Some(compare_within(&beside, larger, &workbench.blocks_of(id)))
 }
 
 /// Judges the candidates of a round.
@@ -459,28 +537,14 @@ fn refit(
         .collect();
     let model = &found.after.model;
     let mut shortlist: Vec<usize, MOST_REFITTED> = Vec::new();
-    let mut starts: Vec<(usize, Model), MOST_TRIED> = Vec::new();
-    for (index, look) in looks.iter_mut().enumerate() {
-        if look.decision != Decision::NotShortlisted {
-            continue;
-        }
-        let id = candidates[index].effect.id;
-        if workbench.is_tried(id) {
-            match workbench.try_strengths(model, id)? {
-                Some(start) => {
-                    let _ = starts.push((index, start));
-                    let _ = shortlist.push(index);
-                }
-                None => look.decision = Decision::ScoreTooLow,
-            }
-        } else if shortlist.len() - starts.len() < SHORTLIST {
+    let mut scored = 0;
+    for index in 0..looks.len() {
+        let tried = workbench.is_tried(candidates[index].effect.id);
+        if looks[index].decision == Decision::NotShortlisted && (tried || scored < SHORTLIST) {
             let _ = shortlist.push(index);
+            scored += usize::from(!tried);
         }
     }
-    let start_of = |index: usize| match starts.iter().find(|(own, _)| *own == index) {
-        Some((_, start)) => Some(start.clone()),
-        None => screen::with_effect(model, candidates[index].effect),
-    };
     let smaller = judge(workbench, &mut found.held_out, model)?;
     for &index in &shortlist {
         let own = candidates[index].effect;
@@ -507,21 +571,15 @@ fn refit(
             };
             continue;
         }
-        let Some(larger) = start_of(index) else {
-            break;
-        };
-        let larger = workbench.held_out(&larger)?;
-        let comparison = compare(smaller, &larger);
-        looks[index].held_out = Some(comparison);
         // Passed is Accepted for now; who wins is known when all have been refitted.
         let tries = candidates.len() * candidates[index].tries as usize;
-        let mut refusal = comparison.refusal(tries);
-        if refusal.is_none() && own.id.remembers() {
-            // Its replays start otherwise, which may be all that is better.
-            let beside = workbench.held_out_beside(model, own.id)?;
-            refusal = compare(&beside, &larger).refusal(tries);
-        }
-        looks[index].decision = refusal.map_or(Decision::Accepted, Decision::Refused);
+        looks[index].decision = match judge_effect(workbench, model, smaller, own, tries)? {
+            Some((comparison, refusal)) => {
+                looks[index].held_out = Some(comparison);
+                refusal.map_or(Decision::Accepted, Decision::Refused)
+            }
+            None => Decision::ScoreTooLow,
+        };
     }
 
     let passed = |index: usize| {
@@ -534,6 +592,7 @@ fn refit(
         return Some(Judgement {
             looks,
             winner: None,
+            rival: None,
         });
     };
     let parameters = |index: usize| candidates[index].effect.id.description().parameters.len();
@@ -561,45 +620,26 @@ fn refit(
         refitted.held_out.map(|held_out| held_out.ratio)
     };
     let told_apart = |id: Id| error(id).is_some_and(|ratio| ratio > TOLD_APART * least);
-    let equivalent = shortlist
-        .iter()
-        .filter(|&&other| other != best && imitation[best][other] > EQUIVALENT)
-        .map(|&other| candidates[other].effect.id)
-        .filter(|&id| !told_apart(id))
-        .collect();
-
-    let (best, comparison) = {
-        let rivals = shortlist.iter().copied().filter(|&index| {
-            let near = |held_out: Comparison| held_out.ratio <= CONTESTED * least;
-            index != best
-                && candidates[index].effect.id.remembers()
-                && passed(index).is_some_and(near)
-        });
-        let mut leading = (best, comparison);
-        for rival in rivals {
-            let pair = [start_of(rival)?, start_of(leading.0)?];
-            if wins_on_its_restarts(workbench, &pair)? {
-                leading = (rival, passed(rival)?);
-            }
-        }
-        leading
-    };
-
-    let (winner, start) = (candidates[best], start_of(best)?);
-    for (index, look) in looks.iter_mut().enumerate() {
-        if index != best && look.decision == Decision::Accepted {
-            look.decision = Decision::Outdone {
-                by: winner.effect.id,
-            };
-        }
-    }
-    let winner = Accepted {
-        candidate: winner,
+    let accept = |best: usize, comparison: Comparison| Accepted {
+        candidate: candidates[best],
         p_value: comparison.p_value,
-        equivalent,
+        equivalent: shortlist
+            .iter()
+            .filter(|&&other| other != best && imitation[best][other] > EQUIVALENT)
+            .map(|&other| candidates[other].effect.id)
+            .filter(|&id| !told_apart(id))
+            .collect(),
     };
+    let rival = shortlist.iter().find_map(|&index| {
+        let remembers = candidates[index].effect.id.remembers();
+        let near = |held_out: &Comparison| held_out.ratio <= CONTESTED * least;
+        let held_out = passed(index).filter(near)?;
+        (index != best && remembers).then(|| accept(index, held_out))
+    });
+    let winner = accept(best, comparison);
     Some(Judgement {
+        winner: Some(winner),
+        rival,
         looks,
-        winner: Some((winner, start)),
     })
 }

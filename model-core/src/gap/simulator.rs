@@ -93,11 +93,9 @@ pub struct Simulator<M = Modes, H = Held> {
     period: f32,
     parts: u32,
     torque_per_current: f32,
-    /// The same for the back-EMF; 0 with a torque input.
-    torque_constant: f32,
     drive: Drive,
-    /// Input for a volt, where something adds to the winding's voltage.
-    input_per_volt: Option<f32>,
+    /// Whether something adds to the winding's voltage.
+    electric: bool,
     gain: f32,
     input: Lateness,
     current: Lateness,
@@ -141,13 +139,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             period,
             parts,
             torque_per_current: plant.torque_per_current(),
-            torque_constant: if has_winding {
-                plant.torque_per_current()
-            } else {
-                0.0
-            },
             drive: plant.drive,
-            input_per_volt: electric.then_some(1.0 / plant.gain),
+            electric,
             gain: plant.gain,
             input,
             current: Lateness::new(chain.sensor_delay, period),
@@ -178,8 +171,9 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     }
 
     /// Puts the drive where a simulation that has run up to here has it, within the play around the
-    /// measured far side.
-    pub fn resume(&self, course: &mut Course, near: f32) {
+    /// measured far side. `moved`: how much further the drive is than that simulation has it.
+    pub fn resume(&self, course: &mut Course, run_in: &Course, moved: f32) {
+        let near = run_in.state.position.value() + moved;
         let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
         course.state.position = Compensated::new(within);
     }
@@ -213,10 +207,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// [`InputRefused`].
     #[inline]
     pub fn step(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
-        let current = self.step_actuator(&mut course.state, given)?;
+        let Course { state, memory } = course;
+        let current = self.step_actuator(state, given)?;
         if let Some(half_play) = self.half_play {
-            let near = course.state.position.value();
-            course.memory.far = follow(course.memory.far, near, half_play);
+            memory.far = follow(memory.far, state.position.value(), half_play);
         }
         Ok(current)
     }
@@ -271,17 +265,24 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     ) -> Result<(), InputRefused> {
         let time = given.index as f32 * self.period;
         let position = state.position.value();
+        let velocity = state.velocity.value();
+        let torque_constant = match self.drive {
+            Drive::Voltage {
+                torque_constant, ..
+            } => torque_constant,
+            Drive::Torque => 0.0,
+        };
         let at = |current: f32, velocity: f32, position: f32| Middle {
             motor_torque: self.torque_per_current * current,
-            torque_constant: self.torque_constant,
+            torque_constant,
             velocity,
             position,
             time,
         };
-        let start = at(state.current, state.velocity.value(), position);
+        let start = at(state.current, velocity, position);
         let load = self.load_at(&start, given.brake);
-        let (current, velocity, travel) = actuator.middle(state, self.fed(input, &start), &load);
-        let middle = at(current, velocity, position + travel);
+        let (current, half_way, travel) = actuator.middle(state, self.fed(input, &start), &load);
+        let middle = at(current, half_way, position + travel);
         let load = self.load_at(&middle, given.brake);
         actuator.step_under(state, self.fed(input, &middle), &load)
     }
@@ -289,17 +290,19 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// The input with what effects add to its voltage.
     #[inline]
     fn fed(&self, input: f32, middle: &Middle) -> f32 {
-        match self.input_per_volt {
-            Some(per_volt) => input + per_volt * self.held.voltage(middle),
-            None => input,
+        if self.electric {
+            input + self.held.voltage(middle) / self.gain
+        } else {
+            input
         }
     }
 
     /// Voltage that effects add to the input's.
     pub fn voltage_at(&self, middle: &Middle) -> f32 {
-        match self.input_per_volt {
-            Some(_) => self.held.voltage(middle),
-            None => 0.0,
+        if self.electric {
+            self.held.voltage(middle)
+        } else {
+            0.0
         }
     }
 

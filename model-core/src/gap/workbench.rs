@@ -3,7 +3,8 @@
 
 use super::covariance::Information;
 use super::fit::{self, Effort, Fit, Variables};
-use super::held_out::{HeldOut, MOST_BLOCKS, windows_per_block};
+use super::held_out::{HeldOut, MOST_BLOCKS, Mask, windows_per_block};
+use super::log::Log;
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
 use super::scope::scope;
@@ -104,6 +105,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     ) -> Option<Self> {
         let travel = CLEAR_STROKE * options.scope.stroke;
         data.settings.clear_travel = data.settings.clear_travel.max(travel);
+        let moved_alone = |log: &Log| log.current.is_none() && log.velocity.is_some();
+        data.settings.velocity_channel = data.logs.iter().all(moved_alone);
         (data.windows() > 0).then(|| Self {
             data,
             declared,
@@ -150,29 +153,64 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Fits a model on every second block and measures it on the blocks between, and the other way
     /// round.
     pub fn held_out(&mut self, model: &Model) -> Option<HeldOut> {
-        let variables = self.variables(model);
-        self.held_out_moving(model, &variables)
+        let mut blocks = HeldOut::new();
+        self.held_out_moving(model, model, &mut blocks)?;
+        Some(blocks)
     }
 
     /// The same with an effect that the model lacks, at no strength: without what it does, but with
     /// replays that start as its own do.
-    pub fn held_out_beside(&mut self, model: &Model, id: Id) -> Option<HeldOut> {
+    #[inline(never)]
+    pub fn held_out_beside(&mut self, model: &Model, id: Id, blocks: &mut HeldOut) -> Option<()> {
         let nothing = Active {
             id,
             values: [0.0; MOST_PARAMETERS],
         };
-        let variables = self.variables(model);
-        self.held_out_moving(&screen::with_effect(model, nothing)?, &variables)
+        self.held_out_moving(&screen::with_effect(model, nothing)?, model, blocks)
     }
 
-    fn held_out_moving(&mut self, model: &Model, variables: &Variables) -> Option<HeldOut> {
+    /// The blocks in which an effect may show: all of them, but for a play those in which the machine
+    /// turns or rests.
+    #[inline(never)]
+    pub fn blocks_of(&self, id: Id) -> Mask {
+        let data = &self.data;
+        let mut mask = Mask::new();
+        let count = data.windows().div_ceil(self.block).min(MOST_BLOCKS);
+        let everywhere = id != Id::Backlash;
+        let _ = mask.resize(count, everywhere);
+        if !everywhere {
+            for number in 0..data.windows() {
+                let turns = data
+                    .window(number)
+                    .is_some_and(|at| replay::turns(data, at));
+                if let Some(block) = mask.get_mut(number / self.block).filter(|_| turns) {
+                    *block = true;
+                }
+            }
+        }
+        mask
+    }
+
+    /// Held-out errors of a model of which the fits move what another one has.
+    fn held_out_moving(
+        &mut self,
+        model: &Model,
+        moving: &Model,
+        blocks: &mut HeldOut,
+    ) -> Option<()> {
         let (data, block) = (self.data, self.block);
-        let mut blocks = HeldOut::new();
+        let variables = self.variables(moving);
+        blocks.clear();
         let count = data.windows().div_ceil(block).min(MOST_BLOCKS);
         let scope = &self.options.scope;
         let counts = FLOOR_COUNTS * data.settings.resolution;
         let position_floor = counts.max(FLOOR_STROKE * scope.stroke);
-        let current_floor = FLOOR_CURRENT * scope.torque / self.declared.plant.torque_per_current();
+        let current_floor = FLOOR_CURRENT
+            * if data.settings.velocity_channel {
+                scope.speed
+            } else {
+                scope.torque / self.declared.plant.torque_per_current()
+            };
         let window = data.settings.window as f32;
         let floor = WindowError {
             position: position_floor * position_floor * window,
@@ -182,11 +220,11 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let _ = blocks.resize(count, WindowError::default());
         for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
             let fold = (train, block);
-            let fit = fit::fit(&data, self.schedule, fold, model, variables, HALF)?;
-            let measured = self.measure(&fit.model, test, &floor, &mut blocks)?;
+            let fit = fit::fit(&data, self.schedule, fold, model, &variables, HALF)?;
+            let measured = self.measure(&fit.model, test, &floor, blocks)?;
             self.simulated += fit.simulated + measured;
         }
-        Some(blocks)
+        Some(())
     }
 
     /// Adds a model's errors, and the floor, to the blocks that take part in a fold. Gives the
@@ -234,7 +272,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     ///
     /// `None` inside if no strength comes near to what the model does without.
     #[inline(never)]
-    pub fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
+    fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
         let mut unbent = model.clone();
         for &parameter in self.options.base {
             unbent.set(parameter, self.declared.get(parameter));
@@ -243,9 +281,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let mut best: Option<(Model, f64)> = None;
         for base in [model, &unbent] {
             let values = (0..).map_while(|index| id.trial(&self.options.scope, index));
-            for value in values {
-                let mut values = [0.0; MOST_PARAMETERS];
-                values[0] = value;
+            for values in values {
                 let Some(tried) = screen::with_effect(base, Active { id, values }) else {
                     return Some(None);
                 };
@@ -262,6 +298,33 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             Some((tried, _)) => Some(self.fit(&tried)?.model),
             None => None,
         })
+    }
+
+    /// The model with an effect, where a fit of it starts.
+    ///
+    /// `None` inside if it is hopeless or the model is full.
+    #[inline(never)]
+    pub fn start(&mut self, model: &Model, effect: Active) -> Option<Option<Model>> {
+        if self.is_tried(effect.id) {
+            self.try_strengths(model, effect.id)
+        } else {
+            Some(screen::with_effect(model, effect))
+        }
+    }
+
+    /// Held-out errors of the model with an effect; whether it is worth the look.
+    #[inline(never)]
+    pub fn held_out_with(
+        &mut self,
+        model: &Model,
+        effect: Active,
+        blocks: &mut HeldOut,
+    ) -> Option<bool> {
+        let Some(larger) = self.start(model, effect)? else {
+            return Some(false);
+        };
+        self.held_out_moving(&larger, &larger, blocks)?;
+        Some(true)
     }
 
     /// Sum of a model's squared weighted residuals.
@@ -306,7 +369,12 @@ impl<'a, S: Schedule> Workbench<'a, S> {
                 let mut tried = self.data;
                 tried.settings.half_width = half_width;
                 tried.settings.measured_velocity = measured_velocity;
-                let (error, _) = self.residuals(&tried.with_window(window), model)?;
+                let (position, second) = self.residuals(&tried.with_window(window), model)?;
+                let error = if self.data.settings.velocity_channel {
+                    position * second
+                } else {
+                    position
+                };
                 if best.is_none_or(|(_, least)| error < least) {
                     best = Some((tried, error));
                 }
