@@ -215,6 +215,7 @@ impl Case {
             command: there(recording.command),
             current: there(recording.current),
             velocity: None,
+            brake: None,
         }
     }
 

@@ -80,6 +80,7 @@ impl Recorded {
             position: Channel::Values(&self.position),
             current: None,
             velocity: None,
+            brake: None,
         }
     }
 }
