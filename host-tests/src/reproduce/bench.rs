@@ -26,6 +26,7 @@ pub mod play;
 pub mod points;
 pub mod polynomial;
 pub mod reconstruction;
+pub mod residuals;
 mod section;
 pub mod stick_slip;
 
@@ -33,11 +34,12 @@ pub mod stick_slip;
 type Topic = (&'static str, fn() -> Result<Section, Failure>);
 
 /// The topics in the order of the report.
-const TOPICS: [Topic; 7] = [
+const TOPICS: [Topic; 8] = [
     ("map of the friction", friction_map::section),
     ("harmonics of the load cell", load_cell::section),
     ("map of the backlash", backlash_map::section),
     ("fifteen points", points::report::section),
+    ("the two open residuals", residuals::report::section),
     ("cost", cost::section),
     ("stick-slip", stick_slip::report::section),
     ("the paper's own numbers", consistency::section),

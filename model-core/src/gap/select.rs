@@ -464,7 +464,10 @@ fn consider(
 ) -> Option<Judgement> {
     let scope = workbench.options.scope;
     let passed_over = |candidate: &Candidate| observe(&candidate.first_look(round, &scope));
-    let screened = workbench.screen(&found.after.model, passed_over)?;
+    // The slopes beside a bent base say little of what the effects do beside the true one.
+    let straightened = workbench.straightened(&found.after.model)?;
+    let base = straightened.as_ref().unwrap_or(&found.after.model);
+    let screened = workbench.screen(base, passed_over)?;
     refit(workbench, round, found, &screened)
 }
 
