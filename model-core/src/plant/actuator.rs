@@ -256,7 +256,8 @@ impl<M: Borrow<Modes>> Actuator<M> {
     /// choice of the mode takes 7, the look at the input 5, and call and return 10.
     ///
     /// # Errors
-    /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`].
+    /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`], and where the step
+    /// would leave the range of `f32`; the state is unchanged.
     #[inline]
     pub fn step(&self, state: &mut State, input: f32) -> Result<(), InputRefused> {
         self.step_under(state, input, &self.load)
@@ -265,7 +266,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
     /// One step with the input and a load held over it.
     ///
     /// # Errors
-    /// As [`Actuator::step`].
+    /// As [`Actuator::step`]; a load that is not finite refuses the step once it counts.
     // By itself the compiler calls it where there are several callers; a replay's loop, which keeps
     // the modes in registers, takes a fifth longer then.
     #[inline(always)]
@@ -286,10 +287,11 @@ impl<M: Borrow<Modes>> Actuator<M> {
             (Motion::Backward, true) => self.slide::<false, true>(state, 0, input, load),
             (Motion::Rest, _) => self.rest(state, 0, input, load),
         };
-        if !lasted {
-            self.step_through_events(state, input, load);
+        if lasted {
+            Ok(())
+        } else {
+            self.step_through_events(state, input, load)
         }
-        Ok(())
     }
 
     /// Current and velocity in the middle of the step, and the travel to there, with the mode as
@@ -403,13 +405,17 @@ impl<M: Borrow<Modes>> Actuator<M> {
         let change = self.slid::<FORWARD, SPRUNG>(state, rung, input, load);
         let velocity = state.velocity.after(change.velocity);
         let position = state.position.after(change.position);
+        let sum = state.current + change.current + velocity + position;
+        // Zero, or no number where one of them is none: then no comparison holds.
+        let spoilt = 0.0 * sum;
         let onwards = if FORWARD {
             velocity > 0.0
         } else {
             velocity < 0.0
         };
         // Both stops: a step of several swings may end behind where it began.
-        if !(onwards && position <= self.upper_stop && position >= self.lower_stop) {
+        let inside = position + spoilt <= self.upper_stop && position >= self.lower_stop;
+        if !(onwards && inside) {
             return false;
         }
         if SPRUNG {
@@ -438,7 +444,8 @@ impl<M: Borrow<Modes>> Actuator<M> {
         let drive = self.torque_per_current * current + load.torque;
         let held =
             !self.sprung && drive <= load.breakaway.forward && -drive <= load.breakaway.backward;
-        if held || self.released(state.position, current, load) == Motion::Rest {
+        let rests = held || self.released(state.position, current, load) == Motion::Rest;
+        if rests && current.is_finite() {
             state.current = current;
             return true;
         }
@@ -550,7 +557,13 @@ impl<M: Borrow<Modes>> Actuator<M> {
     /// A step in which a mode ends: down the ladder to the event, across it, and on.
     #[cold]
     #[inline(never)]
-    fn step_through_events(&self, state: &mut State, input: f32, load: &Load) {
+    fn step_through_events(
+        &self,
+        state: &mut State,
+        input: f32,
+        load: &Load,
+    ) -> Result<(), InputRefused> {
+        let before = *state;
         self.follow_input(state, input);
         if state.motion == Motion::Rest {
             state.motion = self.released(state.position, state.current, load);
@@ -589,6 +602,12 @@ impl<M: Borrow<Modes>> Actuator<M> {
                     remaining -= available;
                 }
             }
+        }
+        if state.is_finite() {
+            Ok(())
+        } else {
+            *state = before;
+            Err(InputRefused)
         }
     }
 
@@ -656,6 +675,8 @@ impl<M: Borrow<Modes>> Actuator<M> {
             }
             Event::SpringRest => {
                 state.position = Compensated::new(self.spring_rest);
+                // It may lie a rounding beyond a stop.
+                self.confine(state);
                 // Where the preload turns it back within a cell, crossings follow each other ever
                 // faster, without end in a finite time, and it lies on the rest.
                 let change = self.change(state, RUNGS - 1, input, load);

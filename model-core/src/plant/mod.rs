@@ -163,10 +163,17 @@ impl State {
             motion: Motion::of(velocity),
         }
     }
+
+    /// Whether each of its numbers is one.
+    pub(crate) fn is_finite(&self) -> bool {
+        // The remainders are finite where the values are.
+        let [velocity, position] = [self.velocity, self.position].map(|sum| sum.from(0.0));
+        self.current.is_finite() && velocity.is_finite() && position.is_finite()
+    }
 }
 
-/// An input that the step does not take: not finite, or beyond [`actuator::INPUT_LIMIT`].
-/// The state is unchanged.
+/// An input that the step does not take: not finite, beyond [`actuator::INPUT_LIMIT`], or one under
+/// which the state would leave the range of `f32`. The state is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct InputRefused;
