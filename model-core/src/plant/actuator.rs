@@ -1,6 +1,6 @@
 //! The actuator's step: exact in a mode, split at events.
 
-use super::modes::{Basis, CELLS, Modes, RUNGS};
+use super::modes::{Basis, CELLS, Increment, Modes, RUNGS, RestIncrement};
 use super::parameters::{Drive, ParameterError, Parameters};
 use super::{Compensated, Directional, InputRefused, Motion, State};
 use core::borrow::Borrow;
@@ -112,6 +112,32 @@ pub struct Actuator<M = Modes> {
     sprung: bool,
     lower_stop: f32,
     upper_stop: f32,
+}
+
+/// What a whole step is made of in the mode that a state is in: what [`super::batch`] keeps of it.
+pub(super) struct Mode<'a> {
+    /// While it slides.
+    pub sliding: Option<Sliding<'a>>,
+    /// At rest.
+    pub rest: RestIncrement,
+    pub torque_per_current: f32,
+    pub load: f32,
+    pub spring_rest: f32,
+    pub preload: f32,
+    /// Lower and upper.
+    pub stops: (f32, f32),
+    /// Torque of the spring without its preload.
+    pub spring: f32,
+    /// Preload against a start forwards and backwards; infinite where a stop holds.
+    pub held: (f32, f32),
+    pub breakaway: Directional,
+}
+
+/// What a step that slides is made of.
+pub(super) struct Sliding<'a> {
+    pub increment: &'a Increment,
+    /// Constant torque but for the preload.
+    pub torque: f32,
 }
 
 /// What ends a mode.
@@ -228,6 +254,45 @@ impl<M: Borrow<Modes>> Actuator<M> {
             sprung: self.sprung,
             lower_stop: self.lower_stop,
             upper_stop: self.upper_stop,
+        }
+    }
+
+    /// Whether there is a spring, with or without stiffness.
+    pub(super) fn is_sprung(&self) -> bool {
+        self.sprung
+    }
+
+    /// The mode that a state is in.
+    pub(super) fn mode(&self, state: &State) -> Mode<'_> {
+        let (modes, load) = (self.modes.borrow(), &self.load);
+        let deflection = state.position.from(self.spring_rest);
+        let (up, down) = self.preloads(deflection);
+        let stopped = |stopped: bool, preload: f32| if stopped { f32::INFINITY } else { preload };
+        let position = state.position.value();
+        Mode {
+            sliding: match state.motion {
+                Motion::Rest => None,
+                Motion::Forward => Some(Sliding {
+                    increment: &modes.forward[0],
+                    torque: load.torque - load.coulomb.forward,
+                }),
+                Motion::Backward => Some(Sliding {
+                    increment: &modes.backward[0],
+                    torque: load.torque + load.coulomb.backward,
+                }),
+            },
+            rest: modes.rest[0],
+            torque_per_current: self.torque_per_current,
+            load: load.torque,
+            spring_rest: self.spring_rest,
+            preload: self.spring_preload,
+            stops: (self.lower_stop, self.upper_stop),
+            spring: self.spring * deflection,
+            held: (
+                stopped(position >= self.upper_stop, up),
+                stopped(position <= self.lower_stop, down),
+            ),
+            breakaway: load.breakaway,
         }
     }
 
@@ -521,14 +586,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
     fn excess(&self, position: Compensated, current: f32, load: &Load) -> (f32, f32) {
         let drive = self.drive(position, current, load);
         let deflection = position.from(self.spring_rest);
-        // At the spring's rest its preload holds in both directions; beside it, it pushes back.
-        let (up, down) = if deflection > 0.0 {
-            (self.spring_preload, -self.spring_preload)
-        } else if deflection < 0.0 {
-            (-self.spring_preload, self.spring_preload)
-        } else {
-            (self.spring_preload, self.spring_preload)
-        };
+        let (up, down) = self.preloads(deflection);
         let forward = if position.value() >= self.upper_stop {
             -1.0
         } else {
@@ -540,6 +598,18 @@ impl<M: Borrow<Modes>> Actuator<M> {
             -drive - down - load.breakaway.backward
         };
         (forward, backward)
+    }
+
+    /// What the preload holds against a start forwards and one backwards: at the spring's rest it holds
+    /// in both directions; beside it, it pushes back.
+    fn preloads(&self, deflection: f32) -> (f32, f32) {
+        if deflection > 0.0 {
+            (self.spring_preload, -self.spring_preload)
+        } else if deflection < 0.0 {
+            (-self.spring_preload, self.spring_preload)
+        } else {
+            (self.spring_preload, self.spring_preload)
+        }
     }
 
     /// The breakaway test: which way an actuator at rest starts.

@@ -9,6 +9,7 @@
 //! * [`modes`]: the affine modes, discretised at the step and at its halves, quarters, …;
 //! * [`mode_store`]: modes that several actuators share;
 //! * [`actuator`]: the step itself, with its events;
+//! * [`batch`]: many actuators at once, with the same bits;
 //! * [`euler`]: the same actuator by Euler steps, under a published friction rule: [`karnopp`]'s
 //!   velocity band or [`borello`]'s zero crossing, for comparison;
 //! * [`ema`]: the whole servo of the prognostics paper, from its position command to its rod;
@@ -20,6 +21,7 @@
 //! * [`rise_time`]: the inertia that gives the rise time of a real part.
 
 pub mod actuator;
+pub mod batch;
 pub mod bench;
 pub mod borello;
 pub mod bridge;
