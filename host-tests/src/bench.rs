@@ -17,6 +17,7 @@ use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::replay::WINDOW;
 use model_core::gap::simulator::{Course, Given};
 use model_core::identify::friction;
+use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::bench::averaged::Averaged;
 use model_core::plant::bench::electrics::Electrics;
@@ -24,10 +25,10 @@ use model_core::plant::bench::switching::Switching;
 use model_core::plant::bench::{self as test_bench, Bench};
 use model_core::plant::karnopp::{self, Karnopp};
 use model_core::plant::parameters::Parameters;
-use model_core::plant::{Directional, State};
 use rayon::ThreadPoolBuilder;
-use rayon::prelude::*;
 use serde::Serialize;
+
+use batch::Throughput;
 
 use crate::failure::Failure;
 use crate::gap::metrics::decimal;
@@ -35,6 +36,8 @@ use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
 use crate::{gap_benchmark, whole_file};
+
+pub mod batch;
 
 /// What `cargo hil bench` takes.
 #[derive(Debug, clap::Args)]
@@ -69,7 +72,7 @@ pub struct Outcome {
     /// `cargo hil gap` without its files.
     pub gap: Gap,
     /// Many actuators at once.
-    pub batch: Batch,
+    pub batch: Throughput,
 }
 
 /// Speed of one plant.
@@ -114,17 +117,6 @@ pub struct Gap {
     pub samples: usize,
     /// Effects found; the log has `asymmetric_viscous`.
     pub found: Vec<String>,
-}
-
-/// Throughput of many actuators with different parameters.
-#[derive(Debug, Clone, Serialize)]
-pub struct Batch {
-    /// Threads that share the work.
-    pub cores: usize,
-    /// Steps of all actuators in a wall-clock second, all cores.
-    pub steps_per_second: f64,
-    /// The same on one core.
-    pub steps_per_second_one_core: f64,
 }
 
 /// How much is measured.
@@ -229,7 +221,7 @@ fn measure(extent: Extent, mut progress: impl FnMut(&'static str)) -> Result<Out
     progress("gap");
     let gap = gap(extent)?;
     progress("batch");
-    let batch = batch(extent)?;
+    let batch = batch::measure(extent)?;
     Ok(Outcome {
         plants,
         refit,
@@ -559,44 +551,6 @@ fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
     })
 }
 
-/// Steps many actuators with different inertias and frictions.
-fn batch(extent: Extent) -> Result<Batch, Failure> {
-    let inputs = sweep(f64::min(extent.sweep_s, 1.0), STEP_S);
-    let actuators = (0..extent.actuators)
-        .map(|index| {
-            let share = index as f32 / extent.actuators as f32;
-            let parameters = Parameters {
-                inertia: EMA.inertia * (0.5 + share),
-                coulomb: Directional::both(0.15 * share),
-                ..EMA
-            };
-            Actuator::build(&parameters, STEP_S as f32)
-        })
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(fault)?;
-    let work = || {
-        actuators
-            .par_iter()
-            .map(|actuator| {
-                let mut state = State::default();
-                for &input in black_box(&inputs) {
-                    actuator.step(&mut state, input).map_err(fault)?;
-                }
-                Ok(black_box(state))
-            })
-            .collect::<Result<Vec<_>, Failure>>()
-    };
-    let steps = (actuators.len() * inputs.len()) as f64;
-    let (all, _) = best(extent.long_runs, work)?;
-    let one_core = pool(1)?;
-    let (one, _) = best(extent.long_runs, || one_core.install(work))?;
-    Ok(Batch {
-        cores: rayon::current_num_threads(),
-        steps_per_second: steps / all,
-        steps_per_second_one_core: steps / one,
-    })
-}
-
 fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
     ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -649,10 +603,12 @@ fn table(outcome: &Outcome) -> String {
         }
     ));
     line(format_args!(
-        "batch              {:.1} million steps a second on {} cores, {:.1} on one",
+        "batch              {:.0} million steps a second on {} cores, {:.0} on one, {:.0} one by one; vectors: {}",
         batch.steps_per_second * 1e-6,
         batch.cores,
-        batch.steps_per_second_one_core * 1e-6
+        batch.steps_per_second_one_core * 1e-6,
+        batch.steps_per_second_one_by_one * 1e-6,
+        batch.vectors
     ));
     text
 }

@@ -151,9 +151,16 @@ impl Dictionary {
     /// # Errors
     /// No such file, no ELF file, or one without a defmt log that can be read here.
     pub fn read(elf: &Path) -> Result<Self, InputError> {
+        Self::of_bytes(elf, &read(elf, "the board's image (ELF)")?)
+    }
+
+    /// As [`Dictionary::read`], of what a file holds.
+    ///
+    /// # Errors
+    /// As [`Dictionary::read`].
+    pub fn of_bytes(elf: &Path, bytes: &[u8]) -> Result<Self, InputError> {
         let fault = |message: String| InputError::new(elf, None, message);
-        let bytes = read(elf, "the board's image (ELF)")?;
-        let table = guarded(|| Table::parse(&bytes))
+        let table = guarded(|| Table::parse(bytes))
             .unwrap_or_else(|| Ok(None))
             .map_err(|error| {
                 fault(format!(

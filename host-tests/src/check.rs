@@ -12,6 +12,7 @@ use crate::board_log::Line;
 use crate::board_run;
 use crate::failure::Failure;
 use crate::figures::{self, Comparison, Figures};
+use crate::fuzz;
 use crate::image::Size;
 use crate::measured::SKIPPED;
 use crate::on_target_run;
@@ -117,6 +118,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if !linted {
         say("this compiler has no clippy: the images' builds were looked at for warnings instead");
+    }
+    announce("fuzzing");
+    for target in fuzz::run()? {
+        say(&target);
     }
     announce("host tests");
     let tests = host_tests()?;

@@ -67,6 +67,11 @@ pub(crate) fn read_text(path: &Path, expected: &str) -> Result<String, InputErro
         };
         InputError::new(path, None, reason)
     })?;
+    text_of(path, bytes, expected)
+}
+
+/// As [`read_text`], of what a file holds.
+pub(crate) fn text_of(path: &Path, bytes: Vec<u8>, expected: &str) -> Result<String, InputError> {
     let mut text = String::from_utf8(bytes).map_err(|error| {
         let fault = error.utf8_error().valid_up_to();
         let line = line_of(error.as_bytes(), fault);

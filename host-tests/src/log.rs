@@ -17,7 +17,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use crate::error::{InputError, line_ends, read_text};
+use crate::error::{InputError, line_ends, read_text, text_of};
 
 /// A uniformly sampled log. Every series has the same length, [`Log::MIN_SAMPLES`] at least when
 /// it was read from a file, and finite values that single precision holds.
@@ -85,8 +85,19 @@ impl Log {
     /// # Errors
     /// The first fault found, with its line.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let text = read_text(path, EXPECTED)?;
-        let table = Table::parse(path, &text)?;
+        Self::of_text(path, &read_text(path, EXPECTED)?)
+    }
+
+    /// As [`Log::read`], of what a file holds.
+    ///
+    /// # Errors
+    /// As [`Log::read`].
+    pub fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, InputError> {
+        Self::of_text(path, &text_of(path, bytes, EXPECTED)?)
+    }
+
+    fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
+        let table = Table::parse(path, text)?;
         let period_s = table.period(path)?;
         let [time, input, position, command, current, velocity, brake] = table.columns;
         let required = |column: Option<Vec<f64>>| column.expect("the header was checked");

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use toml::Spanned;
 
-use crate::error::{InputError, line_of, read_text};
+use crate::error::{InputError, line_of, read_text, text_of};
 
 /// A declared actuator. Numbers are SI, finite, within their ranges in [`PARAMETERS`], and neither
 /// over- nor underflow in single precision. Motor-side values are referred to the coordinate.
@@ -237,15 +237,29 @@ impl Coordinate {
     }
 }
 
+/// What a file should have been, for messages.
+const EXPECTED: &str = "a machine file (TOML)";
+
 impl Machine {
     /// Reads and checks a machine file.
     ///
     /// # Errors
     /// The first fault found, with its line. A missing section is reported at the file's last line.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let text = read_text(path, "a machine file (TOML)")?;
-        let source = Source { path, text: &text };
-        let document = toml::from_str(&text).map_err(|error| source.syntax_error(error))?;
+        Self::of_text(path, &read_text(path, EXPECTED)?)
+    }
+
+    /// As [`Machine::read`], of what a file holds.
+    ///
+    /// # Errors
+    /// As [`Machine::read`].
+    pub fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, InputError> {
+        Self::of_text(path, &text_of(path, bytes, EXPECTED)?)
+    }
+
+    fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
+        let source = Source { path, text };
+        let document = toml::from_str(text).map_err(|error| source.syntax_error(error))?;
         source.machine(document)
     }
 

@@ -433,7 +433,7 @@ fn search_path() -> Vec<PathBuf> {
 }
 
 /// A command in the workspace's root that chooses its own toolchain, and installs none.
-fn clean_command(program: impl AsRef<OsStr>) -> Command {
+pub(crate) fn clean_command(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(program);
     for variable in INHERITED {
         command.env_remove(variable);

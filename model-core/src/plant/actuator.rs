@@ -1,6 +1,6 @@
 //! The actuator's step: exact in a mode, split at events.
 
-use super::modes::{Basis, CELLS, Modes, RUNGS};
+use super::modes::{Basis, CELLS, Increment, Modes, RUNGS, RestIncrement};
 use super::parameters::{Drive, ParameterError, Parameters};
 use super::{Compensated, Directional, InputRefused, Motion, State};
 use core::borrow::Borrow;
@@ -112,6 +112,32 @@ pub struct Actuator<M = Modes> {
     sprung: bool,
     lower_stop: f32,
     upper_stop: f32,
+}
+
+/// What a whole step is made of in the mode that a state is in: what [`super::batch`] keeps of it.
+pub(super) struct Mode<'a> {
+    /// While it slides.
+    pub sliding: Option<Sliding<'a>>,
+    /// At rest.
+    pub rest: RestIncrement,
+    pub torque_per_current: f32,
+    pub load: f32,
+    pub spring_rest: f32,
+    pub preload: f32,
+    /// Lower and upper.
+    pub stops: (f32, f32),
+    /// Torque of the spring without its preload.
+    pub spring: f32,
+    /// Preload against a start forwards and backwards; infinite where a stop holds.
+    pub held: (f32, f32),
+    pub breakaway: Directional,
+}
+
+/// What a step that slides is made of.
+pub(super) struct Sliding<'a> {
+    pub increment: &'a Increment,
+    /// Constant torque but for the preload.
+    pub torque: f32,
 }
 
 /// What ends a mode.
@@ -231,6 +257,45 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
     }
 
+    /// Whether there is a spring, with or without stiffness.
+    pub(super) fn is_sprung(&self) -> bool {
+        self.sprung
+    }
+
+    /// The mode that a state is in.
+    pub(super) fn mode(&self, state: &State) -> Mode<'_> {
+        let (modes, load) = (self.modes.borrow(), &self.load);
+        let deflection = state.position.from(self.spring_rest);
+        let (up, down) = self.preloads(deflection);
+        let stopped = |stopped: bool, preload: f32| if stopped { f32::INFINITY } else { preload };
+        let position = state.position.value();
+        Mode {
+            sliding: match state.motion {
+                Motion::Rest => None,
+                Motion::Forward => Some(Sliding {
+                    increment: &modes.forward[0],
+                    torque: load.torque - load.coulomb.forward,
+                }),
+                Motion::Backward => Some(Sliding {
+                    increment: &modes.backward[0],
+                    torque: load.torque + load.coulomb.backward,
+                }),
+            },
+            rest: modes.rest[0],
+            torque_per_current: self.torque_per_current,
+            load: load.torque,
+            spring_rest: self.spring_rest,
+            preload: self.spring_preload,
+            stops: (self.lower_stop, self.upper_stop),
+            spring: self.spring * deflection,
+            held: (
+                stopped(position >= self.upper_stop, up),
+                stopped(position <= self.lower_stop, down),
+            ),
+            breakaway: load.breakaway,
+        }
+    }
+
     /// The load that the parameters declare; effects start from it.
     pub fn load(&self) -> Load {
         self.load
@@ -256,7 +321,8 @@ impl<M: Borrow<Modes>> Actuator<M> {
     /// choice of the mode takes 7, the look at the input 5, and call and return 10.
     ///
     /// # Errors
-    /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`].
+    /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`], and where the step
+    /// would leave the range of `f32`; the state is unchanged.
     #[inline]
     pub fn step(&self, state: &mut State, input: f32) -> Result<(), InputRefused> {
         self.step_under(state, input, &self.load)
@@ -265,7 +331,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
     /// One step with the input and a load held over it.
     ///
     /// # Errors
-    /// As [`Actuator::step`].
+    /// As [`Actuator::step`]; a load that is not finite refuses the step once it counts.
     // By itself the compiler calls it where there are several callers; a replay's loop, which keeps
     // the modes in registers, takes a fifth longer then.
     #[inline(always)]
@@ -286,10 +352,11 @@ impl<M: Borrow<Modes>> Actuator<M> {
             (Motion::Backward, true) => self.slide::<false, true>(state, 0, input, load),
             (Motion::Rest, _) => self.rest(state, 0, input, load),
         };
-        if !lasted {
-            self.step_through_events(state, input, load);
+        if lasted {
+            Ok(())
+        } else {
+            self.step_through_events(state, input, load)
         }
-        Ok(())
     }
 
     /// Current and velocity in the middle of the step, and the travel to there, with the mode as
@@ -403,13 +470,17 @@ impl<M: Borrow<Modes>> Actuator<M> {
         let change = self.slid::<FORWARD, SPRUNG>(state, rung, input, load);
         let velocity = state.velocity.after(change.velocity);
         let position = state.position.after(change.position);
+        let sum = state.current + change.current + velocity + position;
+        // Zero, or no number where one of them is none: then no comparison holds.
+        let spoilt = 0.0 * sum;
         let onwards = if FORWARD {
             velocity > 0.0
         } else {
             velocity < 0.0
         };
         // Both stops: a step of several swings may end behind where it began.
-        if !(onwards && position <= self.upper_stop && position >= self.lower_stop) {
+        let inside = position + spoilt <= self.upper_stop && position >= self.lower_stop;
+        if !(onwards && inside) {
             return false;
         }
         if SPRUNG {
@@ -438,7 +509,8 @@ impl<M: Borrow<Modes>> Actuator<M> {
         let drive = self.torque_per_current * current + load.torque;
         let held =
             !self.sprung && drive <= load.breakaway.forward && -drive <= load.breakaway.backward;
-        if held || self.released(state.position, current, load) == Motion::Rest {
+        let rests = held || self.released(state.position, current, load) == Motion::Rest;
+        if rests && current.is_finite() {
             state.current = current;
             return true;
         }
@@ -514,14 +586,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
     fn excess(&self, position: Compensated, current: f32, load: &Load) -> (f32, f32) {
         let drive = self.drive(position, current, load);
         let deflection = position.from(self.spring_rest);
-        // At the spring's rest its preload holds in both directions; beside it, it pushes back.
-        let (up, down) = if deflection > 0.0 {
-            (self.spring_preload, -self.spring_preload)
-        } else if deflection < 0.0 {
-            (-self.spring_preload, self.spring_preload)
-        } else {
-            (self.spring_preload, self.spring_preload)
-        };
+        let (up, down) = self.preloads(deflection);
         let forward = if position.value() >= self.upper_stop {
             -1.0
         } else {
@@ -533,6 +598,18 @@ impl<M: Borrow<Modes>> Actuator<M> {
             -drive - down - load.breakaway.backward
         };
         (forward, backward)
+    }
+
+    /// What the preload holds against a start forwards and one backwards: at the spring's rest it holds
+    /// in both directions; beside it, it pushes back.
+    fn preloads(&self, deflection: f32) -> (f32, f32) {
+        if deflection > 0.0 {
+            (self.spring_preload, -self.spring_preload)
+        } else if deflection < 0.0 {
+            (-self.spring_preload, self.spring_preload)
+        } else {
+            (self.spring_preload, self.spring_preload)
+        }
     }
 
     /// The breakaway test: which way an actuator at rest starts.
@@ -550,7 +627,13 @@ impl<M: Borrow<Modes>> Actuator<M> {
     /// A step in which a mode ends: down the ladder to the event, across it, and on.
     #[cold]
     #[inline(never)]
-    fn step_through_events(&self, state: &mut State, input: f32, load: &Load) {
+    fn step_through_events(
+        &self,
+        state: &mut State,
+        input: f32,
+        load: &Load,
+    ) -> Result<(), InputRefused> {
+        let before = *state;
         self.follow_input(state, input);
         if state.motion == Motion::Rest {
             state.motion = self.released(state.position, state.current, load);
@@ -589,6 +672,12 @@ impl<M: Borrow<Modes>> Actuator<M> {
                     remaining -= available;
                 }
             }
+        }
+        if state.is_finite() {
+            Ok(())
+        } else {
+            *state = before;
+            Err(InputRefused)
         }
     }
 
@@ -656,6 +745,8 @@ impl<M: Borrow<Modes>> Actuator<M> {
             }
             Event::SpringRest => {
                 state.position = Compensated::new(self.spring_rest);
+                // It may lie a rounding beyond a stop.
+                self.confine(state);
                 // Where the preload turns it back within a cell, crossings follow each other ever
                 // faster, without end in a finite time, and it lies on the rest.
                 let change = self.change(state, RUNGS - 1, input, load);

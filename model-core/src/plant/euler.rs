@@ -143,7 +143,8 @@ impl<F: FrictionRule> Euler<F> {
     /// One Euler step.
     ///
     /// # Errors
-    /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`].
+    /// [`InputRefused`] for an input that is not finite or beyond [`INPUT_LIMIT`], and where the step
+    /// would leave the range of `f32`; the state is unchanged.
     #[inline]
     pub fn step<A: Accumulator>(
         &self,
@@ -154,27 +155,31 @@ impl<F: FrictionRule> Euler<F> {
         if !accepted {
             return Err(InputRefused);
         }
+        let mut next = *state;
         let before = state.velocity.value();
         let speed = self.rule.seen(before);
-        state.current = self.current(state.current, speed, input);
-        let drive = self.drive(state.current, state.position.value());
+        next.current = self.current(state.current, speed, input);
+        let drive = self.drive(next.current, state.position.value());
         let friction = self.friction(speed, drive);
         if speed == 0.0 && friction == drive {
-            state.velocity = A::from(0.0);
+            next.velocity = A::from(0.0);
         } else {
-            state
-                .velocity
+            next.velocity
                 .add((drive - friction) / self.parameters.inertia * self.period);
-            let after = state.velocity.value();
+            let after = next.velocity.value();
             let settled = self.rule.settled(before, after);
             if settled != after {
-                state.velocity = A::from(settled);
+                next.velocity = A::from(settled);
             }
         }
-        state
-            .position
-            .add(self.rule.seen(state.velocity.value()) * self.period);
-        self.confine(state);
+        next.position
+            .add(self.rule.seen(next.velocity.value()) * self.period);
+        self.confine(&mut next);
+        let values = [next.current, next.velocity.value(), next.position.value()];
+        if !values.iter().all(|value| value.is_finite()) {
+            return Err(InputRefused);
+        }
+        *state = next;
         Ok(())
     }
 

@@ -9,6 +9,7 @@
 //! * [`modes`]: the affine modes, discretised at the step and at its halves, quarters, …;
 //! * [`mode_store`]: modes that several actuators share;
 //! * [`actuator`]: the step itself, with its events;
+//! * [`batch`]: many actuators at once, with the same bits;
 //! * [`euler`]: the same actuator by Euler steps, under a published friction rule: [`karnopp`]'s
 //!   velocity band or [`borello`]'s zero crossing, for comparison;
 //! * [`ema`]: the whole servo of the prognostics paper, from its position command to its rod;
@@ -20,6 +21,7 @@
 //! * [`rise_time`]: the inertia that gives the rise time of a real part.
 
 pub mod actuator;
+pub mod batch;
 pub mod bench;
 pub mod borello;
 pub mod bridge;
@@ -163,10 +165,17 @@ impl State {
             motion: Motion::of(velocity),
         }
     }
+
+    /// Whether each of its numbers is one.
+    pub(crate) fn is_finite(&self) -> bool {
+        // The remainders are finite where the values are.
+        let [velocity, position] = [self.velocity, self.position].map(|sum| sum.from(0.0));
+        self.current.is_finite() && velocity.is_finite() && position.is_finite()
+    }
 }
 
-/// An input that the step does not take: not finite, or beyond [`actuator::INPUT_LIMIT`].
-/// The state is unchanged.
+/// An input that the step does not take: not finite, beyond [`actuator::INPUT_LIMIT`], or one under
+/// which the state would leave the range of `f32`. The state is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct InputRefused;

@@ -43,6 +43,48 @@ impl Increment {
     }
 }
 
+impl Increment {
+    /// By how much velocity and deflection span more area after a rung than before: 0 where energy
+    /// is conserved, negative where it falls.
+    fn growth(&self) -> f64 {
+        let [[_, velocity, ahead, ..], [_, onwards, position, ..]] =
+            [self.velocity, self.position].map(|row| row.map(f64::from));
+        velocity + position + velocity * position - ahead * onwards
+    }
+
+    /// Where the damping over a rung (its time over the mechanical time constant) is below what
+    /// rounding to `f32` does to it, takes those of the neighbouring coefficients that come closest to
+    /// it without a gain: a spring and an inertia that are let alone would otherwise gain up to 1e-7 of
+    /// their energy with each radian of their swing, or lose as much.
+    fn conserve(&mut self, damping: f64) {
+        let rounding = (self.growth() + damping).abs();
+        if self.velocity[2] == 0.0 || rounding <= damping {
+            return;
+        }
+        let rounded = *self;
+        let mut best = f64::NEG_INFINITY;
+        for choice in 0..81 {
+            let mut candidate = rounded;
+            let mut digits = choice;
+            let [_, damping, back, ..] = &mut candidate.velocity;
+            let [_, onwards, position, ..] = &mut candidate.position;
+            for coefficient in [damping, back, onwards, position] {
+                *coefficient = match digits % 3 {
+                    0 => *coefficient,
+                    1 => coefficient.next_up(),
+                    _ => coefficient.next_down(),
+                };
+                digits /= 3;
+            }
+            let growth = candidate.growth();
+            if growth <= 0.0 && growth > best {
+                best = growth;
+                *self = candidate;
+            }
+        }
+    }
+}
+
 /// Change of the current over one rung at rest: of (current, input).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestIncrement {
@@ -137,6 +179,13 @@ impl Modes {
     /// Whether `f32` holds the step.
     pub(super) fn check(&self) -> Result<(), ParameterError> {
         let in_range = |ladder: &Ladder| ladder.iter().all(Increment::is_finite);
+        // The current follows the input at rest as it does while sliding.
+        if !self.rest[0].input.is_finite() {
+            return Err(ParameterError {
+                parameter: "resistance",
+                requirement: "larger beside the gain: the current overflows",
+            });
+        }
         if in_range(&self.forward) && in_range(&self.backward) {
             Ok(())
         } else {
@@ -235,6 +284,10 @@ fn sliding(basis: &Basis, viscous: f32) -> Ladder {
             velocity: change(1),
             position: change(2),
         };
+        if algebraic {
+            let steps = f64::from(CELLS) / f64::from(1_u32 << rung);
+            ladder[rung].conserve(-generator[1][1] * finest * steps);
+        }
         transition = multiply(&transition, &transition);
     }
     ladder

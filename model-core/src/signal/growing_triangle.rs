@@ -1,7 +1,7 @@
 //! Triangle that grows from cycle to cycle, at one slope.
 
 use super::time;
-use crate::numeric::invalid_parameter::{InvalidParameter, require, require_finite};
+use crate::numeric::invalid_parameter::{InvalidParameter, require};
 
 /// Shape of the triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,8 +23,7 @@ pub struct Parameters {
 impl Parameters {
     /// The signal for a `period` in s.
     pub fn build(self, period: f32) -> Result<GrowingTriangle, InvalidParameter> {
-        require_finite(self.offset, "offset")?;
-        require_finite(self.amplitude, "amplitude")?;
+        time::require_peaks(self.offset, self.amplitude)?;
         require((1..=1000).contains(&self.last), "last", "must be 1 to 1000")?;
         require(
             (1..=self.last).contains(&self.first),

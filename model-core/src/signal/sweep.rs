@@ -1,7 +1,7 @@
 //! Sine sweep: a linear chirp.
 
 use super::time;
-use crate::numeric::invalid_parameter::{InvalidParameter, require, require_finite};
+use crate::numeric::invalid_parameter::{InvalidParameter, require};
 use crate::numeric::sine::sine_phase;
 
 /// 2¹²⁸.
@@ -26,8 +26,7 @@ pub struct Parameters {
 impl Parameters {
     /// The signal for a `period` in s.
     pub fn build(self, period: f32) -> Result<Sweep, InvalidParameter> {
-        require_finite(self.offset, "offset")?;
-        require_finite(self.amplitude, "amplitude")?;
+        time::require_peaks(self.offset, self.amplitude)?;
         let initial = time::cycles_per_tick(self.initial_frequency, period, "initial_frequency")?;
         let last = time::cycles_per_tick(self.final_frequency, period, "final_frequency")?;
         let ticks = time::ticks(self.duration, period, "duration")?;

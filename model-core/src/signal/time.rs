@@ -1,6 +1,8 @@
 //! Times and frequencies in ticks.
 
-use crate::numeric::invalid_parameter::{InvalidParameter, require, require_positive};
+use crate::numeric::invalid_parameter::{
+    InvalidParameter, require, require_finite, require_positive,
+};
 
 /// 2⁶⁴.
 const WRAP_64: f64 = 18_446_744_073_709_551_616.0;
@@ -15,6 +17,17 @@ pub(super) fn ticks(time: f32, period: f32, name: &'static str) -> Result<u32, I
         "must be zero or positive, and below 2^32 periods",
     )?;
     Ok(ticks as u32)
+}
+
+/// Whether a signal that swings about a mean by an amplitude stays within `f32`.
+pub(super) fn require_peaks(offset: f32, amplitude: f32) -> Result<(), InvalidParameter> {
+    require_finite(offset, "offset")?;
+    require_finite(amplitude, "amplitude")?;
+    require(
+        (offset.abs() + amplitude.abs()).is_finite(),
+        "amplitude",
+        "must keep the peaks within f32",
+    )
 }
 
 /// Cycles per tick of a `frequency` in Hz, exact: two `f32` multiply without rounding in `f64`.

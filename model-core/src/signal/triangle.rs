@@ -1,7 +1,7 @@
 //! Triangle.
 
-use super::time::UniformPhase;
-use crate::numeric::invalid_parameter::{InvalidParameter, require_finite};
+use super::time::{self, UniformPhase};
+use crate::numeric::invalid_parameter::InvalidParameter;
 use crate::numeric::sine::triangle_phase;
 
 /// Shape of the triangle.
@@ -21,8 +21,7 @@ pub struct Parameters {
 impl Parameters {
     /// The signal for a `period` in s.
     pub fn build(self, period: f32) -> Result<Triangle, InvalidParameter> {
-        require_finite(self.offset, "offset")?;
-        require_finite(self.amplitude, "amplitude")?;
+        time::require_peaks(self.offset, self.amplitude)?;
         Ok(Triangle {
             offset: self.offset,
             amplitude: self.amplitude,

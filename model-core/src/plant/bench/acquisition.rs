@@ -2,7 +2,7 @@
 //!
 //! Exact for an input held over a step, and it takes increments however small.
 
-use crate::numeric::invalid_parameter::{InvalidParameter, require_positive};
+use crate::numeric::invalid_parameter::{InvalidParameter, require, require_positive};
 use crate::numeric::matrix_exponential::exponential;
 use crate::plant::Compensated;
 
@@ -23,8 +23,15 @@ impl LowPass {
         require_positive(period, "period")?;
         let exponent = -core::f64::consts::TAU * f64::from(cut_off) * f64::from(period);
         let [[decay]] = exponential(&[[exponent]]);
+        let share = (1.0 - decay) as f32;
+        // A NaN fails the comparison.
+        require(
+            share > 0.0 && share <= 1.0,
+            "current cut-off",
+            "must be neither endlessly slow nor endlessly fast beside the period",
+        )?;
         Ok(Self {
-            share: (1.0 - decay) as f32,
+            share,
             output: Compensated::new(0.0),
         })
     }

@@ -58,13 +58,12 @@ impl Electrics for Averaged {
     fn build(parameters: &Parameters, period: f32) -> Result<Self, InvalidParameter> {
         parameters.check()?;
         let windings = parameters.windings.build(period)?;
-        let admittance = windings.admittance();
         let limit = parameters.inverter.bus_voltage * INVERSE_ROOT_3;
         Ok(Self {
+            admittance: windings.admittance(),
+            impedance: windings.impedance(),
             windings,
             coefficient: parameters.torque.coefficient(),
-            admittance,
-            impedance: 1.0 / admittance,
             limit,
             limit_squared: limit * limit,
             cycles_per_velocity: f32::from(parameters.windings.pole_pairs) * period / TAU,

@@ -90,6 +90,12 @@ impl Parameters {
         require_positive(self.derivative_filter, "derivative filter")?;
         require_positive(self.torque_constant, "torque constant")?;
         require_positive(self.current_limit, "current limit")?;
+        let current_for_torque = 1.0 / self.torque_constant;
+        require(
+            current_for_torque.is_finite(),
+            "torque constant",
+            "must have an inverse within f32",
+        )?;
         if let Hold::BeyondPositionError(threshold) = self.hold {
             require(
                 threshold >= 0.0,
@@ -115,7 +121,7 @@ impl Parameters {
             gain: self.position_gain * ratio,
             speed_limit: self.speed_limit,
             hold: self.hold,
-            current_for_torque: 1.0 / self.torque_constant,
+            current_for_torque,
             pid: pid.build(self.period)?,
         })
     }

@@ -9,7 +9,7 @@
 //! While the switches and the back-EMFs stand, each current nears its final value by the same share
 //! of the distance in every step, 1 − e^(−Rh/L): the step is exact, however long.
 
-use crate::numeric::invalid_parameter::{InvalidParameter, require_positive};
+use crate::numeric::invalid_parameter::{InvalidParameter, require, require_positive};
 use crate::numeric::matrix_exponential::exponential;
 
 /// What the windings are.
@@ -45,11 +45,17 @@ impl Parameters {
         require_positive(period, "period")?;
         let exponent = -f64::from(self.resistance) / f64::from(self.inductance) * f64::from(period);
         let [[decay]] = exponential(&[[exponent]]);
-        Ok(Windings {
+        let windings = Windings {
             share: (1.0 - decay) as f32,
             decay: decay as f32,
             conductance: 1.0 / self.resistance,
-        })
+        };
+        require(
+            windings.admittance().is_normal() && windings.impedance().is_normal(),
+            "inductance",
+            "must let the current change in a step, within f32",
+        )?;
+        Ok(windings)
     }
 }
 
@@ -57,6 +63,11 @@ impl Windings {
     /// Current that a voltage over the step adds, A/V.
     pub(super) fn admittance(&self) -> f32 {
         self.share * self.conductance
+    }
+
+    /// Its inverse, V/A.
+    pub(super) fn impedance(&self) -> f32 {
+        1.0 / self.admittance()
     }
 
     /// One step of the phase currents, A, under the terminals' voltages and back-EMFs, V.

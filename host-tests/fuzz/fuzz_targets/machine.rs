@@ -1,0 +1,6 @@
+//! Any bytes as a machine file.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| host_tests::exercise::machine(bytes));
