@@ -272,18 +272,30 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             } => torque_constant,
             Drive::Torque => 0.0,
         };
+        let voltage = self.gain * input;
         let at = |current: f32, velocity: f32, position: f32| Middle {
             motor_torque: self.torque_per_current * current,
             torque_constant,
+            voltage,
+            excess: 0.0,
             velocity,
             position,
             time,
         };
-        let start = at(state.current, velocity, position);
+        let excess = |load: &Load| {
+            if self.electric {
+                voltage - self.gain * actuator.input_that_ends_current(state, load)
+            } else {
+                0.0
+            }
+        };
+        let mut start = at(state.current, velocity, position);
         let load = self.load_at(&start, given.brake);
+        start.excess = excess(&load);
         let (current, half_way, travel) = actuator.middle(state, self.fed(input, &start), &load);
-        let middle = at(current, half_way, position + travel);
+        let mut middle = at(current, half_way, position + travel);
         let load = self.load_at(&middle, given.brake);
+        middle.excess = excess(&load);
         actuator.step_under(state, self.fed(input, &middle), &load)
     }
 
@@ -315,6 +327,24 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Current of a winding at its steady value: what a replay starts from where none was measured.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        self.drive.steady_current(self.gain, velocity, input)
+        let current = self.drive.steady_current(self.gain, velocity, input);
+        let Drive::Voltage {
+            resistance,
+            torque_constant,
+            ..
+        } = self.drive
+        else {
+            return current;
+        };
+        let middle = Middle {
+            motor_torque: torque_constant * current,
+            torque_constant,
+            voltage: self.gain * input,
+            excess: resistance * current,
+            velocity,
+            position: 0.0,
+            time: 0.0,
+        };
+        current + self.voltage_at(&middle) / resistance
     }
 }
