@@ -171,7 +171,9 @@ fn every_nominal_effect_shows() {
     for machine in machines() {
         let trajectory = Trajectory::sines(&machine);
         let clean = Experiment::tracking(machine.clone(), trajectory.clone()).run();
-        for kind in EffectKind::ALL {
+        let has_winding = matches!(machine.motor, Motor::Winding { .. });
+        let possible = |kind: &EffectKind| has_winding || !kind.needs_winding();
+        for kind in EffectKind::ALL.into_iter().filter(possible) {
             let effect = Effect::nominal(kind, &machine);
             let log = Experiment::tracking(machine.clone(), trajectory.clone())
                 .with_effects(&[effect])
@@ -182,6 +184,31 @@ fn every_nominal_effect_shows() {
             assert!(log.position.iter().all(|x| x.is_finite()));
         }
     }
+}
+
+/// A position loop that sees a reading error: what is logged is the true position and the error there.
+#[test]
+fn an_eccentric_encoder_errs_once_a_period() {
+    let machine = Machine {
+        resolution: 0.0,
+        ..Machine::rotary_ema()
+    };
+    let log = Experiment::tracking(machine.clone(), Trajectory::moves(&machine))
+        .with_effects(&[Effect::EncoderEccentricity {
+            amplitude: 0.02,
+            period: 3.0,
+            phase: 0.5,
+        }])
+        .with_noise(Noise::NONE)
+        .lasting(2.0)
+        .run();
+    let mut most = 0.0f64;
+    for (reported, position) in log.position.iter().zip(&log.true_position) {
+        let error = 0.02 * (TAU * position / 3.0 + 0.5).sin();
+        assert!((reported - position - error).abs() < 1e-12);
+        most = most.max(error.abs());
+    }
+    assert!(most > 0.0199);
 }
 
 #[test]

@@ -22,6 +22,20 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
         } => [amplitude * phase.cos(), amplitude * phase.sin(), period],
         Effect::LoadDependentFriction { ratio } => [ratio, 0.0, 0.0],
         Effect::InputDelay { seconds } | Effect::SensorDelay { seconds } => [seconds, 0.0, 0.0],
+        Effect::SupplySag {
+            voltage,
+            resistance,
+            ..
+        } => [resistance / voltage.powi(2), 0.0, 0.0],
+        Effect::BrushDrop { drop: volts, .. } | Effect::DeadTime { loss: volts, .. } => {
+            [volts, 0.0, 0.0]
+        }
+        Effect::ThermalDrift { rate, winding, .. } => [rate, winding, 0.0],
+        Effect::EncoderEccentricity {
+            amplitude,
+            period,
+            phase,
+        } => [amplitude * phase.cos(), amplitude * phase.sin(), period],
         _ => return None,
     };
     Some(Active {
@@ -63,6 +77,14 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
             Effect::InputDelay { seconds } | Effect::SensorDelay { seconds } => {
                 numbers.push(("delay", seconds));
             }
+            Effect::SupplySag {
+                voltage,
+                resistance,
+                ..
+            } => numbers.push(("share", resistance / voltage.powi(2))),
+            Effect::EncoderEccentricity {
+                amplitude, period, ..
+            } => numbers.extend([("amplitude", amplitude), ("period", period)]),
             _ => {}
         }
     }

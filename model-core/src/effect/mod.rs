@@ -5,11 +5,12 @@
 //! machine file's `declared_effects` then know it.
 //!
 //! An effect acts in one or both of two ways. *Bound* into the plant's parameters before the modes
-//! are worked out, it keeps every mode affine and the step exact. *Held* over a step as a torque or
-//! a friction level, evaluated in the middle of the step, it is of second order in the step.
+//! are worked out, it keeps every mode affine and the step exact. *Held* over a step as a torque, a
+//! friction level or a voltage, evaluated in the middle of the step, it is of second order in the step.
 
 pub mod learned_map;
 
+use self::encoder_eccentricity::EncoderEccentricity;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -67,6 +68,10 @@ pub struct Scope {
     pub speed: f32,
     /// Stroke: largest less smallest position.
     pub stroke: f32,
+    /// Root mean square of the input's voltage, V; of the torque that it asks for with a torque input.
+    pub voltage: f32,
+    /// Root mean square of the motor's current, A; of its torque with a torque input.
+    pub current: f32,
     /// Sampling period, s.
     pub period: f32,
     /// Whether the coordinate is an angle.
@@ -86,6 +91,10 @@ pub struct Chain {
     /// Full width of the play before the sensor, rad or m; `None` without one. With a width of zero
     /// replays start as with a play, and the sensor reports what the drive does.
     pub play: Option<f32>,
+    /// How the sensor errs.
+    pub reading: EncoderEccentricity,
+    /// Whether the winding's resistance is one that heats.
+    pub heats: bool,
 }
 
 /// What a model's effects remember from one step to the next.
@@ -93,6 +102,8 @@ pub struct Chain {
 pub struct Memory {
     /// Where the far side of the play is, rad or m.
     pub far: f32,
+    /// Share by which warmth has raised the winding's resistance.
+    pub warmth: f32,
 }
 
 /// The actuator in the middle of a step.
@@ -103,12 +114,28 @@ pub struct Middle {
     /// Declared torque constant, N·m/A or N/A, with which the winding's back-EMF goes; 0 with a torque
     /// input, which has no winding.
     pub torque_constant: f32,
+    /// Winding resistance without what warmth adds to it, Ω; 0 with a torque input.
+    pub resistance: f32,
+    /// Share by which warmth has raised it.
+    pub warmth: f32,
+    /// Voltage that the input asks for, V.
+    pub voltage: f32,
+    /// The winding's voltage beyond the one that leaves no current in the end of the step, V.
+    pub excess: f32,
     /// Velocity.
     pub velocity: f32,
     /// Position.
     pub position: f32,
     /// Time since the log began, s.
     pub time: f32,
+}
+
+impl Middle {
+    /// Current of the winding, A. With a torque input nobody asks for it.
+    #[inline]
+    pub fn current(&self) -> f32 {
+        self.motor_torque / self.torque_constant
+    }
 }
 
 /// A physical effect with its parameters.
@@ -124,6 +151,13 @@ pub trait Effect: Copy {
 
     /// Whether [`Effect::voltage`] is anything but zero.
     const ELECTRIC: bool = false;
+
+    /// Whether it needs a winding, which a torque input does not have.
+    const NEEDS_WINDING: bool = false;
+
+    /// Whether it is an error of the position's reading: one below a count of the sensor is the
+    /// sensor's rounding.
+    const MISREADS: bool = false;
 
     /// From values in the order of the description's parameters.
     fn new(values: [f32; MOST_PARAMETERS]) -> Self;
@@ -199,6 +233,16 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::REMEMBERS),* }
             }
 
+            /// Whether it needs a winding, which a torque input does not have.
+            pub fn needs_winding(self) -> bool {
+                match self { $(Self::$name => $module::$name::NEEDS_WINDING),* }
+            }
+
+            /// Whether it is an error of the position's reading.
+            pub fn misreads(self) -> bool {
+                match self { $(Self::$name => $module::$name::MISREADS),* }
+            }
+
             /// The `index`-th value to try for its shape parameter.
             pub fn shape(self, scope: &Scope, index: usize) -> Option<f32> {
                 match self { $(Self::$name => $module::$name::shape(scope, index)),* }
@@ -222,12 +266,12 @@ macro_rules! catalogue {
                 match id { $(Id::$name => Self::$name($module::$name::new(values))),* }
             }
 
-            /// Whether it acts through [`Law::hold`].
+            /// Whether it acts through [`Law::hold`] or [`Law::voltage`].
             pub fn is_held(&self) -> bool {
-                match self { $(Self::$name(_) => $module::$name::HELD),* }
+                self.is_electric() || match self { $(Self::$name(_) => $module::$name::HELD),* }
             }
 
-            /// Whether it acts on the winding's voltage too.
+            /// Whether it acts on the winding's voltage.
             pub fn is_electric(&self) -> bool {
                 match self { $(Self::$name(_) => $module::$name::ELECTRIC),* }
             }
@@ -270,6 +314,11 @@ catalogue! {
     sensor_delay::SensorDelay,
     backlash::Backlash,
     torque_saturation::TorqueSaturation,
+    supply_sag::SupplySag,
+    brush_drop::BrushDrop,
+    dead_time::DeadTime,
+    encoder_eccentricity::EncoderEccentricity,
+    thermal_drift::ThermalDrift,
 }
 
 impl Id {

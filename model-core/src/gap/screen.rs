@@ -11,14 +11,12 @@ use super::replay::{Data, Fold, Schedule, Sums};
 use crate::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
+use crate::plant::parameters::Drive;
 use heapless::Vec;
 
 /// Most candidates that one screening returns, however many effects there are: more than are ever
 /// refitted, and what is compared with each other fits the chip's memory.
 pub const MOST_CANDIDATES: usize = 13;
-
-/// Strengths at which effects are tried beside a base that no slope can be trusted on, in their scale.
-const MULTIPLES: [f32; 8] = [-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0];
 
 /// Strength at which candidates are simulated, as a share of their scale.
 const STRENGTH: f32 = 0.05;
@@ -257,12 +255,14 @@ fn add_effect<'m>(
 }
 
 /// Effects that the model lacks, each at every shape to be tried.
-pub fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Active> + 'a {
+fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Active> + 'a {
+    let has_winding = matches!(model.plant.drive, Drive::Voltage { .. });
     Id::ALL
         .iter()
         .copied()
         .filter(|id| !model.has(*id))
         .filter(|id| scope.rotary || !id.description().rotary_only)
+        .filter(move |id| has_winding || !id.needs_winding())
         .flat_map(move |id| {
             let scanned = move |index| {
                 id.trial(scope, index).or_else(|| {
@@ -278,27 +278,6 @@ pub fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = A
                 Some(Active { id, values })
             })
         })
-}
-
-/// An option at a few strengths, one of its strengths at a time, either way where it may have either sign.
-pub fn strengths(option: Active, scope: &Scope) -> impl Iterator<Item = Active> + '_ {
-    let id = option.id;
-    let tried = id.trial(scope, 0).is_some();
-    let scaled = (0..id.strengths()).flat_map(move |index| {
-        let signed = id.description().parameters[index].role == Role::SignedStrength;
-        MULTIPLES
-            .into_iter()
-            .filter(move |multiple| signed || *multiple > 0.0)
-            .map(move |multiple| {
-                let mut effect = option;
-                effect.values[..id.strengths()].fill(0.0);
-                effect.values[index] = multiple * id.scale(scope, index);
-                effect
-            })
-    });
-    // What is scanned over its strengths has one already.
-    let own = tried.then_some(option);
-    own.into_iter().chain(scaled.filter(move |_| !tried))
 }
 
 /// What a screening found.

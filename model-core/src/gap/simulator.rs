@@ -3,6 +3,8 @@
 use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
+use crate::effect::encoder_eccentricity::EncoderEccentricity;
+use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
@@ -38,7 +40,7 @@ impl Course {
         let far = state.position.value();
         Self {
             state,
-            memory: Memory { far },
+            memory: Memory { far, warmth: 0.0 },
         }
     }
 }
@@ -101,6 +103,10 @@ pub struct Simulator<M = Modes, H = Held> {
     current: Lateness,
     /// Half the width of the play before the sensor, where there is one.
     half_play: Option<f32>,
+    /// How the sensor errs.
+    reading: EncoderEccentricity,
+    /// Whether the winding's resistance is one that heats.
+    heats: bool,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -145,6 +151,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             input,
             current: Lateness::new(chain.sensor_delay, period),
             half_play: chain.play.map(|width| 0.5 * width),
+            reading: chain.reading,
+            heats: has_winding && chain.heats,
         })
     }
 
@@ -181,17 +189,63 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// Distance of the reported position from `measured`.
     #[inline]
     pub fn reported_from(&self, course: &Course, measured: f32) -> f32 {
-        match self.half_play {
+        let distance = match self.half_play {
             Some(_) => course.memory.far - measured,
             None => course.state.position.from(measured),
+        };
+        if self.reading.is_nothing() {
+            distance
+        } else {
+            distance + self.reading.error(self.sensed(course))
+        }
+    }
+
+    /// The position that the sensor sits at.
+    #[inline]
+    fn sensed(&self, course: &Course) -> f32 {
+        match self.half_play {
+            Some(_) => course.memory.far,
+            None => course.state.position.value(),
         }
     }
 
     /// The reported position.
     pub fn reported(&self, course: &Course) -> f32 {
-        match self.half_play {
-            Some(_) => course.memory.far,
-            None => course.state.position.value(),
+        let sensed = self.sensed(course);
+        sensed + self.reading.error(sensed)
+    }
+
+    /// The position that the sensor sits at when it reports this one.
+    pub fn position_behind(&self, reported: f32) -> f32 {
+        if self.reading.is_nothing() {
+            reported
+        } else {
+            self.reading.position_behind(reported)
+        }
+    }
+
+    /// The state that the sensor sits at when it reports this one. `own_velocity`: the velocity is that
+    /// of a sensor of its own.
+    pub fn state_behind(&self, reported: State, own_velocity: bool) -> State {
+        if self.reading.is_nothing() {
+            return reported;
+        }
+        let position = self.position_behind(reported.position.value());
+        let velocity = reported.velocity.value();
+        let gain = if own_velocity {
+            1.0
+        } else {
+            self.reading.gain(position)
+        };
+        State::new(position, velocity / gain)
+    }
+
+    /// How the winding heats, if it does.
+    pub fn heating(&self) -> Option<ThermalDrift> {
+        if self.heats {
+            self.held.heating()
+        } else {
+            None
         }
     }
 
@@ -208,7 +262,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     #[inline]
     pub fn step(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
         let Course { state, memory } = course;
-        let current = self.step_actuator(state, given)?;
+        let current = self.step_actuator(state, memory, given)?;
+        if let Some(heating) = self.heating() {
+            memory.warmth = heating.after(memory.warmth, state.current, self.period);
+        }
         if let Some(half_play) = self.half_play {
             memory.far = follow(memory.far, state.position.value(), half_play);
         }
@@ -216,16 +273,21 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     }
 
     #[inline]
-    fn step_actuator(&self, state: &mut State, given: &Given) -> Result<f32, InputRefused> {
+    fn step_actuator(
+        &self,
+        state: &mut State,
+        memory: &Memory,
+        given: &Given,
+    ) -> Result<f32, InputRefused> {
         let before = state.current;
         let Some(earlier) = &self.earlier else {
-            self.advance(&self.actuator, state, given.input, given)?;
+            self.advance(&self.actuator, (state, memory), given.input, given)?;
             return Ok(before + self.current.share * (state.current - before));
         };
         let first = self.actuator.on(earlier.borrow());
-        self.advance(&first, state, given.previous, given)?;
+        self.advance(&first, (state, memory), given.previous, given)?;
         let between = state.current;
-        self.advance(&self.actuator, state, given.input, given)?;
+        self.advance(&self.actuator, (state, memory), given.input, given)?;
         // With a late sensor alone the measurement belongs to the moment of the change.
         let (split, moment) = (self.input.share, self.current.share);
         Ok(if moment <= split {
@@ -239,7 +301,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        state: &mut State,
+        (state, memory): (&mut State, &Memory),
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
@@ -250,7 +312,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             return actuator.step_under(state, input, &actuator.load().braked(given.brake));
         }
         for _ in 0..self.parts {
-            self.advance_held(actuator, state, input, given)?;
+            self.advance_held(actuator, (state, memory), input, given)?;
         }
         Ok(())
     }
@@ -259,31 +321,47 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance_held(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        state: &mut State,
+        (state, memory): (&mut State, &Memory),
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
         let time = given.index as f32 * self.period;
         let position = state.position.value();
         let velocity = state.velocity.value();
-        let torque_constant = match self.drive {
+        let (resistance, torque_constant) = match self.drive {
             Drive::Voltage {
-                torque_constant, ..
-            } => torque_constant,
-            Drive::Torque => 0.0,
+                resistance,
+                torque_constant,
+                ..
+            } => (resistance, torque_constant),
+            Drive::Torque => (0.0, 0.0),
         };
+        let voltage = self.gain * input;
         let at = |current: f32, velocity: f32, position: f32| Middle {
             motor_torque: self.torque_per_current * current,
             torque_constant,
+            resistance,
+            warmth: memory.warmth,
+            voltage,
+            excess: 0.0,
             velocity,
             position,
             time,
         };
-        let start = at(state.current, velocity, position);
+        let excess = |load: &Load| {
+            if self.electric {
+                voltage - self.gain * actuator.input_that_ends_current(state, load)
+            } else {
+                0.0
+            }
+        };
+        let mut start = at(state.current, velocity, position);
         let load = self.load_at(&start, given.brake);
+        start.excess = excess(&load);
         let (current, half_way, travel) = actuator.middle(state, self.fed(input, &start), &load);
-        let middle = at(current, half_way, position + travel);
+        let mut middle = at(current, half_way, position + travel);
         let load = self.load_at(&middle, given.brake);
+        middle.excess = excess(&load);
         actuator.step_under(state, self.fed(input, &middle), &load)
     }
 
@@ -313,8 +391,28 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         load
     }
 
-    /// Current of a winding at its steady value: what a replay starts from where none was measured.
+    /// Current of a cold winding at its steady value: what a replay starts from where none was measured.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        self.drive.steady_current(self.gain, velocity, input)
+        let current = self.drive.steady_current(self.gain, velocity, input);
+        let Drive::Voltage {
+            resistance,
+            torque_constant,
+            ..
+        } = self.drive
+        else {
+            return current;
+        };
+        let middle = Middle {
+            motor_torque: torque_constant * current,
+            torque_constant,
+            resistance,
+            warmth: 0.0,
+            voltage: self.gain * input,
+            excess: resistance * current,
+            velocity,
+            position: 0.0,
+            time: 0.0,
+        };
+        current + self.voltage_at(&middle) / resistance
     }
 }

@@ -11,7 +11,6 @@ use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
 use crate::effect::learned_map::Ranges;
 use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
-use heapless::Vec;
 
 /// Effort of a fit on all of the log, and of one inside cross-validation, whose errors are compared
 /// to a tenth.
@@ -46,9 +45,6 @@ const WORTH_A_FIT: f64 = 2.0;
 /// A number of the base that is fitted to more than this multiple of what is declared, or to less than
 /// this part of it, is bent.
 const BENT: f32 = 2.0;
-
-/// Effects that a bent base is fitted beside.
-const NEAREST: usize = 3;
 
 /// Length of a held-out block, s.
 const BLOCK: f32 = 0.5;
@@ -322,64 +318,6 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             let moved = fitted / declared;
             declared > 0.0 && !(1.0 / BENT..=BENT).contains(&moved)
         })
-    }
-
-    /// A model whose base is bent, with the base that fits best beside one of the effects which follow the log
-    /// best, each at one of a few strengths, beside the declared base.
-    ///
-    /// `None` inside if the base is not bent, or if the fit beside no effect follows the log better than that.
-    #[inline(never)]
-    pub fn straightened(&mut self, model: &Model) -> Option<Option<Model>> {
-        if !self.is_bent(model) {
-            return Some(None);
-        }
-        let unbent = self.unbent(model);
-        let mut least = self.cost(model)?;
-        let mut straight = None;
-        for (effect, _) in self.nearest(&unbent)? {
-            let Some(tried) = screen::with_effect(&unbent, effect) else {
-                continue;
-            };
-            let fitted = self.fit(&tried)?;
-            if fitted.cost < least {
-                least = fitted.cost;
-                straight = Some(fitted.model);
-            }
-        }
-        if let Some(base) = &mut straight {
-            base.effects.pop();
-        }
-        Some(straight)
-    }
-
-    /// The effects that follow the log best at one of a few strengths, each at its best one, with their
-    /// costs; the least first.
-    #[inline(never)]
-    fn nearest(&mut self, model: &Model) -> Option<Vec<(Active, f64), NEAREST>> {
-        let scope = self.options.scope;
-        let mut nearest: Vec<(Active, f64), NEAREST> = Vec::new();
-        for option in screen::options(model, &scope) {
-            for effect in screen::strengths(option, &scope) {
-                let tried = screen::with_effect(model, effect);
-                // A model that is full, or beyond the plant's range: there is nothing to try.
-                let Some(cost) = tried.and_then(|tried| self.cost(&tried)) else {
-                    continue;
-                };
-                match nearest.iter().position(|(known, _)| known.id == effect.id) {
-                    Some(known) if nearest[known].1 <= cost => continue,
-                    Some(known) => {
-                        nearest.remove(known);
-                    }
-                    None => (),
-                }
-                let place = nearest.iter().take_while(|(_, it)| *it <= cost).count();
-                if nearest.is_full() && place < NEAREST {
-                    nearest.pop();
-                }
-                let _ = nearest.insert(place, (effect, cost));
-            }
-        }
-        Some(nearest)
     }
 
     /// The model with an effect, where a fit of it starts. Beside a base that is bent it has been fitted
