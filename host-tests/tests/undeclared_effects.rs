@@ -252,6 +252,41 @@ fn torque_saturation() {
     });
 }
 
+#[test]
+fn friction_drift() {
+    is_named(EffectKind::FrictionDrift, 4301, 0.05, |_, effect| {
+        let Effect::FrictionDrift { rate } = effect else {
+            unreachable!()
+        };
+        vec![("rate", rate)]
+    });
+}
+
+#[test]
+fn position_dependent_friction() {
+    is_named(
+        EffectKind::PositionDependentFriction,
+        4401,
+        0.1,
+        |machine, effect| {
+            let Effect::PositionDependentFriction { ratio, period, .. } = effect else {
+                unreachable!()
+            };
+            vec![("amplitude", ratio * machine.coulomb), ("period", period)]
+        },
+    );
+}
+
+#[test]
+fn external_load() {
+    is_named(EffectKind::ExternalLoad, 4501, 0.05, |_, effect| {
+        let Effect::ExternalLoad { torque, .. } = effect else {
+            unreachable!()
+        };
+        vec![("torque", torque)]
+    });
+}
+
 /// Slow sines under three levels of a brake, of a machine whose Coulomb friction is not as declared.
 /// One level alone leaves the loss in doubt.
 #[test]

@@ -27,6 +27,8 @@ pub enum Dimension {
     Velocity,
     /// s.
     Time,
+    /// 1/s.
+    PerTime,
     /// rad, whatever the coordinate.
     Phase,
     /// 1.
@@ -54,6 +56,7 @@ impl Dimension {
             Self::Position => ("rad", "m"),
             Self::Velocity => ("rad/s", "m/s"),
             Self::Time => ("s", "s"),
+            Self::PerTime => ("1/s", "1/s"),
             Self::Phase => ("rad", "rad"),
             Self::Ratio => ("1", "1"),
         };

@@ -120,6 +120,13 @@ impl<'a> Data<'a> {
         None
     }
 
+    /// Whether a window and a span of time, s since the log began, have something in common.
+    pub fn overlaps(&self, window: Window, (begin, end): (f32, f32)) -> bool {
+        let period = self.logs[window.log].period;
+        let last = window.start + self.settings.window;
+        window.start as f32 * period < end && last as f32 * period > begin
+    }
+
     /// Where it lies if it takes part in a fold of blocks of so many windows.
     pub fn window_in(&self, (fold, block): (Fold, usize), number: usize) -> Option<Window> {
         self.window(number).filter(|_| fold.takes(number / block))

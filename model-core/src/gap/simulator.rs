@@ -278,6 +278,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             velocity,
             position,
             time,
+            step: self.period,
         };
         let start = at(state.current, velocity, position);
         let load = self.load_at(&start, given.brake);
@@ -308,9 +309,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// What acts next to the motor, under a brake that adds so much friction.
     pub fn load_at(&self, middle: &Middle, brake: f32) -> Load {
-        let mut load = self.actuator.load().braked(brake);
+        let mut load = self.actuator.load();
         self.held.hold(middle, &mut load);
-        load
+        // The brake is not the machine's: what scales its friction leaves the brake's.
+        load.braked(brake)
     }
 
     /// Current of a winding at its steady value: what a replay starts from where none was measured.
