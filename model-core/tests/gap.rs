@@ -6,7 +6,7 @@ use model_core::gap::fit::variables;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, InOrder, Settings};
-use model_core::gap::screen::screen;
+use model_core::gap::screen::{Candidate, screen};
 use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 
@@ -106,8 +106,16 @@ fn every_effect_may_be_screened_beside_all_parameters() {
     for delay in [&[][..], &[(Id::InputDelay, [0.3e-3, 0.0, 0.0])]] {
         let model = with(delay);
         let variables = variables(&declared(), &model, &Base::ALL, &SCOPE);
-        let screened = on_a_log(|data| screen(data, &InOrder, &model, &variables, &SCOPE));
-        let candidates = screened.expect("room for all copies").candidates;
-        assert_eq!(candidates.len(), Id::ALL.len() - delay.len());
+        let mut seen: Vec<Id> = Vec::new();
+        let passed_over = |candidate: &Candidate| seen.push(candidate.effect.id);
+        let screened =
+            on_a_log(|data| screen(data, &InOrder, &model, &variables, &SCOPE, passed_over))
+                .expect("room for all copies");
+        let best = screened.candidates.iter();
+        seen.extend(best.map(|candidate| candidate.effect.id));
+        seen.sort_by_key(|id| *id as usize);
+        let lacking = Id::ALL.iter().copied().filter(|id| !model.has(*id));
+        assert_eq!(seen, lacking.collect::<Vec<Id>>());
+        assert_eq!(screened.screened, seen.len());
     }
 }

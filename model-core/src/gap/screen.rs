@@ -4,7 +4,7 @@
 //! base's sensitivities out of its own and out of the residual leaves what no refit of the base
 //! could do; the squared cosine between the two is the candidate's score.
 
-use super::ensemble::{COLUMNS, Ensemble, Store};
+use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS, Store};
 use super::fit::{self, MOST_VARIABLES, Matrix, Target, Variables};
 use super::model::Model;
 use super::replay::{Data, Fold, Schedule, Sums};
@@ -13,8 +13,9 @@ use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
 use heapless::Vec;
 
-/// Most candidates that one screening returns: one an effect.
-pub const MOST_CANDIDATES: usize = Id::ALL.len();
+/// Most candidates that one screening returns, however many effects there are: more than are ever
+/// refitted, and what is compared with each other fits the chip's memory.
+pub const MOST_CANDIDATES: usize = 13;
 
 /// Strength at which candidates are simulated, as a share of their scale.
 const STRENGTH: f32 = 0.05;
@@ -281,9 +282,11 @@ fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Activ
 
 /// What a screening found.
 pub struct Screening {
-    /// Every effect that the model lacks, at its best shape; the highest scores first, equal ones in
-    /// the order of the catalogue.
+    /// The best of the effects that the model lacks, each at its best shape; the highest scores first,
+    /// equal ones in the order of the catalogue.
     pub candidates: Candidates,
+    /// Effects that were screened, these and others.
+    pub screened: usize,
     /// How well one imitates another.
     pub imitation: Imitation,
     /// Windows simulated, each copy counted.
@@ -295,13 +298,70 @@ pub struct Screening {
 /// projected out of both. At 1 the log cannot tell `a` from `b`.
 pub type Imitation = [[f32; MOST_CANDIDATES]; MOST_CANDIDATES];
 
-/// Scores every effect that the model lacks, each at its best shape, and compares them.
+/// The best of the effects that have been screened so far.
+#[derive(Default)]
+struct Ranking {
+    best: Candidates,
+    /// The effect of which shapes are being tried.
+    current: Option<Candidate>,
+    screened: usize,
+}
+
+impl Ranking {
+    /// Takes the next shape: of the effect of which shapes are being tried, or of another one.
+    fn take(&mut self, candidate: Candidate, scope: &Scope, passed_over: impl FnMut(&Candidate)) {
+        let id = candidate.effect.id;
+        if let Some(known) = self.current.as_mut().filter(|known| known.effect.id == id) {
+            let rank = |candidate: &Candidate| (candidate.allowed, candidate.score);
+            // A strength is fitted wherever its scan began.
+            let tries = known.tries + u32::from(id.trial(scope, 0).is_none());
+            if rank(&candidate) > rank(known) {
+                *known = candidate;
+            }
+            known.tries = tries;
+        } else {
+            self.close(scope, passed_over);
+            self.current = Some(candidate);
+        }
+    }
+
+    /// No shape of the effect of which shapes were being tried comes any more. Where there are too many
+    /// effects, the one that is the least likely to be refitted is passed over.
+    fn close(&mut self, scope: &Scope, mut passed_over: impl FnMut(&Candidate)) {
+        let Some(current) = self.current.take() else {
+            return;
+        };
+        self.screened += 1;
+        let Err(mut current) = self.best.push(current) else {
+            return;
+        };
+        // What a small strength scores says nothing of what is tried at several.
+        let hope = |candidate: &Candidate| {
+            let tried = candidate.effect.id.trial(scope, 0).is_some();
+            (tried, candidate.allowed, candidate.score)
+        };
+        let least = |a: &&mut Candidate, b: &&mut Candidate| {
+            let (a, b) = (hope(a), hope(b));
+            (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
+        };
+        if let Some(least) = self.best.iter_mut().min_by(least)
+            && hope(&current) > hope(least)
+        {
+            core::mem::swap(least, &mut current);
+        }
+        passed_over(&current);
+    }
+}
+
+/// Scores every effect that the model lacks, each at its best shape, and compares the best.
+/// `passed_over` is told of those that are not among them, with the score of the scan.
 pub fn screen(
     data: &Data,
     schedule: &impl Schedule,
     model: &Model,
     variables: &Variables,
     scope: &Scope,
+    mut passed_over: impl FnMut(&Candidate),
 ) -> Option<Screening> {
     let period = data.logs.first()?.period;
     let store = Store::new();
@@ -310,7 +370,7 @@ pub fn screen(
     fit::perturb(&mut ensemble, &store, model, variables, period)?;
     let base = variables.len();
     let mut sums = Sums::default();
-    let mut best = Candidates::new();
+    let mut ranking = Ranking::default();
     let mut columns = Columns::new();
     let mut simulated = 0;
     let mut options = options(model, scope).peekable();
@@ -329,8 +389,18 @@ pub fn screen(
         }
         sums.replay(data, schedule, SCAN, &ensemble, |_| ());
         simulated += sums.simulated(&ensemble);
-        keep_best_shapes(&mut best, (&sums, base), &columns, scope);
+        rank_shapes(
+            &mut ranking,
+            (&sums, base),
+            &columns,
+            scope,
+            &mut passed_over,
+        );
     }
+    ranking.close(scope, passed_over);
+    let Ranking {
+        mut best, screened, ..
+    } = ranking;
     sort(&mut best);
 
     // Once more at the best shapes, to both sides and together: scores that compare.
@@ -342,7 +412,15 @@ pub fn screen(
             break;
         }
         let _ = columns.push((effect, ensemble.lanes().len() + 1));
-        add_effect(&mut ensemble, &store, model, effect, (Sides::Both, scope))?;
+        // To both sides as long as there is room: the best come first.
+        let room = MOST_SIMULATORS - ensemble.simulators().len();
+        let opposites = room.saturating_sub(COLUMNS - 1 - ensemble.lanes().len());
+        let sides = if opposites < effect.id.strengths() {
+            Sides::One
+        } else {
+            Sides::Both
+        };
+        add_effect(&mut ensemble, &store, model, effect, (sides, scope))?;
     }
     sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
     simulated += sums.simulated(&ensemble);
@@ -350,6 +428,7 @@ pub fn screen(
     compare(&mut best, &mut imitation, (&sums, base), &columns, scope);
     Some(Screening {
         candidates: best,
+        screened,
         imitation,
         simulated,
     })
@@ -358,32 +437,19 @@ pub fn screen(
 /// Effects, each with the first of its columns.
 type Columns = Vec<(Active, usize), COLUMNS>;
 
-/// Keeps of each effect the shape that explains most.
+/// Takes the shapes of a batch into the ranking.
 #[inline(never)]
-fn keep_best_shapes(
-    best: &mut Candidates,
+fn rank_shapes(
+    ranking: &mut Ranking,
     (sums, base): (&Sums, usize),
     columns: &Columns,
     scope: &Scope,
+    mut passed_over: impl FnMut(&Candidate),
 ) {
     let projection = Projection::new(sums, base);
     for (option, first) in columns {
         let candidate = projection.candidate(*option, *first, scope);
-        let rank = |candidate: &Candidate| (candidate.allowed, candidate.score);
-        let known = |known: &&mut Candidate| known.effect.id == candidate.effect.id;
-        match best.iter_mut().find(known) {
-            Some(known) => {
-                // A strength is fitted wherever its scan began.
-                let tries = known.tries + u32::from(option.id.trial(scope, 0).is_none());
-                if rank(&candidate) > rank(known) {
-                    *known = candidate;
-                }
-                known.tries = tries;
-            }
-            None => {
-                let _ = best.push(candidate);
-            }
-        }
+        ranking.take(candidate, scope, &mut passed_over);
     }
 }
 

@@ -15,7 +15,7 @@ use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
 use super::workbench::{Options, Workbench};
 use crate::effect::learned_map::Kind;
-use crate::effect::{Active, Id};
+use crate::effect::{Active, Id, Scope};
 use heapless::Vec;
 
 /// Rounds of the selection: most effects that one run adds.
@@ -291,7 +291,7 @@ fn add_effect(
     found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<bool> {
-    let mut judgement = consider(workbench, round, found)?;
+    let mut judgement = consider(workbench, round, found, observe)?;
     take_winner(workbench, round, found, &mut judgement, observe)
 }
 
@@ -384,6 +384,23 @@ impl Candidate {
             decision,
         }
     }
+
+    /// What its scores say: whether it is worth a refit.
+    fn first_look(&self, round: usize, scope: &Scope) -> Consideration {
+        let decision = if self.effect.id.trial(scope, 0).is_some() {
+            // What a small play does says nothing of a large one.
+            Decision::NotShortlisted
+        } else if self.identifiability < LEAST_IDENTIFIABILITY {
+            Decision::Absorbed
+        } else if !self.allowed {
+            Decision::WrongSign
+        } else if self.score < LEAST_SCORE {
+            Decision::ScoreTooLow
+        } else {
+            Decision::NotShortlisted
+        };
+        self.look(round, decision)
+    }
 }
 
 /// Held-out errors of a model, where they are not known already.
@@ -445,8 +462,11 @@ fn consider(
     workbench: &mut Workbench<impl Schedule>,
     round: usize,
     found: &mut Found,
+    observe: &mut impl FnMut(&Consideration),
 ) -> Option<Judgement> {
-    let screened = workbench.screen(&found.after.model)?;
+    let scope = workbench.options.scope;
+    let passed_over = |candidate: &Candidate| observe(&candidate.first_look(round, &scope));
+    let screened = workbench.screen(&found.after.model, passed_over)?;
     refit(workbench, round, found, &screened)
 }
 
@@ -540,25 +560,12 @@ fn refit(
     let Screening {
         candidates,
         imitation,
+        screened,
         ..
     } = screened;
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
-        .map(|candidate| {
-            let decision = if workbench.is_tried(candidate.effect.id) {
-                // What a small play does says nothing of a large one.
-                Decision::NotShortlisted
-            } else if candidate.identifiability < LEAST_IDENTIFIABILITY {
-                Decision::Absorbed
-            } else if !candidate.allowed {
-                Decision::WrongSign
-            } else if candidate.score < LEAST_SCORE {
-                Decision::ScoreTooLow
-            } else {
-                Decision::NotShortlisted
-            };
-            candidate.look(round, decision)
-        })
+        .map(|candidate| candidate.first_look(round, &workbench.options.scope))
         .collect();
     let model = &found.after.model;
     let mut shortlist: Vec<usize, MOST_REFITTED> = Vec::new();
@@ -597,7 +604,7 @@ fn refit(
             continue;
         }
         // Passed is Accepted for now; who wins is known when all have been refitted.
-        let tries = candidates.len() * candidates[index].tries as usize;
+        let tries = screened * candidates[index].tries as usize;
         looks[index].decision = match judge_effect(workbench, model, smaller, own, tries)? {
             Some((comparison, refusal)) => {
                 looks[index].held_out = Some(comparison);

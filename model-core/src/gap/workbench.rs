@@ -8,7 +8,7 @@ use super::log::Log;
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
 use super::scope::scope;
-use super::screen::{self, Screening};
+use super::screen::{self, Candidate, Screening};
 use crate::effect::learned_map::Ranges;
 use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
 
@@ -454,13 +454,19 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(cost)
     }
 
-    /// Screens all effects that the fitted model lacks, on short windows.
-    pub fn screen(&mut self, model: &Model) -> Option<Screening> {
+    /// Screens all effects that the fitted model lacks, on short windows. `passed_over` is told of
+    /// those that are not among the best.
+    pub fn screen(
+        &mut self,
+        model: &Model,
+        passed_over: impl FnMut(&Candidate),
+    ) -> Option<Screening> {
         let window = self.options.screen_window;
         let data = self.data.with_window(window);
         let scope = &self.options.scope;
         let variables = self.variables(model);
-        let screened = screen::screen(&data, self.schedule, model, &variables, scope);
+        let schedule = self.schedule;
+        let screened = screen::screen(&data, schedule, model, &variables, scope, passed_over);
         self.count(screened.as_ref()?.simulated, window);
         screened
     }
