@@ -21,6 +21,8 @@ pub enum Dimension {
     TorquePerSquaredVelocity,
     /// N·m/rad or N/m.
     TorquePerPosition,
+    /// rad/(N·m) or m/N.
+    PositionPerTorque,
     /// rad or m.
     Position,
     /// rad/s or m/s.
@@ -53,6 +55,7 @@ impl Dimension {
             Self::TorquePerVelocity => ("N·m·s/rad", "N·s/m"),
             Self::TorquePerSquaredVelocity => ("N·m·s²/rad²", "N·s²/m²"),
             Self::TorquePerPosition => ("N·m/rad", "N/m"),
+            Self::PositionPerTorque => ("rad/(N·m)", "m/N"),
             Self::Position => ("rad", "m"),
             Self::Velocity => ("rad/s", "m/s"),
             Self::Time => ("s", "s"),

@@ -10,6 +10,7 @@
 
 pub mod learned_map;
 
+use self::presliding::Bristles;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -91,6 +92,9 @@ pub struct Chain {
     /// Full width of the play before the sensor, rad or m; `None` without one. With a width of zero
     /// replays start as with a play, and the sensor reports what the drive does.
     pub play: Option<f32>,
+    /// What friction yields by before it slides. With a compliance of 0 replays start as with it, and
+    /// friction is rigid.
+    pub bristles: Option<Bristles>,
 }
 
 /// What a model's effects remember from one step to the next.
@@ -98,6 +102,8 @@ pub struct Chain {
 pub struct Memory {
     /// Where the far side of the play is, rad or m.
     pub far: f32,
+    /// Force of the bristles, positive against forward motion, N·m or N.
+    pub friction: f32,
 }
 
 /// The actuator in the middle of a step.
@@ -305,6 +311,7 @@ catalogue! {
     friction_drift::FrictionDrift,
     position_dependent_friction::PositionDependentFriction,
     external_load::ExternalLoad,
+    presliding::Presliding,
 }
 
 impl Id {

@@ -222,7 +222,11 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         for index in approach.since..restart.start {
             match velocity {
                 // A measured velocity is the drive's own, and says where it has gone.
-                Some(velocity) => moved += log.period * velocity.at(index),
+                Some(velocity) => {
+                    let by = log.period * velocity.at(index);
+                    moved += by;
+                    self.simulator.drag(&mut run_in.course, by);
+                }
                 None => {
                     run_in.advance(&Row::new(log, index));
                 }

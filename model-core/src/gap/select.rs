@@ -28,7 +28,7 @@ pub const LEAST_WINDOWS: usize = 4;
 const SHORTLIST: usize = 8;
 
 /// Room for those that are tried at several strengths, and refitted besides.
-const MOST_TRIED: usize = 1;
+const MOST_TRIED: usize = 2;
 const MOST_REFITTED: usize = SHORTLIST + MOST_TRIED;
 
 /// A candidate under this score is not refitted.

@@ -3,11 +3,12 @@
 use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
+use crate::effect::presliding::{Bristles, Free};
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError};
-use crate::plant::{Compensated, InputRefused, Motion, State};
+use crate::plant::{Compensated, Directional, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
 /// Parts of a step in which a model with held effects is stepped. An effect that varies within a
@@ -38,7 +39,7 @@ impl Course {
         let far = state.position.value();
         Self {
             state,
-            memory: Memory { far },
+            memory: Memory { far, friction: 0.0 },
         }
     }
 }
@@ -101,6 +102,8 @@ pub struct Simulator<M = Modes, H = Held> {
     current: Lateness,
     /// Half the width of the play before the sensor, where there is one.
     half_play: Option<f32>,
+    /// What friction yields by, where a model says so.
+    bristles: Option<Bristles>,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -118,7 +121,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let (plant, chain) = model.bound();
         plant.check()?;
         let held = share(model.held()?)?;
-        let parts = if held.is_nothing() {
+        let parts = if held.is_nothing() && chain.bristles.is_none() {
             1
         } else {
             PARTS_UNDER_HELD_EFFECTS
@@ -145,6 +148,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             input,
             current: Lateness::new(chain.sensor_delay, period),
             half_play: chain.play.map(|width| 0.5 * width),
+            bristles: chain.bristles,
         })
     }
 
@@ -155,11 +159,11 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Whether an effect has a memory, which no measured state restores.
     pub fn remembers(&self) -> bool {
-        self.half_play.is_some()
+        self.half_play.is_some() || self.bristles.is_some()
     }
 
-    /// Moves the drive of a measured state to where it is while it moves that way: the measurement
-    /// is of the far side.
+    /// Moves the drive of a measured state to where it is while it moves that way, for the measurement
+    /// is of the far side, and bends the bristles as sliding does.
     pub fn lean(&self, course: &mut Course, motion: Motion) {
         let lead = match motion {
             Motion::Forward => self.half_play.unwrap_or(0.0),
@@ -168,14 +172,30 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         };
         let far = course.memory.far;
         course.state.position = Compensated::new(far + lead);
+        let levels = self.actuator.load().coulomb;
+        course.memory.friction = match motion {
+            Motion::Forward => levels.forward,
+            Motion::Backward => -levels.backward,
+            Motion::Rest => 0.0,
+        };
+    }
+
+    /// Bends the bristles by a measured displacement.
+    pub fn drag(&self, course: &mut Course, displacement: f32) {
+        if let Some(bristles) = self.yielding() {
+            let levels = self.actuator.load().coulomb;
+            let friction = &mut course.memory.friction;
+            *friction = bristles.after(*friction, displacement, levels.of(displacement));
+        }
     }
 
     /// Puts the drive where a simulation that has run up to here has it, within the play around the
-    /// measured far side. `moved`: how much further the drive is than that simulation has it.
+    /// measured far side, and bends the bristles as there. `moved`: how much further the drive is than that simulation has it.
     pub fn resume(&self, course: &mut Course, run_in: &Course, moved: f32) {
         let near = run_in.state.position.value() + moved;
         let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
         course.state.position = Compensated::new(within);
+        course.memory.friction = run_in.memory.friction;
     }
 
     /// Distance of the reported position from `measured`.
@@ -207,43 +227,59 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// [`InputRefused`].
     #[inline]
     pub fn step(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
-        let Course { state, memory } = course;
-        let current = self.step_actuator(state, given)?;
+        let current = self.step_actuator(course, given)?;
         if let Some(half_play) = self.half_play {
-            memory.far = follow(memory.far, state.position.value(), half_play);
+            let near = course.state.position.value();
+            course.memory.far = follow(course.memory.far, near, half_play);
         }
         Ok(current)
     }
 
     #[inline]
-    fn step_actuator(&self, state: &mut State, given: &Given) -> Result<f32, InputRefused> {
-        let before = state.current;
+    fn step_actuator(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
+        let before = course.state.current;
+        let (split, moment) = (self.input.share, self.current.share);
         let Some(earlier) = &self.earlier else {
-            self.advance(&self.actuator, state, given.input, given)?;
-            return Ok(before + self.current.share * (state.current - before));
+            self.advance((&self.actuator, 1.0), course, given.input, given)?;
+            return Ok(before + moment * (course.state.current - before));
         };
         let first = self.actuator.on(earlier.borrow());
-        self.advance(&first, state, given.previous, given)?;
-        let between = state.current;
-        self.advance(&self.actuator, state, given.input, given)?;
+        self.advance((&first, split), course, given.previous, given)?;
+        let between = course.state.current;
+        self.advance((&self.actuator, 1.0 - split), course, given.input, given)?;
         // With a late sensor alone the measurement belongs to the moment of the change.
-        let (split, moment) = (self.input.share, self.current.share);
         Ok(if moment <= split {
             before + moment / split * (between - before)
         } else {
-            between + (moment - split) / (1.0 - split) * (state.current - between)
+            between + (moment - split) / (1.0 - split) * (course.state.current - between)
         })
     }
 
+    /// What friction yields by, unless it is rigid.
+    #[inline]
+    fn yielding(&self) -> Option<&Bristles> {
+        let bristles = self.bristles.as_ref();
+        bristles.filter(|bristles| bristles.compliance > 0.0)
+    }
+
+    /// Advances by the share of a period that the actuator's modes are worked out for.
     #[inline]
     fn advance(
         &self,
-        actuator: &Actuator<impl Borrow<Modes>>,
-        state: &mut State,
+        (actuator, share): (&Actuator<impl Borrow<Modes>>, f32),
+        course: &mut Course,
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        if self.held.is_nothing() {
+        if let Some(bristles) = self.yielding() {
+            let length = share * self.period / self.parts as f32;
+            for _ in 0..self.parts {
+                self.advance_yielding((actuator, length), bristles, course, input, given)?;
+            }
+            return Ok(());
+        }
+        let state = &mut course.state;
+        if self.held.is_nothing() && self.bristles.is_none() {
             if given.brake == 0.0 {
                 return actuator.step(state, input);
             }
@@ -263,29 +299,76 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        let time = given.index as f32 * self.period;
-        let position = state.position.value();
-        let velocity = state.velocity.value();
-        let torque_constant = match self.drive {
-            Drive::Voltage {
-                torque_constant, ..
-            } => torque_constant,
-            Drive::Torque => 0.0,
-        };
-        let at = |current: f32, velocity: f32, position: f32| Middle {
-            motor_torque: self.torque_per_current * current,
-            torque_constant,
-            velocity,
-            position,
-            time,
-            step: self.period,
-        };
-        let start = at(state.current, velocity, position);
+        let start = self.start(state, given);
         let load = self.load_at(&start, given.brake);
-        let (current, half_way, travel) = actuator.middle(state, self.fed(input, &start), &load);
-        let middle = at(current, half_way, position + travel);
+        let way = actuator.middle(state, self.fed(input, &start), &load);
+        let middle = self.behind(&start, way);
         let load = self.load_at(&middle, given.brake);
         actuator.step_under(state, self.fed(input, &middle), &load)
+    }
+
+    /// The same where friction yields before it slides: its force is a torque then, and nothing is held
+    /// at rest.
+    fn advance_yielding(
+        &self,
+        (actuator, length): (&Actuator<impl Borrow<Modes>>, f32),
+        bristles: &Bristles,
+        course: &mut Course,
+        input: f32,
+        given: &Given,
+    ) -> Result<(), InputRefused> {
+        let Course { state, memory } = course;
+        let start = self.start(state, given);
+        let fed = self.fed(input, &start);
+        let load = self.load_at(&start, given.brake).against(memory.friction);
+        actuator.wake(state, fed, &load);
+        let middle = self.behind(&start, actuator.middle(state, fed, &load));
+        let fed = self.fed(input, &middle);
+        let load = self.load_at(&middle, given.brake);
+        let level = |coulomb, breakaway| bristles.level(coulomb, breakaway, middle.velocity);
+        let levels = Directional {
+            forward: level(load.coulomb.forward, load.breakaway.forward),
+            backward: level(load.coulomb.backward, load.breakaway.backward),
+        };
+        let (travel, give) = actuator.travel(state, fed, &load.against(0.0));
+        let free = Free {
+            travel,
+            give,
+            length,
+        };
+        let friction = bristles.held(memory.friction, &free, &levels);
+        let moved = actuator.step_unheld(state, fed, &load.against(friction))?;
+        memory.friction = bristles.after(memory.friction, moved, levels.of(moved));
+        Ok(())
+    }
+
+    /// The actuator in the beginning of a step.
+    #[inline]
+    fn start(&self, state: &State, given: &Given) -> Middle {
+        Middle {
+            motor_torque: self.torque_per_current * state.current,
+            torque_constant: match self.drive {
+                Drive::Voltage {
+                    torque_constant, ..
+                } => torque_constant,
+                Drive::Torque => 0.0,
+            },
+            velocity: state.velocity.value(),
+            position: state.position.value(),
+            time: given.index as f32 * self.period,
+            step: self.period,
+        }
+    }
+
+    /// The actuator in the middle of a step, with the way to there.
+    #[inline]
+    fn behind(&self, start: &Middle, (current, velocity, travel): (f32, f32, f32)) -> Middle {
+        Middle {
+            motor_torque: self.torque_per_current * current,
+            velocity,
+            position: start.position + travel,
+            ..*start
+        }
     }
 
     /// The input with what effects add to its voltage.

@@ -175,14 +175,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         self.held_out_moving(&screen::with_effect(model, nothing)?, model, blocks)
     }
 
-    /// The blocks in which an effect may show: all of them, but for a play those in which the machine
-    /// turns or rests.
+    /// The blocks in which an effect may show: all of them, but for one with a memory those in which
+    /// the machine turns or rests.
     #[inline(never)]
     pub fn blocks_of(&self, id: Id) -> Mask {
         let data = &self.data;
         let mut mask = Mask::new();
         let count = data.windows().div_ceil(self.block).min(MOST_BLOCKS);
-        let everywhere = id != Id::Backlash;
+        let everywhere = !id.remembers();
         let _ = mask.resize(count, everywhere);
         if !everywhere {
             for number in 0..data.windows() {
