@@ -77,6 +77,9 @@ fn is_named(
 ) {
     let id = kind.id().unwrap();
     for (index, machine) in machines().iter().enumerate() {
+        if kind.needs_winding() && !matches!(machine.motor, rig::Motor::Winding { .. }) {
+            continue;
+        }
         let effect = Effect::nominal(kind, machine).scaled(STRENGTH);
         let outcome = trace(
             machine,
@@ -284,6 +287,52 @@ fn external_load() {
             unreachable!()
         };
         vec![("torque", torque)]
+    });
+}
+
+#[test]
+fn presliding() {
+    // At this strength the rig's bristles are damped by a fifth more than the model's.
+    is_named(EffectKind::Presliding, 4601, 0.25, |_, effect| {
+        let Effect::Presliding { compliance, .. } = effect else {
+            unreachable!()
+        };
+        vec![("compliance", compliance)]
+    });
+}
+
+#[test]
+fn supply_sag() {
+    is_named(EffectKind::SupplySag, 5001, 0.05, |_, effect| {
+        let Effect::SupplySag {
+            voltage,
+            resistance,
+            ..
+        } = effect
+        else {
+            unreachable!()
+        };
+        vec![("share", resistance / voltage.powi(2))]
+    });
+}
+
+#[test]
+fn brush_drop() {
+    is_named(EffectKind::BrushDrop, 5101, 0.05, |_, effect| {
+        let Effect::BrushDrop { drop, .. } = effect else {
+            unreachable!()
+        };
+        vec![("drop", drop)]
+    });
+}
+
+#[test]
+fn dead_time() {
+    is_named(EffectKind::DeadTime, 5201, 0.05, |_, effect| {
+        let Effect::DeadTime { loss, .. } = effect else {
+            unreachable!()
+        };
+        vec![("loss", loss)]
     });
 }
 

@@ -7,6 +7,10 @@ pub enum Dimension {
     Resistance,
     /// H.
     Inductance,
+    /// V.
+    Voltage,
+    /// 1/W.
+    PerPower,
     /// N·m/A or N/A.
     TorquePerCurrent,
     /// kg·m² or kg.
@@ -48,6 +52,8 @@ impl Dimension {
         let (angle, length) = match self {
             Self::Resistance => ("Ω", "Ω"),
             Self::Inductance => ("H", "H"),
+            Self::Voltage => ("V", "V"),
+            Self::PerPower => ("1/W", "1/W"),
             Self::TorquePerCurrent => ("N·m/A", "N/A"),
             Self::Inertia => ("kg·m²", "kg"),
             Self::Torque => ("N·m", "N"),

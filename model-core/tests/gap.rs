@@ -15,6 +15,8 @@ const PERIOD: f32 = 1e-3;
 const SCOPE: Scope = Scope {
     friction: 0.12,
     torque: 0.2,
+    voltage: 6.0,
+    current: 3.0,
     speed: 10.0,
     stroke: 2.0,
     period: PERIOD,

@@ -1,6 +1,6 @@
 //! What a rig can have that its machine file does not say.
 
-use crate::machine::Machine;
+use crate::machine::{Coordinate, Machine};
 use std::f64::consts::TAU;
 
 /// One physical effect with its strength. Loads are N·m or N, speeds rad/s or m/s.
@@ -113,6 +113,51 @@ pub enum Effect {
         /// Length of a ramp, s, positive.
         ramp: f64,
     },
+    /// The bridge gives its duty's share of a supply that is charged through a resistance. Needs a
+    /// winding with inductance, as all that acts on its voltage.
+    SupplySag {
+        /// Voltage of the supply without load, V.
+        voltage: f64,
+        /// Ω.
+        resistance: f64,
+        /// Of the capacitor at the bridge, F, positive.
+        capacity: f64,
+    },
+    /// Voltage lost at the brushes: drop · (1 − exp(−|i| / knee)) against the current.
+    BrushDrop {
+        /// V.
+        drop: f64,
+        /// Current at which most of it is there, A, positive.
+        knee: f64,
+    },
+    /// Voltage lost in the bridge's dead time, against the current; at most what the drive was told.
+    /// A current within its own ripple changes its sign in every period and loses in proportion.
+    DeadTime {
+        /// V.
+        loss: f64,
+        /// Half the current's ripple, A, positive.
+        ripple: f64,
+    },
+    /// The winding's resistance grows by rate · i²R for each second and R, and passes its heat to the
+    /// housing, which has ten times its heat capacity.
+    ThermalDrift {
+        /// Growth of a cold winding's resistance, as a share of it, 1/(A²·s).
+        rate: f64,
+        /// Time constant of the winding against the housing, s, positive.
+        winding: f64,
+        /// Time constant of the housing against the air, s, positive.
+        housing: f64,
+    },
+    /// The encoder's disc turns about a point beside its centre: it reports the position and
+    /// amplitude · sin(2π x / period + phase).
+    EncoderEccentricity {
+        /// rad or m.
+        amplitude: f64,
+        /// rad or m, positive.
+        period: f64,
+        /// rad.
+        phase: f64,
+    },
     /// Friction raised by torque · exp(−((|v| − centre) / width)²): a resonance of the housing,
     /// a seal that hums. No entry of the catalogue has this shape.
     SpeedBand {
@@ -181,6 +226,16 @@ pub enum EffectKind {
     PositionDependentFriction,
     /// [`Effect::ExternalLoad`]
     ExternalLoad,
+    /// [`Effect::SupplySag`]
+    SupplySag,
+    /// [`Effect::BrushDrop`]
+    BrushDrop,
+    /// [`Effect::DeadTime`]
+    DeadTime,
+    /// [`Effect::ThermalDrift`]
+    ThermalDrift,
+    /// [`Effect::EncoderEccentricity`]
+    EncoderEccentricity,
     /// [`Effect::SpeedBand`]
     SpeedBand,
     /// [`Effect::RoughSpot`]
@@ -191,7 +246,7 @@ pub enum EffectKind {
 
 impl EffectKind {
     /// Every kind that a rig can carry.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 24] = [
         Self::AsymmetricCoulomb,
         Self::AsymmetricViscous,
         Self::OffsetTorque,
@@ -208,6 +263,11 @@ impl EffectKind {
         Self::FrictionDrift,
         Self::PositionDependentFriction,
         Self::ExternalLoad,
+        Self::SupplySag,
+        Self::BrushDrop,
+        Self::DeadTime,
+        Self::ThermalDrift,
+        Self::EncoderEccentricity,
         Self::SpeedBand,
         Self::RoughSpot,
         Self::Presliding,
@@ -233,9 +293,22 @@ impl EffectKind {
             Self::FrictionDrift => Some("friction_drift"),
             Self::PositionDependentFriction => Some("position_dependent_friction"),
             Self::ExternalLoad => Some("external_load"),
+            Self::SupplySag => Some("supply_sag"),
+            Self::BrushDrop => Some("brush_drop"),
+            Self::DeadTime => Some("dead_time"),
+            Self::ThermalDrift => Some("thermal_drift"),
+            Self::EncoderEccentricity => Some("encoder_eccentricity"),
             Self::Presliding => Some("presliding"),
             Self::SpeedBand | Self::RoughSpot => None,
         }
+    }
+
+    /// Whether it acts on a winding: a machine with a force as input cannot have it.
+    pub fn needs_winding(self) -> bool {
+        matches!(
+            self,
+            Self::SupplySag | Self::BrushDrop | Self::DeadTime | Self::ThermalDrift
+        )
     }
 }
 
@@ -304,6 +377,43 @@ impl Effect {
                 duration: 2.6,
                 ramp: 0.02,
             },
+            EffectKind::SupplySag => Self::SupplySag {
+                voltage: machine.input_limit,
+                resistance: 0.6 * machine.resistance(),
+                capacity: 1e-3,
+            },
+            EffectKind::BrushDrop => Self::BrushDrop {
+                drop: 0.015 * machine.input_limit,
+                knee: 4e-3 * machine.input_limit / machine.resistance(),
+            },
+            EffectKind::DeadTime => Self::DeadTime {
+                loss: 0.015 * machine.input_limit,
+                ripple: 4e-3 * machine.input_limit / machine.resistance(),
+            },
+            EffectKind::ThermalDrift => {
+                // A tenth after a few seconds under the load of friction and spring.
+                let load = coulomb + machine.spring.map_or(0.0, |spring| spring.preload);
+                let current = load / machine.torque_constant();
+                Self::ThermalDrift {
+                    rate: 0.04 / current.powi(2),
+                    winding: 5.0,
+                    housing: 120.0,
+                }
+            }
+            EffectKind::EncoderEccentricity => {
+                // An encoder that turns once on the stroke at least, behind a gear if need be.
+                let stroke = 2.0 * machine.amplitude();
+                let period = if machine.coordinate == Coordinate::Radian && stroke > TAU {
+                    TAU
+                } else {
+                    0.2 * stroke
+                };
+                Self::EncoderEccentricity {
+                    amplitude: (5e-3 * period).max(2.0 * machine.resolution),
+                    period,
+                    phase: TAU / 7.0,
+                }
+            }
             EffectKind::SpeedBand => Self::SpeedBand {
                 torque: 0.4 * coulomb,
                 centre: 0.4 * machine.speed,
@@ -363,6 +473,17 @@ impl Effect {
             | Self::ExternalLoad {
                 torque: strength, ..
             }
+            | Self::SupplySag {
+                resistance: strength,
+                ..
+            }
+            | Self::BrushDrop { drop: strength, .. }
+            | Self::DeadTime { loss: strength, .. }
+            | Self::ThermalDrift { rate: strength, .. }
+            | Self::EncoderEccentricity {
+                amplitude: strength,
+                ..
+            }
             | Self::SpeedBand {
                 torque: strength, ..
             }
@@ -401,6 +522,18 @@ impl Effect {
         }
     }
 
+    /// What an encoder at `position` reports beyond it, rad or m.
+    pub(crate) fn reading_error(&self, position: f64) -> f64 {
+        match self {
+            Self::EncoderEccentricity {
+                amplitude,
+                period,
+                phase,
+            } => amplitude * (TAU * position / period + phase).sin(),
+            _ => 0.0,
+        }
+    }
+
     /// Which effect it is.
     pub fn kind(&self) -> EffectKind {
         match self {
@@ -420,6 +553,11 @@ impl Effect {
             Self::FrictionDrift { .. } => EffectKind::FrictionDrift,
             Self::PositionDependentFriction { .. } => EffectKind::PositionDependentFriction,
             Self::ExternalLoad { .. } => EffectKind::ExternalLoad,
+            Self::SupplySag { .. } => EffectKind::SupplySag,
+            Self::BrushDrop { .. } => EffectKind::BrushDrop,
+            Self::DeadTime { .. } => EffectKind::DeadTime,
+            Self::ThermalDrift { .. } => EffectKind::ThermalDrift,
+            Self::EncoderEccentricity { .. } => EffectKind::EncoderEccentricity,
             Self::SpeedBand { .. } => EffectKind::SpeedBand,
             Self::RoughSpot { .. } => EffectKind::RoughSpot,
             Self::Presliding { .. } => EffectKind::Presliding,

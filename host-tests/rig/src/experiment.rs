@@ -215,6 +215,7 @@ impl Experiment {
             behind_the_play = bench.take_up(behind_the_play, seen);
             let position = quantise(
                 behind_the_play
+                    + self.reading_error(behind_the_play)
                     + self.bench.position_error(time)
                     + self.noise.position * random.normal(),
                 machine.resolution,
@@ -276,6 +277,12 @@ impl Experiment {
             acting = arriving;
         }
         log
+    }
+
+    /// What the effects add to the reading of a position, rad or m.
+    fn reading_error(&self, position: f64) -> f64 {
+        let errors = self.effects.iter();
+        errors.map(|effect| effect.reading_error(position)).sum()
     }
 
     /// Sum of the delays that `select` finds among the effects, s.

@@ -291,6 +291,24 @@ impl Machine {
         0.5 * (self.stroke.0 + self.stroke.1)
     }
 
+    /// Resistance of the winding, Ω; 1 without one.
+    pub(crate) fn resistance(&self) -> f64 {
+        match self.motor {
+            Motor::Winding { resistance, .. } => resistance,
+            Motor::Direct { .. } => 1.0,
+        }
+    }
+
+    /// Torque constant of the winding, N·m/A or N/A; 1 without one.
+    pub(crate) fn torque_constant(&self) -> f64 {
+        match self.motor {
+            Motor::Winding {
+                torque_constant, ..
+            } => torque_constant,
+            Motor::Direct { .. } => 1.0,
+        }
+    }
+
     /// Half the stroke, rad or m.
     pub fn amplitude(&self) -> f64 {
         0.5 * (self.stroke.1 - self.stroke.0)

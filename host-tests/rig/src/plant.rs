@@ -76,6 +76,53 @@ impl Shaft {
     }
 }
 
+/// A supply behind a resistance, with a capacitor at the bridge.
+#[derive(Debug, Clone, Copy)]
+struct Supply {
+    /// Without load, V.
+    open: f64,
+    /// Ω.
+    resistance: f64,
+    /// F.
+    capacity: f64,
+    /// At the bridge, V.
+    voltage: f64,
+}
+
+impl Supply {
+    /// Lets `seconds` pass in which the bridge draws a current (Euler: its time constant is far above
+    /// 2 µs).
+    fn follow(&mut self, drawn: f64, seconds: f64) {
+        let charge = (self.open - self.voltage) / self.resistance - drawn;
+        self.voltage += seconds * charge / self.capacity;
+    }
+}
+
+/// Temperatures of winding and housing, as the share by which each would raise the resistance.
+#[derive(Debug, Clone, Copy)]
+struct Warmth {
+    /// 1/(A²·s).
+    rate: f64,
+    /// Time constants, s.
+    winding: f64,
+    housing: f64,
+    of_winding: f64,
+    of_housing: f64,
+}
+
+impl Warmth {
+    /// Heat capacity of the housing over the winding's.
+    const HOUSING: f64 = 10.0;
+
+    /// Lets `seconds` pass under a current.
+    fn follow(&mut self, current: f64, seconds: f64) {
+        let heating = self.rate * current * current * (1.0 + self.of_winding);
+        let passed = (self.of_winding - self.of_housing) / self.winding;
+        self.of_winding += seconds * (heating - passed);
+        self.of_housing += seconds * (passed / Self::HOUSING - self.of_housing / self.housing);
+    }
+}
+
 /// A machine with its effects, in motion. Delays are not the plant's: the
 /// [`Experiment`](crate::Experiment) has them.
 #[derive(Debug, Clone)]
@@ -87,6 +134,12 @@ pub struct Plant {
     fall: f64,
     /// Friction that the brake adds.
     brake: f64,
+    supply: Option<Supply>,
+    /// Voltage lost at the brushes, and the current at which most of it is.
+    brush: (f64, f64),
+    /// Voltage lost in the dead time, and half the current's ripple.
+    dead_time: (f64, f64),
+    warmth: Option<Warmth>,
     /// What is behind an elastic shaft.
     shaft: Option<Shaft>,
     inertia: f64,
@@ -122,7 +175,7 @@ pub struct Plant {
 
 impl Plant {
     /// A machine with its effects, at standstill at 0. Several effects of one kind
-    /// add up, but of [`Effect::Presliding`] the last one counts.
+    /// add up, but of [`Effect::Presliding`] and of what acts on the winding the last one counts.
     pub fn new(machine: &Machine, effects: &[Effect]) -> Self {
         let spring = machine.spring;
         let mut plant = Self {
@@ -130,6 +183,10 @@ impl Plant {
             peak_load: f64::INFINITY,
             fall: 0.0,
             brake: 0.0,
+            supply: None,
+            brush: (0.0, 1.0),
+            dead_time: (0.0, 1.0),
+            warmth: None,
             shaft: None,
             inertia: machine.inertia,
             viscous_forward: machine.viscous,
@@ -210,8 +267,39 @@ impl Plant {
                         velocity: 0.0,
                     });
                 }
+                Effect::SupplySag {
+                    resistance: 0.0, ..
+                } => {}
+                Effect::SupplySag {
+                    voltage,
+                    resistance,
+                    capacity,
+                } => {
+                    plant.supply = Some(Supply {
+                        open: voltage,
+                        resistance,
+                        capacity,
+                        voltage,
+                    });
+                }
+                Effect::BrushDrop { drop, knee } => plant.brush = (drop, knee),
+                Effect::DeadTime { loss, ripple } => plant.dead_time = (loss, ripple),
+                Effect::ThermalDrift {
+                    rate,
+                    winding,
+                    housing,
+                } => {
+                    plant.warmth = Some(Warmth {
+                        rate,
+                        winding,
+                        housing,
+                        of_winding: 0.0,
+                        of_housing: 0.0,
+                    });
+                }
                 Effect::InputDelay { .. }
                 | Effect::SensorDelay { .. }
+                | Effect::EncoderEccentricity { .. }
                 | Effect::Backlash { .. } => {}
             }
         }
@@ -308,6 +396,12 @@ impl Plant {
             self.time += length;
             if let Some(shaft) = &mut self.shaft {
                 shaft.follow(self.state, length);
+            }
+            if let Some(supply) = &mut self.supply {
+                supply.follow(input / supply.open * self.state.current, length);
+            }
+            if let Some(warmth) = &mut self.warmth {
+                warmth.follow(self.state.current, length);
             }
         }
     }
@@ -556,8 +650,11 @@ impl Plant {
                 inductance,
                 ..
             } if inductance > 0.0 => {
-                let middle = current + 0.5 * length * (input - resistance * current) / inductance;
-                current + length * (input - resistance * middle) / inductance
+                let rate = |current: f64| {
+                    let drop = resistance * self.warmed() * current;
+                    (self.terminal(input, current) - drop) / inductance
+                };
+                current + length * rate(current + 0.5 * length * rate(current))
             }
             _ => 0.0,
         }
@@ -603,10 +700,34 @@ impl Plant {
             } if inductance > 0.0 => {
                 let constant = torque_constant * self.rippled(state);
                 let emf = constant * self.left_of(constant * state.current) * state.velocity;
-                (input - resistance * state.current - emf) / inductance
+                let drop = resistance * self.warmed() * state.current;
+                (self.terminal(input, state.current) - drop - emf) / inductance
             }
             _ => 0.0,
         }
+    }
+
+    /// What supply, bridge and brushes leave of the voltage that the drive was told, V.
+    #[inline]
+    fn terminal(&self, input: f64, current: f64) -> f64 {
+        let fed = self
+            .supply
+            .map_or(input, |supply| input * supply.voltage / supply.open);
+        let (loss, ripple) = self.dead_time;
+        let lost = loss.min(input.abs()) * (current / ripple).clamp(-1.0, 1.0);
+        let (drop, knee) = self.brush;
+        let at_brushes = if drop == 0.0 {
+            0.0
+        } else {
+            (drop * (1.0 - (-current.abs() / knee).exp())).copysign(current)
+        };
+        fed - lost - at_brushes
+    }
+
+    /// What warmth makes of a resistance of 1.
+    #[inline]
+    fn warmed(&self) -> f64 {
+        self.warmth.map_or(1.0, |warmth| 1.0 + warmth.of_winding)
     }
 
     /// What the ripple makes of a torque constant of 1.

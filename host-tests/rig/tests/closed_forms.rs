@@ -340,6 +340,84 @@ fn every_steady_load_balances_the_force_at_its_own_speed() {
     }
 }
 
+/// A winding at standstill under 6 V of a 12 V drive, once its current is steady.
+#[test]
+fn what_a_winding_loses_at_standstill_has_a_closed_form() {
+    let machine = Machine {
+        inertia: 1e9,
+        static_friction: 1e9,
+        coulomb: 1e9,
+        ..Machine::throttle()
+    };
+    let (resistance, input) = (2.0, 6.0);
+    // Each gives the voltage that is missing at a current, from the law alone.
+    type Missing = fn(f64) -> f64;
+    let cases: [(Effect, Missing); 4] = [
+        (
+            // Half the supply's drop under half the current.
+            Effect::SupplySag {
+                voltage: 12.0,
+                resistance: 0.4,
+                capacity: 1e-3,
+            },
+            |i| 0.5 * 0.4 * 0.5 * i,
+        ),
+        (
+            Effect::BrushDrop {
+                drop: 0.5,
+                knee: 2.0,
+            },
+            |i| 0.5 * (1.0 - (-i / 2.0).exp()),
+        ),
+        (
+            Effect::DeadTime {
+                loss: 0.5,
+                ripple: 0.1,
+            },
+            |_| 0.5,
+        ),
+        (
+            // Steady: the heat of the winding passes to the housing, a tenth of its rate there.
+            Effect::ThermalDrift {
+                rate: 0.5,
+                winding: 0.02,
+                housing: 0.05,
+            },
+            |i| {
+                let share = 0.5 * i * i * (0.02 + 0.1 * 0.05);
+                2.0 * i * share / (1.0 - share)
+            },
+        ),
+    ];
+    for (effect, missing) in cases {
+        for sign in [1.0, -1.0] {
+            let mut plant = Plant::new(&machine, &[effect]);
+            plant.place(0.5, 0.0);
+            plant.advance(sign * input, 2.0);
+            let current = sign * plant.current(sign * input);
+            assert!(current > 1.0, "{effect:?}");
+            assert_close(input - resistance * current, missing(current), 1e-6);
+        }
+    }
+}
+
+/// A drive told less than the dead time takes gives nothing.
+#[test]
+fn pulses_shorter_than_the_dead_time_are_swallowed() {
+    let machine = Machine {
+        static_friction: 1e9,
+        ..Machine::throttle()
+    };
+    let effect = Effect::DeadTime {
+        loss: 0.5,
+        ripple: 1e-3,
+    };
+    let mut plant = Plant::new(&machine, &[effect]);
+    plant.place(0.5, 0.0);
+    plant.advance(0.3, 0.1);
+    assert!(plant.current(0.3).abs() < 1e-3);
+}
+
 /// Without friction, ½ m v² is what the field of the effect has given.
 #[test]
 fn loads_of_position_are_conservative() {

@@ -262,6 +262,8 @@ mod tests {
         let scope = Scope {
             friction: 20.0,
             torque: 30.0,
+            voltage: 1.0,
+            current: 30.0,
             speed: 0.1,
             stroke: 0.2,
             period: 1e-3,

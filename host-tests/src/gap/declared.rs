@@ -79,6 +79,14 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
             );
             return Err(machine.error_at(declared.line, message));
         }
+        if id.needs_winding() && machine.motor.is_none() {
+            let message = format!(
+                "effect `{}` is for machines with a voltage input only; remove it, or declare \
+                 `kind = \"voltage\"` and [motor]",
+                declared.id
+            );
+            return Err(machine.error_at(declared.line, message));
+        }
         let parameters = id.description().parameters;
         let form: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
         let mut values = [0.0; MOST_PARAMETERS];

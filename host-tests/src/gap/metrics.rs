@@ -91,13 +91,23 @@ pub fn torque_balance(
         let now = back(log.input, index, late);
         0.5 * (now + back(log.input, index.saturating_sub(1), late))
     };
+    let (resistance, torque_constant) = match plant.drive {
+        Drive::Voltage {
+            resistance,
+            torque_constant,
+            ..
+        } => (resistance, torque_constant),
+        Drive::Torque => (0.0, 0.0),
+    };
     let middle = |motor_torque: f32, index: usize| Middle {
         motor_torque,
-        torque_constant: match plant.drive {
-            Drive::Voltage {
-                torque_constant, ..
-            } => torque_constant,
-            Drive::Torque => 0.0,
+        torque_constant,
+        voltage: plant.gain * held(index) as f32,
+        // Of a winding at its steady current.
+        excess: if torque_constant > 0.0 {
+            resistance * motor_torque / torque_constant
+        } else {
+            0.0
         },
         velocity: velocity[index] as f32,
         position: position[index] as f32,

@@ -121,7 +121,9 @@ pub fn all(extent: Extent) -> Vec<Case> {
         });
     };
     for rig in &machines() {
-        for kind in EffectKind::ALL {
+        let has_winding = matches!(rig.motor, Motor::Winding { .. });
+        let possible = |kind: &EffectKind| has_winding || !kind.needs_winding();
+        for kind in EffectKind::ALL.into_iter().filter(possible) {
             let named = kind
                 .id()
                 .is_some_and(|id| model_core::effect::Id::from_id(id).is_some());

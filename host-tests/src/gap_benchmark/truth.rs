@@ -37,6 +37,23 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
             duration,
             ..
         } => [torque, begin + duration, duration],
+        Effect::Presliding {
+            compliance, speed, ..
+        } => [compliance, speed, 0.0],
+        Effect::SupplySag {
+            voltage,
+            resistance,
+            ..
+        } => [resistance / voltage.powi(2), 0.0, 0.0],
+        Effect::BrushDrop { drop: volts, .. } | Effect::DeadTime { loss: volts, .. } => {
+            [volts, 0.0, 0.0]
+        }
+        Effect::ThermalDrift { rate, winding, .. } => [rate, winding, 0.0],
+        Effect::EncoderEccentricity {
+            amplitude,
+            period,
+            phase,
+        } => [amplitude * phase.cos(), amplitude * phase.sin(), period],
         _ => return None,
     };
     Some(Active {
@@ -83,6 +100,15 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
                 numbers.extend([("amplitude", ratio * rig.coulomb), ("period", period)]);
             }
             Effect::ExternalLoad { torque, .. } => numbers.push(("torque", torque)),
+            Effect::Presliding { compliance, .. } => numbers.push(("compliance", compliance)),
+            Effect::SupplySag {
+                voltage,
+                resistance,
+                ..
+            } => numbers.push(("share", resistance / voltage.powi(2))),
+            Effect::EncoderEccentricity {
+                amplitude, period, ..
+            } => numbers.extend([("amplitude", amplitude), ("period", period)]),
             _ => {}
         }
     }

@@ -71,6 +71,10 @@ pub struct Scope {
     pub speed: f32,
     /// Stroke: largest less smallest position.
     pub stroke: f32,
+    /// Root mean square of the input's voltage, V; of the torque that it asks for with a torque input.
+    pub voltage: f32,
+    /// Root mean square of the motor's current, A; of its torque with a torque input.
+    pub current: f32,
     /// Sampling period, s.
     pub period: f32,
     /// Length of the longest log, s.
@@ -114,6 +118,10 @@ pub struct Middle {
     /// Declared torque constant, N·m/A or N/A, with which the winding's back-EMF goes; 0 with a torque
     /// input, which has no winding.
     pub torque_constant: f32,
+    /// Voltage that the input asks for, V.
+    pub voltage: f32,
+    /// The winding's voltage beyond the one that leaves no current in the end of the step, V.
+    pub excess: f32,
     /// Velocity.
     pub velocity: f32,
     /// Position.
@@ -122,6 +130,14 @@ pub struct Middle {
     pub time: f32,
     /// Length of that sample, s.
     pub step: f32,
+}
+
+impl Middle {
+    /// Current of the winding, A. With a torque input nobody asks for it.
+    #[inline]
+    pub fn current(&self) -> f32 {
+        self.motor_torque / self.torque_constant
+    }
 }
 
 /// A physical effect with its parameters.
@@ -141,6 +157,9 @@ pub trait Effect: Copy {
 
     /// Whether [`Effect::voltage`] is anything but zero.
     const ELECTRIC: bool = false;
+
+    /// Whether it needs a winding, which a torque input does not have.
+    const NEEDS_WINDING: bool = false;
 
     /// From values in the order of the description's parameters.
     fn new(values: [f32; MOST_PARAMETERS]) -> Self;
@@ -237,6 +256,11 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::shapes(scope, index)),* }
             }
 
+            /// Whether it needs a winding, which a torque input does not have.
+            pub fn needs_winding(self) -> bool {
+                match self { $(Self::$name => $module::$name::NEEDS_WINDING),* }
+            }
+
             /// The `index`-th values to try, where a small strength does not tell what a large
             /// one does.
             pub fn trial(self, scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
@@ -255,12 +279,12 @@ macro_rules! catalogue {
                 match id { $(Id::$name => Self::$name($module::$name::new(values))),* }
             }
 
-            /// Whether it acts through [`Law::hold`].
+            /// Whether it acts through [`Law::hold`] or [`Law::voltage`].
             pub fn is_held(&self) -> bool {
-                match self { $(Self::$name(_) => $module::$name::HELD),* }
+                self.is_electric() || match self { $(Self::$name(_) => $module::$name::HELD),* }
             }
 
-            /// Whether it acts on the winding's voltage too.
+            /// Whether it acts on the winding's voltage.
             pub fn is_electric(&self) -> bool {
                 match self { $(Self::$name(_) => $module::$name::ELECTRIC),* }
             }
@@ -312,6 +336,9 @@ catalogue! {
     position_dependent_friction::PositionDependentFriction,
     external_load::ExternalLoad,
     presliding::Presliding,
+    supply_sag::SupplySag,
+    brush_drop::BrushDrop,
+    dead_time::DeadTime,
 }
 
 impl Id {

@@ -73,8 +73,20 @@ impl Acting for Held {
     }
 
     fn voltage(&self, middle: &Middle) -> f32 {
-        self.laws.iter().map(|law| law.voltage(middle)).sum()
+        voltage_of(self.laws.iter(), middle)
     }
+}
+
+/// The voltage that laws add to the input's, each to what those before it have left.
+fn voltage_of<'l>(laws: impl Iterator<Item = &'l Law>, middle: &Middle) -> f32 {
+    let mut left = *middle;
+    let mut sum = 0.0;
+    for law in laws {
+        let voltage = law.voltage(&left);
+        left.excess += voltage;
+        sum += voltage;
+    }
+    sum
 }
 
 /// What another model holds, but for one law or one knot of the map.
@@ -177,6 +189,6 @@ impl Acting for Varied<'_> {
     }
 
     fn voltage(&self, middle: &Middle) -> f32 {
-        self.laws().map(|law| law.voltage(middle)).sum()
+        voltage_of(self.laws(), middle)
     }
 }

@@ -92,6 +92,12 @@ pub fn scope(data: &Data, model: &Model, rotary: bool) -> Option<(Scope, Ranges)
             speed.add(velocity);
         }
     }
+    let mut input = MeanSquare::default();
+    for log in data.logs {
+        for index in (0..log.samples()).step_by(STRIDE) {
+            input.add(log.input.at(index));
+        }
+    }
     let longest = data.logs.iter().map(Log::samples).max()?;
     let ranges = Ranges {
         position,
@@ -107,6 +113,8 @@ pub fn scope(data: &Data, model: &Model, rotary: bool) -> Option<(Scope, Ranges)
             FRICTION * torque.root()
         },
         torque: torque.root(),
+        voltage: model.plant.gain.abs() * input.root(),
+        current: torque.root() / per_current,
         speed: speed.root(),
         stroke: (position.1 - position.0).max(LEAST),
         period,

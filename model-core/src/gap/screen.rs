@@ -11,6 +11,7 @@ use super::replay::{Data, Fold, Schedule, Sums};
 use crate::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
+use crate::plant::parameters::Drive;
 use heapless::Vec;
 
 /// Most candidates that one screening returns, however many effects there are: more than are ever
@@ -255,11 +256,13 @@ fn add_effect<'m>(
 
 /// Effects that the model lacks, each at every shape to be tried.
 fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Active> + 'a {
+    let has_winding = matches!(model.plant.drive, Drive::Voltage { .. });
     Id::ALL
         .iter()
         .copied()
         .filter(|id| !model.has(*id))
         .filter(|id| scope.rotary || !id.description().rotary_only)
+        .filter(move |id| has_winding || !id.needs_winding())
         .flat_map(move |id| {
             let scanned = move |index| {
                 id.trial(scope, index).or_else(|| {

@@ -299,11 +299,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        let start = self.start(state, given);
+        let mut start = self.start(state, input, given);
         let load = self.load_at(&start, given.brake);
+        start.excess = self.excess(actuator, state, input, &load);
         let way = actuator.middle(state, self.fed(input, &start), &load);
-        let middle = self.behind(&start, way);
+        let mut middle = self.behind(&start, way);
         let load = self.load_at(&middle, given.brake);
+        middle.excess = self.excess(actuator, state, input, &load);
         actuator.step_under(state, self.fed(input, &middle), &load)
     }
 
@@ -318,13 +320,16 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         given: &Given,
     ) -> Result<(), InputRefused> {
         let Course { state, memory } = course;
-        let start = self.start(state, given);
-        let fed = self.fed(input, &start);
+        let mut start = self.start(state, input, given);
         let load = self.load_at(&start, given.brake).against(memory.friction);
+        start.excess = self.excess(actuator, state, input, &load);
+        let fed = self.fed(input, &start);
         actuator.wake(state, fed, &load);
-        let middle = self.behind(&start, actuator.middle(state, fed, &load));
-        let fed = self.fed(input, &middle);
+        let mut middle = self.behind(&start, actuator.middle(state, fed, &load));
         let load = self.load_at(&middle, given.brake);
+        let against = load.against(memory.friction);
+        middle.excess = self.excess(actuator, state, input, &against);
+        let fed = self.fed(input, &middle);
         let level = |coulomb, breakaway| bristles.level(coulomb, breakaway, middle.velocity);
         let levels = Directional {
             forward: level(load.coulomb.forward, load.breakaway.forward),
@@ -344,7 +349,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// The actuator in the beginning of a step.
     #[inline]
-    fn start(&self, state: &State, given: &Given) -> Middle {
+    fn start(&self, state: &State, input: f32, given: &Given) -> Middle {
         Middle {
             motor_torque: self.torque_per_current * state.current,
             torque_constant: match self.drive {
@@ -353,6 +358,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
                 } => torque_constant,
                 Drive::Torque => 0.0,
             },
+            voltage: self.gain * input,
+            excess: 0.0,
             velocity: state.velocity.value(),
             position: state.position.value(),
             time: given.index as f32 * self.period,
@@ -368,6 +375,22 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             velocity,
             position: start.position + travel,
             ..*start
+        }
+    }
+
+    /// The voltage beyond that which would end the current with the step.
+    #[inline]
+    fn excess(
+        &self,
+        actuator: &Actuator<impl Borrow<Modes>>,
+        state: &State,
+        input: f32,
+        load: &Load,
+    ) -> f32 {
+        if self.electric {
+            self.gain * input - self.gain * actuator.input_that_ends_current(state, load)
+        } else {
+            0.0
         }
     }
 
@@ -400,6 +423,25 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Current of a winding at its steady value: what a replay starts from where none was measured.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        self.drive.steady_current(self.gain, velocity, input)
+        let current = self.drive.steady_current(self.gain, velocity, input);
+        let Drive::Voltage {
+            resistance,
+            torque_constant,
+            ..
+        } = self.drive
+        else {
+            return current;
+        };
+        let middle = Middle {
+            motor_torque: torque_constant * current,
+            torque_constant,
+            voltage: self.gain * input,
+            excess: resistance * current,
+            velocity,
+            position: 0.0,
+            time: 0.0,
+            step: self.period,
+        };
+        current + self.voltage_at(&middle) / resistance
     }
 }
