@@ -119,17 +119,18 @@ fn bristles_yield_and_slide_as_the_equations_say() {
 fn bristles_far_stiffer_than_a_step_resolves_are_rigid_friction() {
     let model = model(COULOMB, [1e-9, 0.01, 0.0]);
     let held = simulate(&model, (0..1000).map(|_| 0.6));
+    // Bristles of 1 nm/N that slide at 1 N are bent by less than 2 nm at 0.6 N, however it swung.
     for (position, _) in &held {
-        assert!(position.abs() < 2e-7, "{position}");
+        assert!((0.0..2e-9).contains(position), "{position}");
     }
-    let (position, velocity) = held[999];
-    let pushed = -1e-9 * (1.0_f32 - 0.6).ln();
-    assert!((position - pushed).abs() < 1e-2 * pushed, "{position}");
+    let (_, velocity) = held[999];
     assert!(velocity.abs() < 1e-9, "{velocity}");
     // B = 0.5: v = 2 (1 − e^(−t/2)).
     let slid = simulate(&model, (0..1000).map(|_| 2.0));
     let exact = 2.0 * (1.0 - (-0.5_f32).exp());
-    assert!((slid[999].1 - exact).abs() < 1e-4, "{}", slid[999].1);
+    // What damps their swing takes half of friction more for the half millisecond of the first step.
+    let lost = 0.5 * COULOMB * 0.5 * PERIOD;
+    assert!((slid[999].1 - exact).abs() < lost, "{}", slid[999].1);
 }
 
 /// Without compliance it is the model without the effect, to the bit.

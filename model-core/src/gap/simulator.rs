@@ -121,7 +121,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let (plant, chain) = model.bound();
         plant.check()?;
         let held = share(model.held()?)?;
-        let parts = if held.is_nothing() && chain.bristles.is_none() {
+        let rigid = chain.bristles.is_none_or(|it| it.compliance == 0.0);
+        let parts = if held.is_nothing() && rigid {
             1
         } else {
             PARTS_UNDER_HELD_EFFECTS
@@ -279,7 +280,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             return Ok(());
         }
         let state = &mut course.state;
-        if self.held.is_nothing() && self.bristles.is_none() {
+        if self.held.is_nothing() {
             if given.brake == 0.0 {
                 return actuator.step(state, input);
             }
