@@ -354,6 +354,61 @@ fn dead_time() {
     });
 }
 
+/// The winding passes its heat to a housing, which the model does not have: the rate is near.
+#[test]
+fn thermal_drift() {
+    is_named(EffectKind::ThermalDrift, 5301, 0.1, |_, effect| {
+        let Effect::ThermalDrift { rate, .. } = effect else {
+            unreachable!()
+        };
+        vec![("rate", rate)]
+    });
+}
+
+#[test]
+fn encoder_eccentricity() {
+    is_named(EffectKind::EncoderEccentricity, 5401, 0.05, |_, effect| {
+        let Effect::EncoderEccentricity {
+            amplitude, period, ..
+        } = effect
+        else {
+            unreachable!()
+        };
+        vec![("amplitude", amplitude), ("period", period)]
+    });
+}
+
+/// What the brushes take and what the bridge loses is one voltage while the motor drives. While it
+/// coasts into a bridge that does not switch, the brushes alone take theirs.
+#[test]
+fn a_motor_that_coasts_into_the_bridge_tells_brushes_from_dead_time() {
+    let machine = RigMachine::rotary_ema();
+    let rows = 10_000;
+    let input: Vec<f64> = (0..rows)
+        .map(|row| match row / 150 % 4 {
+            0 => 12.0,
+            2 => -12.0,
+            _ => 0.0,
+        })
+        .collect();
+    for (kind, other, seed) in [
+        (EffectKind::BrushDrop, "dead_time", 5501),
+        (EffectKind::DeadTime, "brush_drop", 5502),
+    ] {
+        let effect = Effect::nominal(kind, &machine).scaled(STRENGTH);
+        let recording = Experiment::replaying(machine.clone(), input.clone(), 1000.0)
+            .with_effects(&[effect])
+            .seeded(seed)
+            .run();
+        let outcome = trace_logs(&machine, &[recording]);
+        let [found] = &outcome.effects[..] else {
+            panic!("{kind:?}: {:?}", outcome.effects);
+        };
+        assert_eq!(Some(&*found.id), kind.id(), "{found:?}");
+        assert!(!found.equivalent.iter().any(|id| id == other), "{found:?}");
+    }
+}
+
 /// Slow sines under three levels of a brake, of a machine whose Coulomb friction is not as declared.
 /// One level alone leaves the loss in doubt.
 #[test]

@@ -11,6 +11,8 @@ pub enum Dimension {
     Voltage,
     /// 1/W.
     PerPower,
+    /// 1/(A²·s).
+    PerSquaredCurrentTime,
     /// N·m/A or N/A.
     TorquePerCurrent,
     /// kg·m² or kg.
@@ -54,6 +56,7 @@ impl Dimension {
             Self::Inductance => ("H", "H"),
             Self::Voltage => ("V", "V"),
             Self::PerPower => ("1/W", "1/W"),
+            Self::PerSquaredCurrentTime => ("1/(A²·s)", "1/(A²·s)"),
             Self::TorquePerCurrent => ("N·m/A", "N/A"),
             Self::Inertia => ("kg·m²", "kg"),
             Self::Torque => ("N·m", "N"),

@@ -186,6 +186,31 @@ fn every_nominal_effect_shows() {
     }
 }
 
+/// A position loop that sees a reading error: what is logged is the true position and the error there.
+#[test]
+fn an_eccentric_encoder_errs_once_a_period() {
+    let machine = Machine {
+        resolution: 0.0,
+        ..Machine::rotary_ema()
+    };
+    let log = Experiment::tracking(machine.clone(), Trajectory::moves(&machine))
+        .with_effects(&[Effect::EncoderEccentricity {
+            amplitude: 0.02,
+            period: 3.0,
+            phase: 0.5,
+        }])
+        .with_noise(Noise::NONE)
+        .lasting(2.0)
+        .run();
+    let mut most = 0.0f64;
+    for (reported, position) in log.position.iter().zip(&log.true_position) {
+        let error = 0.02 * (TAU * position / 3.0 + 0.5).sin();
+        assert!((reported - position - error).abs() < 1e-12);
+        most = most.max(error.abs());
+    }
+    assert!(most > 0.0199);
+}
+
 #[test]
 fn scaling_by_zero_removes_an_effect() {
     let machine = Machine::throttle();

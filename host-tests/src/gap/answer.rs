@@ -59,6 +59,9 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             look.identifiability
         ),
         (Decision::WrongSign, _) => "the residual asks for a sign that physics forbids".to_owned(),
+        (Decision::BelowResolution, _) => {
+            "smaller than half a count: the sensor's own rounding".to_owned()
+        }
         (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
         (Decision::NotShortlisted, _) => "eight others score higher".to_owned(),
         (Decision::FarBehind { of }, _) => {

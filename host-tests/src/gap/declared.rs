@@ -102,7 +102,10 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
             let expected = match parameters[index].role {
                 Role::Strength if *value < 0.0 => "0 or more",
                 Role::Shape if *value <= 0.0 => "more than 0",
-                _ if parameters[index].dimension == Dimension::Time && *value > LONGEST_DELAY_S => {
+                Role::Strength
+                    if parameters[index].dimension == Dimension::Time
+                        && *value > LONGEST_DELAY_S =>
+                {
                     "1 s at most"
                 }
                 _ => {

@@ -77,7 +77,8 @@ pub fn torque_balance(
     let period = f64::from(log.period);
     let samples = log.samples();
     let plant = model.bound_plant();
-    let measured: Vec<f64> = log.position.iter().take(samples).map(f64::from).collect();
+    let actual = |reported: f32| f64::from(simulator.position_behind(reported));
+    let measured: Vec<f64> = log.position.iter().take(samples).map(actual).collect();
     let position = filter(&BUTTERWORTH, &measured);
     let velocity = differentiate(&position, period);
     let acceleration = differentiate(&velocity, period);
@@ -99,9 +100,21 @@ pub fn torque_balance(
         } => (resistance, torque_constant),
         Drive::Torque => (0.0, 0.0),
     };
+    let mut warmth = vec![0.0; samples];
+    if let Some(heating) = simulator.heating() {
+        for index in 1..samples {
+            let current = match log.current {
+                Some(current) => current.at(index - 1),
+                None => simulator.steady_current(velocity[index] as f32, held(index) as f32),
+            };
+            warmth[index] = heating.after(warmth[index - 1], current, log.period);
+        }
+    }
     let middle = |motor_torque: f32, index: usize| Middle {
         motor_torque,
         torque_constant,
+        resistance,
+        warmth: warmth[index],
         voltage: plant.gain * held(index) as f32,
         // Of a winding at its steady current.
         excess: if torque_constant > 0.0 {

@@ -5,11 +5,12 @@
 //! machine file's `declared_effects` then know it.
 //!
 //! An effect acts in one or both of two ways. *Bound* into the plant's parameters before the modes
-//! are worked out, it keeps every mode affine and the step exact. *Held* over a step as a torque or
-//! a friction level, evaluated in the middle of the step, it is of second order in the step.
+//! are worked out, it keeps every mode affine and the step exact. *Held* over a step as a torque, a
+//! friction level or a voltage, evaluated in the middle of the step, it is of second order in the step.
 
 pub mod learned_map;
 
+use self::encoder_eccentricity::EncoderEccentricity;
 use self::presliding::Bristles;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -99,6 +100,10 @@ pub struct Chain {
     /// What friction yields by before it slides. With a compliance of 0 replays start as with it, and
     /// friction is rigid.
     pub bristles: Option<Bristles>,
+    /// How the sensor errs.
+    pub reading: EncoderEccentricity,
+    /// Whether the winding's resistance is one that heats.
+    pub heats: bool,
 }
 
 /// What a model's effects remember from one step to the next.
@@ -108,6 +113,8 @@ pub struct Memory {
     pub far: f32,
     /// Force of the bristles, positive against forward motion, N·m or N.
     pub friction: f32,
+    /// Share by which warmth has raised the winding's resistance.
+    pub warmth: f32,
 }
 
 /// The actuator in the middle of a step.
@@ -118,6 +125,10 @@ pub struct Middle {
     /// Declared torque constant, N·m/A or N/A, with which the winding's back-EMF goes; 0 with a torque
     /// input, which has no winding.
     pub torque_constant: f32,
+    /// Winding resistance without what warmth adds to it, Ω; 0 with a torque input.
+    pub resistance: f32,
+    /// Share by which warmth has raised it.
+    pub warmth: f32,
     /// Voltage that the input asks for, V.
     pub voltage: f32,
     /// The winding's voltage beyond the one that leaves no current in the end of the step, V.
@@ -160,6 +171,10 @@ pub trait Effect: Copy {
 
     /// Whether it needs a winding, which a torque input does not have.
     const NEEDS_WINDING: bool = false;
+
+    /// Whether it is an error of the position's reading: one below a count of the sensor is the
+    /// sensor's rounding.
+    const MISREADS: bool = false;
 
     /// From values in the order of the description's parameters.
     fn new(values: [f32; MOST_PARAMETERS]) -> Self;
@@ -261,6 +276,11 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::NEEDS_WINDING),* }
             }
 
+            /// Whether it is an error of the position's reading.
+            pub fn misreads(self) -> bool {
+                match self { $(Self::$name => $module::$name::MISREADS),* }
+            }
+
             /// The `index`-th values to try, where a small strength does not tell what a large
             /// one does.
             pub fn trial(self, scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
@@ -339,6 +359,8 @@ catalogue! {
     supply_sag::SupplySag,
     brush_drop::BrushDrop,
     dead_time::DeadTime,
+    encoder_eccentricity::EncoderEccentricity,
+    thermal_drift::ThermalDrift,
 }
 
 impl Id {

@@ -2,6 +2,7 @@
 
 use super::model::MOST_EFFECTS;
 use crate::effect::learned_map::LearnedMap;
+use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Law, Middle};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::ParameterError;
@@ -17,6 +18,9 @@ pub trait Acting {
 
     /// Adds it to what is held over a step.
     fn hold(&self, middle: &Middle, load: &mut Load);
+
+    /// How it heats the winding, if it does.
+    fn heating(&self) -> Option<ThermalDrift>;
 
     /// The voltage that it adds to the input's over a step.
     fn voltage(&self, middle: &Middle) -> f32;
@@ -72,8 +76,19 @@ impl Acting for Held {
         self.laws.iter().any(Law::is_electric)
     }
 
+    fn heating(&self) -> Option<ThermalDrift> {
+        self.laws.iter().find_map(heating_of)
+    }
+
     fn voltage(&self, middle: &Middle) -> f32 {
         voltage_of(self.laws.iter(), middle)
+    }
+}
+
+fn heating_of(law: &Law) -> Option<ThermalDrift> {
+    match law {
+        Law::ThermalDrift(heating) => Some(*heating),
+        _ => None,
     }
 }
 
@@ -186,6 +201,10 @@ impl Acting for Varied<'_> {
 
     fn is_electric(&self) -> bool {
         self.laws().any(Law::is_electric)
+    }
+
+    fn heating(&self) -> Option<ThermalDrift> {
+        self.laws().find_map(heating_of)
     }
 
     fn voltage(&self, middle: &Middle) -> f32 {

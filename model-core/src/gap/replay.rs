@@ -9,6 +9,7 @@ use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
 use super::held::{Acting, Held, Varied};
 use super::log::Log;
 use super::simulator::{Course, Given, Simulator};
+use crate::effect::thermal_drift::ThermalDrift;
 use crate::numeric::triangle::{Triangle, entries};
 use crate::plant::modes::Modes;
 use crate::plant::{Motion, State};
@@ -50,6 +51,10 @@ pub(super) const CLEAR_COUNTS: f32 = 4.0;
 
 /// Most windows that a run-in goes back.
 const MOST_RUN_IN: usize = 10;
+
+/// Time from one look at the current to the next while a winding's warmth is carried to a restart, s:
+/// far below any thermal time constant.
+const HEAT_STRIDE: f32 = 0.01;
 
 /// Samples on either side of a restart that its state is smoothed over, until the tracing has
 /// chosen.
@@ -192,20 +197,21 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         start: usize,
         settings: &Settings,
     ) -> Self {
-        let restart = Restart::new(log, start, settings, simulator.remembers());
-        Self::from_restart(simulator, log, &restart, settings)
+        let mut restart = Restart::new(log, start, settings, simulator.remembers());
+        Self::from_restart(simulator, log, &mut restart, settings)
     }
 
     fn from_restart(
         simulator: &'a Simulator<M, H>,
         log: &'a Log<'a>,
-        restart: &Restart,
+        restart: &mut Restart,
         settings: &Settings,
     ) -> Self {
-        let runner = Self {
+        let mut runner = Self {
             velocity_channel: settings.velocity_channel,
-            ..Self::from_state(simulator, log, restart.start, restart.state)
+            ..Self::from_state(simulator, log, (restart.start, restart.state), settings)
         };
+        runner.course.memory.warmth = restart.warmth(simulator, log);
         match &restart.approach {
             Some(approach) if simulator.remembers() => runner.behind(approach, restart, settings),
             _ => runner,
@@ -216,7 +222,9 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     fn behind(mut self, approach: &Approach, restart: &Restart, settings: &Settings) -> Self {
         let log = self.log;
         let velocity = log.velocity.filter(|_| settings.measured_velocity);
-        let mut run_in = Self::from_state(self.simulator, self.log, approach.since, approach.state);
+        let since = (approach.since, approach.state);
+        let mut run_in = Self::from_state(self.simulator, self.log, since, settings);
+        run_in.course.memory.warmth = self.course.memory.warmth;
         self.simulator.lean(&mut run_in.course, approach.motion);
         let mut moved = 0.0;
         for index in approach.since..restart.start {
@@ -250,9 +258,11 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     fn from_state(
         simulator: &'a Simulator<M, H>,
         log: &'a Log<'a>,
-        start: usize,
-        mut state: State,
+        (start, measured): (usize, State),
+        settings: &Settings,
     ) -> Self {
+        let own_velocity = settings.measured_velocity && log.velocity.is_some();
+        let mut state = simulator.state_behind(measured, own_velocity);
         let late = start.saturating_sub(simulator.sensor_lateness().whole);
         let input = log
             .input
@@ -342,6 +352,8 @@ struct Restart {
     state: State,
     /// How it came there, where somebody asks.
     approach: Option<Approach>,
+    /// The warmth there, for the heating that was asked for first: few copies have another one.
+    warmth: Option<(ThermalDrift, f32)>,
 }
 
 impl Restart {
@@ -352,8 +364,53 @@ impl Restart {
             start,
             state,
             approach,
+            warmth: None,
         }
     }
+
+    /// Share by which warmth has raised the resistance of a model's winding.
+    fn warmth<M: Borrow<Modes>, H: Acting>(
+        &mut self,
+        simulator: &Simulator<M, H>,
+        log: &Log,
+    ) -> f32 {
+        let Some(heating) = simulator.heating() else {
+            return 0.0;
+        };
+        match self.warmth {
+            Some((known, warmth)) if known == heating => warmth,
+            _ => {
+                let warmth = warmth_at(simulator, heating, log, self.start);
+                self.warmth.get_or_insert((heating, warmth));
+                warmth
+            }
+        }
+    }
+}
+
+/// Share by which a log up to a sample has raised the resistance of a winding that was cold at its
+/// beginning: by the measured current, or by the steady one of input and speed.
+fn warmth_at<M: Borrow<Modes>, H: Acting>(
+    simulator: &Simulator<M, H>,
+    heating: ThermalDrift,
+    log: &Log,
+    start: usize,
+) -> f32 {
+    let stride = samples(HEAT_STRIDE, log.period, 1);
+    let step = stride as f32 * log.period;
+    let mut warmth = 0.0;
+    for sample in (stride..=start).step_by(stride) {
+        let middle = sample - stride / 2;
+        let current = match log.current {
+            Some(current) => current.at(middle),
+            None => {
+                let travel = log.position.at(sample) - log.position.at(sample - stride);
+                simulator.steady_current(travel / step, log.input.at(middle))
+            }
+        };
+        warmth = heating.after(warmth, current, step);
+    }
+    warmth
 }
 
 /// The last clear motion before what the state at `start` is smoothed over, within the run-in; the
@@ -438,10 +495,10 @@ fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ens
     let settings = &data.settings;
     let simulators = ensemble.simulators();
     let remembers = simulators.iter().any(Simulator::remembers);
-    let restart = Restart::new(log, window.start, settings, remembers);
+    let mut restart = Restart::new(log, window.start, settings, remembers);
     let mut runners: Vec<Runner<&Modes, Varied>, MOST_SIMULATORS> = simulators
         .iter()
-        .map(|simulator| Runner::from_restart(simulator, log, &restart, settings))
+        .map(|simulator| Runner::from_restart(simulator, log, &mut restart, settings))
         .collect();
     let mut positions = [0.0f32; COLUMNS];
     let mut currents = [0.0f32; COLUMNS];

@@ -41,6 +41,9 @@ const LEAST_IDENTIFIABILITY: f32 = 0.05;
 /// it explains is left for a later round.
 const FAR_BEHIND: f32 = 0.1;
 
+/// A reading error under so many counts of the sensor is its rounding, which repeats with the motion.
+const LEAST_COUNTS: f32 = 0.5;
+
 /// Cosine beyond which a log cannot tell two effects apart.
 const EQUIVALENT: f32 = 0.9;
 
@@ -99,6 +102,8 @@ pub enum Decision {
     Absorbed,
     /// Physics forbids the sign that the residual asks for.
     WrongSign,
+    /// A reading error that the rounding of the sensor makes too.
+    BelowResolution,
     /// Explains too little of the residual to be refitted.
     ScoreTooLow,
     /// Eight others score higher.
@@ -386,7 +391,10 @@ impl Candidate {
     }
 
     /// What its scores say: whether it is worth a refit.
-    fn first_look(&self, round: usize, scope: &Scope) -> Consideration {
+    fn first_look(&self, round: usize, scope: &Scope, resolution: f32) -> Consideration {
+        let strengths = &self.effect.values[..self.effect.id.strengths()];
+        let square: f32 = strengths.iter().map(|strength| strength * strength).sum();
+        let rounding = LEAST_COUNTS * resolution;
         let decision = if self.effect.id.trial(scope, 0).is_some() {
             // What a small play does says nothing of a large one.
             Decision::NotShortlisted
@@ -394,6 +402,8 @@ impl Candidate {
             Decision::Absorbed
         } else if !self.allowed {
             Decision::WrongSign
+        } else if self.effect.id.misreads() && square < rounding * rounding {
+            Decision::BelowResolution
         } else if self.score < LEAST_SCORE {
             Decision::ScoreTooLow
         } else {
@@ -465,7 +475,9 @@ fn consider(
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<Judgement> {
     let scope = workbench.options.scope;
-    let passed_over = |candidate: &Candidate| observe(&candidate.first_look(round, &scope));
+    let resolution = workbench.data.settings.resolution;
+    let passed_over =
+        |candidate: &Candidate| observe(&candidate.first_look(round, &scope, resolution));
     let screened = workbench.screen(&found.after.model, passed_over)?;
     refit(workbench, round, found, &screened)
 }
@@ -563,9 +575,10 @@ fn refit(
         screened,
         ..
     } = screened;
+    let resolution = workbench.data.settings.resolution;
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
-        .map(|candidate| candidate.first_look(round, &workbench.options.scope))
+        .map(|candidate| candidate.first_look(round, &workbench.options.scope, resolution))
         .collect();
     let model = &found.after.model;
     let mut shortlist: Vec<usize, MOST_REFITTED> = Vec::new();

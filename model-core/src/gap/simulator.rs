@@ -3,7 +3,9 @@
 use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
+use crate::effect::encoder_eccentricity::EncoderEccentricity;
 use crate::effect::presliding::{Bristles, Free};
+use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
@@ -39,7 +41,10 @@ impl Course {
         let far = state.position.value();
         Self {
             state,
-            memory: Memory { far, friction: 0.0 },
+            memory: Memory {
+                far,
+                ..Memory::default()
+            },
         }
     }
 }
@@ -104,6 +109,10 @@ pub struct Simulator<M = Modes, H = Held> {
     half_play: Option<f32>,
     /// What friction yields by, where a model says so.
     bristles: Option<Bristles>,
+    /// How the sensor errs.
+    reading: EncoderEccentricity,
+    /// Whether the winding's resistance is one that heats.
+    heats: bool,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -150,6 +159,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             current: Lateness::new(chain.sensor_delay, period),
             half_play: chain.play.map(|width| 0.5 * width),
             bristles: chain.bristles,
+            reading: chain.reading,
+            heats: has_winding && chain.heats,
         })
     }
 
@@ -191,7 +202,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     }
 
     /// Puts the drive where a simulation that has run up to here has it, within the play around the
-    /// measured far side, and bends the bristles as there. `moved`: how much further the drive is than that simulation has it.
+    /// measured far side, and bends the bristles as there. `moved`: how much further the drive is than
+    /// that simulation has it.
     pub fn resume(&self, course: &mut Course, run_in: &Course, moved: f32) {
         let near = run_in.state.position.value() + moved;
         let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
@@ -202,17 +214,63 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// Distance of the reported position from `measured`.
     #[inline]
     pub fn reported_from(&self, course: &Course, measured: f32) -> f32 {
-        match self.half_play {
+        let distance = match self.half_play {
             Some(_) => course.memory.far - measured,
             None => course.state.position.from(measured),
+        };
+        if self.reading.is_nothing() {
+            distance
+        } else {
+            distance + self.reading.error(self.sensed(course))
+        }
+    }
+
+    /// The position that the sensor sits at.
+    #[inline]
+    fn sensed(&self, course: &Course) -> f32 {
+        match self.half_play {
+            Some(_) => course.memory.far,
+            None => course.state.position.value(),
         }
     }
 
     /// The reported position.
     pub fn reported(&self, course: &Course) -> f32 {
-        match self.half_play {
-            Some(_) => course.memory.far,
-            None => course.state.position.value(),
+        let sensed = self.sensed(course);
+        sensed + self.reading.error(sensed)
+    }
+
+    /// The position that the sensor sits at when it reports this one.
+    pub fn position_behind(&self, reported: f32) -> f32 {
+        if self.reading.is_nothing() {
+            reported
+        } else {
+            self.reading.position_behind(reported)
+        }
+    }
+
+    /// The state that the sensor sits at when it reports this one. `own_velocity`: the velocity is that
+    /// of a sensor of its own.
+    pub fn state_behind(&self, reported: State, own_velocity: bool) -> State {
+        if self.reading.is_nothing() {
+            return reported;
+        }
+        let position = self.position_behind(reported.position.value());
+        let velocity = reported.velocity.value();
+        let gain = if own_velocity {
+            1.0
+        } else {
+            self.reading.gain(position)
+        };
+        State::new(position, velocity / gain)
+    }
+
+    /// How the winding heats, if it does.
+    pub fn heating(&self) -> Option<ThermalDrift> {
+        if self.heats {
+            self.held.heating()
+        } else {
+            None
         }
     }
 
@@ -229,6 +287,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     #[inline]
     pub fn step(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
         let current = self.step_actuator(course, given)?;
+        if let Some(heating) = self.heating() {
+            let warmth = &mut course.memory.warmth;
+            *warmth = heating.after(*warmth, course.state.current, self.period);
+        }
         if let Some(half_play) = self.half_play {
             let near = course.state.position.value();
             course.memory.far = follow(course.memory.far, near, half_play);
@@ -279,7 +341,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             }
             return Ok(());
         }
-        let state = &mut course.state;
+        let Course { state, memory } = course;
         if self.held.is_nothing() {
             if given.brake == 0.0 {
                 return actuator.step(state, input);
@@ -287,7 +349,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             return actuator.step_under(state, input, &actuator.load().braked(given.brake));
         }
         for _ in 0..self.parts {
-            self.advance_held(actuator, state, input, given)?;
+            self.advance_held(actuator, (state, memory), input, given)?;
         }
         Ok(())
     }
@@ -296,11 +358,11 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn advance_held(
         &self,
         actuator: &Actuator<impl Borrow<Modes>>,
-        state: &mut State,
+        (state, memory): (&mut State, &Memory),
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        let mut start = self.start(state, input, given);
+        let mut start = self.start((state, memory), input, given);
         let load = self.load_at(&start, given.brake);
         start.excess = self.excess(actuator, state, input, &load);
         let way = actuator.middle(state, self.fed(input, &start), &load);
@@ -321,7 +383,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         given: &Given,
     ) -> Result<(), InputRefused> {
         let Course { state, memory } = course;
-        let mut start = self.start(state, input, given);
+        let mut start = self.start((state, memory), input, given);
         let load = self.load_at(&start, given.brake).against(memory.friction);
         start.excess = self.excess(actuator, state, input, &load);
         let fed = self.fed(input, &start);
@@ -350,15 +412,20 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// The actuator in the beginning of a step.
     #[inline]
-    fn start(&self, state: &State, input: f32, given: &Given) -> Middle {
+    fn start(&self, (state, memory): (&State, &Memory), input: f32, given: &Given) -> Middle {
+        let (resistance, torque_constant) = match self.drive {
+            Drive::Voltage {
+                resistance,
+                torque_constant,
+                ..
+            } => (resistance, torque_constant),
+            Drive::Torque => (0.0, 0.0),
+        };
         Middle {
             motor_torque: self.torque_per_current * state.current,
-            torque_constant: match self.drive {
-                Drive::Voltage {
-                    torque_constant, ..
-                } => torque_constant,
-                Drive::Torque => 0.0,
-            },
+            torque_constant,
+            resistance,
+            warmth: memory.warmth,
             voltage: self.gain * input,
             excess: 0.0,
             velocity: state.velocity.value(),
@@ -422,7 +489,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         load.braked(brake)
     }
 
-    /// Current of a winding at its steady value: what a replay starts from where none was measured.
+    /// Current of a cold winding at its steady value: what a replay starts from where none was measured.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
         let current = self.drive.steady_current(self.gain, velocity, input);
         let Drive::Voltage {
@@ -436,6 +503,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let middle = Middle {
             motor_torque: torque_constant * current,
             torque_constant,
+            resistance,
+            warmth: 0.0,
             voltage: self.gain * input,
             excess: resistance * current,
             velocity,
