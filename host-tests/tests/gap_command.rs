@@ -478,6 +478,14 @@ mod bad_machines {
                 "`coordinate = \"rad\"`",
             ],
         );
+        bench.refuses_effects(
+            "{ id = \"supply_sag\", share = 1e-3 },",
+            "supply_sag",
+            &[
+                "`supply_sag` is for machines with a voltage input only",
+                "`kind = \"voltage\"`",
+            ],
+        );
         for delay in ["1.5", "1e30"] {
             let late = format!("{{ id = \"input_delay\", delay = {delay} }},");
             let words = ["`delay` of effect `input_delay`", "expected 1 s at most"];

@@ -31,6 +31,9 @@ const FIRST_CYCLES: f32 = 1.5;
 const CYCLES_STEP: f32 = 0.5;
 const STROKE_TRIES: usize = 32;
 
+/// Far below any sensor's count, rad or m: it keeps the phase finite.
+const LEAST_PERIOD: f32 = 1e-9;
+
 /// Largest slope of the error: beyond 1 a position would be reported twice.
 const MOST_SLOPE: f32 = 0.5;
 
@@ -119,7 +122,7 @@ impl Effect for EncoderEccentricity {
     const MISREADS: bool = true;
 
     fn new([sine, cosine, period]: [f32; MOST_PARAMETERS]) -> Self {
-        let wavenumber = 1.0 / period.max(f32::MIN_POSITIVE);
+        let wavenumber = 1.0 / period.max(LEAST_PERIOD);
         let slope = TAU * wavenumber * libm::hypotf(sine, cosine);
         let share = if slope > MOST_SLOPE {
             MOST_SLOPE / slope

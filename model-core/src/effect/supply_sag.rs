@@ -33,10 +33,12 @@ pub struct SupplySag {
 }
 
 impl SupplySag {
-    /// What is left of a voltage that drives this current, V.
+    /// What is left of a voltage that drives this current, V: nothing at worst, and no more than twice
+    /// as much from a machine that feeds back.
     #[inline]
     pub fn left_of(&self, voltage: f32, current: f32) -> f32 {
-        voltage * (1.0 - (self.share * voltage * current).min(1.0))
+        let lost = self.share * voltage * current;
+        voltage * (1.0 - lost.max(-1.0).min(1.0))
     }
 }
 

@@ -34,7 +34,8 @@ pub struct ThermalDrift {
 }
 
 impl ThermalDrift {
-    /// The rise after so many seconds, short beside the time constant, under a current.
+    /// The rise after so many seconds under a current. Of first order in their ratio to the time constant,
+    /// and stable at any.
     ///
     /// ```
     /// use model_core::effect::{Effect, thermal_drift::ThermalDrift};
@@ -50,7 +51,8 @@ impl ThermalDrift {
     #[inline]
     pub fn after(&self, warmth: f32, current: f32, seconds: f32) -> f32 {
         let heating = self.rate * current * current * (1.0 + warmth);
-        (warmth + seconds * (heating - warmth * self.inverse_time)).min(MOST_WARMTH)
+        let rise = seconds * (heating - warmth * self.inverse_time);
+        (warmth + rise / (1.0 + seconds * self.inverse_time)).min(MOST_WARMTH)
     }
 }
 
