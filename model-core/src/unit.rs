@@ -27,12 +27,16 @@ pub enum Dimension {
     TorquePerSquaredVelocity,
     /// N·m/rad or N/m.
     TorquePerPosition,
+    /// rad/(N·m) or m/N.
+    PositionPerTorque,
     /// rad or m.
     Position,
     /// rad/s or m/s.
     Velocity,
     /// s.
     Time,
+    /// 1/s.
+    PerTime,
     /// rad, whatever the coordinate.
     Phase,
     /// 1.
@@ -60,9 +64,11 @@ impl Dimension {
             Self::TorquePerVelocity => ("N·m·s/rad", "N·s/m"),
             Self::TorquePerSquaredVelocity => ("N·m·s²/rad²", "N·s²/m²"),
             Self::TorquePerPosition => ("N·m/rad", "N/m"),
+            Self::PositionPerTorque => ("rad/(N·m)", "m/N"),
             Self::Position => ("rad", "m"),
             Self::Velocity => ("rad/s", "m/s"),
             Self::Time => ("s", "s"),
+            Self::PerTime => ("1/s", "1/s"),
             Self::Phase => ("rad", "rad"),
             Self::Ratio => ("1", "1"),
         };

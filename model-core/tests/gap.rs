@@ -20,6 +20,7 @@ const SCOPE: Scope = Scope {
     speed: 10.0,
     stroke: 2.0,
     period: PERIOD,
+    seconds: 0.3,
     rotary: true,
 };
 

@@ -88,6 +88,31 @@ pub enum Effect {
         /// One over what the load tends to, 1/(N·m) or 1/N.
         fall: f64,
     },
+    /// Coulomb and static friction are (1 + rate · t) times as large, t from the beginning of the log.
+    FrictionDrift {
+        /// 1/s.
+        rate: f64,
+    },
+    /// Coulomb and static friction are (1 + ratio · sin(2π x / period + phase)) times as large.
+    PositionDependentFriction {
+        /// −1 to 1.
+        ratio: f64,
+        /// rad or m, positive.
+        period: f64,
+        /// rad.
+        phase: f64,
+    },
+    /// A load that rises and falls in ramps; the times are those of the ramps' middles.
+    ExternalLoad {
+        /// N·m or N.
+        torque: f64,
+        /// s from the beginning of the log.
+        begin: f64,
+        /// s.
+        duration: f64,
+        /// Length of a ramp, s, positive.
+        ramp: f64,
+    },
     /// The bridge gives its duty's share of a supply that is charged through a resistance. Needs a
     /// winding with inductance, as all that acts on its voltage.
     SupplySag {
@@ -143,7 +168,8 @@ pub enum Effect {
         /// rad/s or m/s, positive.
         width: f64,
     },
-    /// Friction raised by torque · exp(−((x − centre) / width)²): a damaged place on the screw.
+    /// Friction raised by torque · exp(−((x − centre) / width)²): a damaged place on the screw. No
+    /// entry of the catalogue is that local.
     RoughSpot {
         /// N·m or N.
         torque: f64,
@@ -194,6 +220,12 @@ pub enum EffectKind {
     Compliance,
     /// [`Effect::TorqueSaturation`]
     TorqueSaturation,
+    /// [`Effect::FrictionDrift`]
+    FrictionDrift,
+    /// [`Effect::PositionDependentFriction`]
+    PositionDependentFriction,
+    /// [`Effect::ExternalLoad`]
+    ExternalLoad,
     /// [`Effect::SupplySag`]
     SupplySag,
     /// [`Effect::BrushDrop`]
@@ -214,7 +246,7 @@ pub enum EffectKind {
 
 impl EffectKind {
     /// Every kind that a rig can carry.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 24] = [
         Self::AsymmetricCoulomb,
         Self::AsymmetricViscous,
         Self::OffsetTorque,
@@ -228,6 +260,9 @@ impl EffectKind {
         Self::Backlash,
         Self::Compliance,
         Self::TorqueSaturation,
+        Self::FrictionDrift,
+        Self::PositionDependentFriction,
+        Self::ExternalLoad,
         Self::SupplySag,
         Self::BrushDrop,
         Self::DeadTime,
@@ -238,8 +273,8 @@ impl EffectKind {
         Self::Presliding,
     ];
 
-    /// The id in the catalogue of effects. `None` for [`EffectKind::SpeedBand`], which is there to
-    /// be unknown; a rough spot is a `position_dependent_friction`.
+    /// The id in the catalogue of effects. `None` for [`EffectKind::SpeedBand`] and
+    /// [`EffectKind::RoughSpot`], which are there to be unknown.
     pub fn id(self) -> Option<&'static str> {
         match self {
             Self::AsymmetricCoulomb => Some("asymmetric_coulomb"),
@@ -255,14 +290,16 @@ impl EffectKind {
             Self::Backlash => Some("backlash"),
             Self::Compliance => Some("compliance"),
             Self::TorqueSaturation => Some("torque_saturation"),
+            Self::FrictionDrift => Some("friction_drift"),
+            Self::PositionDependentFriction => Some("position_dependent_friction"),
+            Self::ExternalLoad => Some("external_load"),
             Self::SupplySag => Some("supply_sag"),
             Self::BrushDrop => Some("brush_drop"),
             Self::DeadTime => Some("dead_time"),
             Self::ThermalDrift => Some("thermal_drift"),
             Self::EncoderEccentricity => Some("encoder_eccentricity"),
-            Self::RoughSpot => Some("position_dependent_friction"),
             Self::Presliding => Some("presliding"),
-            Self::SpeedBand => None,
+            Self::SpeedBand | Self::RoughSpot => None,
         }
     }
 
@@ -327,6 +364,19 @@ impl Effect {
                 let peak = friction_at_speed + spring + start;
                 Self::TorqueSaturation { fall: 0.25 / peak }
             }
+            // A third more at the end of a log of ten seconds.
+            EffectKind::FrictionDrift => Self::FrictionDrift { rate: 0.03 },
+            EffectKind::PositionDependentFriction => Self::PositionDependentFriction {
+                ratio: 0.3,
+                period: 1.4 * (2.0 * machine.amplitude()),
+                phase: TAU / 5.0,
+            },
+            EffectKind::ExternalLoad => Self::ExternalLoad {
+                torque: 0.25 * coulomb,
+                begin: 3.7,
+                duration: 2.6,
+                ramp: 0.02,
+            },
             EffectKind::SupplySag => Self::SupplySag {
                 voltage: machine.input_limit,
                 resistance: 0.6 * machine.resistance(),
@@ -386,8 +436,8 @@ impl Effect {
         }
     }
 
-    /// The same effect with its strength multiplied by `factor`; widths, periods, places and the
-    /// speeds of a shape stay.
+    /// The same effect with its strength multiplied by `factor`; widths, periods, places, times
+    /// and the speeds of a shape stay.
     pub fn scaled(mut self, factor: f64) -> Self {
         match &mut self {
             Self::AsymmetricViscous { forward, backward } => {
@@ -416,6 +466,13 @@ impl Effect {
                 trailing: strength, ..
             }
             | Self::TorqueSaturation { fall: strength }
+            | Self::FrictionDrift { rate: strength }
+            | Self::PositionDependentFriction {
+                ratio: strength, ..
+            }
+            | Self::ExternalLoad {
+                torque: strength, ..
+            }
             | Self::SupplySag {
                 resistance: strength,
                 ..
@@ -493,6 +550,9 @@ impl Effect {
             Self::Backlash { .. } => EffectKind::Backlash,
             Self::Compliance { .. } => EffectKind::Compliance,
             Self::TorqueSaturation { .. } => EffectKind::TorqueSaturation,
+            Self::FrictionDrift { .. } => EffectKind::FrictionDrift,
+            Self::PositionDependentFriction { .. } => EffectKind::PositionDependentFriction,
+            Self::ExternalLoad { .. } => EffectKind::ExternalLoad,
             Self::SupplySag { .. } => EffectKind::SupplySag,
             Self::BrushDrop { .. } => EffectKind::BrushDrop,
             Self::DeadTime { .. } => EffectKind::DeadTime,

@@ -165,6 +165,8 @@ pub struct Plant {
     /// Ripple of the torque constant, and its waves in a radian or metre.
     torque_ripple: (f64, f64),
     step: f64,
+    /// Since the start, s.
+    time: f64,
     state: State,
     motion: Motion,
     /// Side of the spring's rest, −1 or 1; 0 while the preload holds the machine at rest.
@@ -208,6 +210,7 @@ impl Plant {
             shaped: Vec::new(),
             torque_ripple: (0.0, 1.0),
             step: STEP,
+            time: 0.0,
             state: State::default(),
             motion: Motion::Stuck,
             side: 0.0,
@@ -228,6 +231,9 @@ impl Plant {
                 Effect::LoadDependentFriction { ratio } => plant.load_ratio += ratio,
                 Effect::Stribeck { .. }
                 | Effect::Cogging { .. }
+                | Effect::FrictionDrift { .. }
+                | Effect::PositionDependentFriction { .. }
+                | Effect::ExternalLoad { .. }
                 | Effect::SpeedBand { .. }
                 | Effect::RoughSpot { .. } => plant.shaped.push(effect),
                 Effect::Presliding {
@@ -387,6 +393,7 @@ impl Plant {
         let length = seconds / steps.max(1.0);
         for _ in 0..steps as usize {
             self.step_by(input, length);
+            self.time += length;
             if let Some(shaft) = &mut self.shaft {
                 shaft.follow(self.state, length);
             }
@@ -771,14 +778,23 @@ impl Plant {
             + self.shaft.map_or(0.0, |shaft| shaft.load(state))
             - self.drag * state.velocity * state.velocity.abs();
         for effect in &self.shaped {
-            if let Effect::Cogging {
-                amplitude,
-                period,
-                phase,
-            } = effect
-            {
-                load += amplitude * (TAU * state.position / period + phase).sin();
-            }
+            load += match effect {
+                Effect::Cogging {
+                    amplitude,
+                    period,
+                    phase,
+                } => amplitude * (TAU * state.position / period + phase).sin(),
+                Effect::ExternalLoad {
+                    torque,
+                    begin,
+                    duration,
+                    ramp,
+                } => {
+                    let risen = |since: f64| ((self.time - since) / ramp + 0.5).clamp(0.0, 1.0);
+                    torque * (risen(*begin) - risen(begin + duration))
+                }
+                _ => 0.0,
+            };
         }
         load
     }
@@ -827,23 +843,27 @@ impl Plant {
             .max(self.sliding_friction(input, self.state, direction))
     }
 
-    /// The part of friction that knows direction, load and place, but no speed.
+    /// The part of friction that knows direction, load, place and time, but no speed.
     #[inline]
     fn dry_friction(&self, level: f64, input: f64, state: State, direction: f64) -> f64 {
-        let mut friction = level * (1.0 + direction * self.asymmetry)
-            + self.brake
-            + self.load_ratio * self.motor_load(input, state).abs();
+        let (mut factor, mut spots) = (1.0 + direction * self.asymmetry, 0.0);
         for effect in &self.shaped {
-            if let Effect::RoughSpot {
-                torque,
-                centre,
-                width,
-            } = effect
-            {
-                friction += torque * bell((state.position - centre) / width);
+            match effect {
+                Effect::FrictionDrift { rate } => factor *= (1.0 + rate * self.time).max(0.0),
+                Effect::PositionDependentFriction {
+                    ratio,
+                    period,
+                    phase,
+                } => factor *= 1.0 + ratio * (TAU * state.position / period + phase).sin(),
+                Effect::RoughSpot {
+                    torque,
+                    centre,
+                    width,
+                } => spots += torque * bell((state.position - centre) / width),
+                _ => {}
             }
         }
-        friction
+        level * factor + spots + self.brake + self.load_ratio * self.motor_load(input, state).abs()
     }
 }
 

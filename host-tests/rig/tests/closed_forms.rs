@@ -472,6 +472,65 @@ fn a_rough_spot_takes_the_work_of_its_bell() {
     }
 }
 
+/// A coasting slide whose friction grows: v = v₀ − F/m (t + r t²/2).
+#[test]
+fn friction_that_drifts_brakes_ever_more() {
+    let machine = Machine {
+        coulomb: 2.0,
+        static_friction: 2.0,
+        ..bare_slide()
+    };
+    let mut plant = Plant::new(&machine, &[Effect::FrictionDrift { rate: 0.4 }]);
+    plant.place(0.0, 5.0);
+    for k in 1..=10 {
+        plant.advance(0.0, 0.2);
+        let t = 0.2 * f64::from(k);
+        assert_close(plant.state().velocity, 5.0 - (t + 0.2 * t * t), 1e-5);
+    }
+}
+
+/// It loses to friction that varies along its way what that does over the way, whichever way it goes.
+#[test]
+fn friction_along_the_stroke_takes_its_work() {
+    let machine = Machine {
+        coulomb: 2.0,
+        static_friction: 2.0,
+        ..bare_slide()
+    };
+    let effect = Effect::PositionDependentFriction {
+        ratio: 0.5,
+        period: 3.0,
+        phase: 0.6,
+    };
+    for sign in [1.0, -1.0] {
+        let mut plant = Plant::new(&machine, &[effect]);
+        plant.place(0.0, sign * 3.0);
+        plant.advance(0.0, 1.0);
+        let state = plant.state();
+        let waves = 0.6_f64.cos() - (TAU * state.position / 3.0 + 0.6).cos();
+        let work = 2.0 * (state.position + 0.5 * 3.0 / TAU * waves) * sign;
+        assert_close(state.velocity.powi(2), 9.0 - work, 1e-8);
+    }
+}
+
+/// What comes and goes leaves its impulse: torque · duration.
+#[test]
+fn an_external_load_leaves_its_impulse() {
+    let load = Effect::ExternalLoad {
+        torque: 3.0,
+        begin: 0.5,
+        duration: 0.25,
+        ramp: 0.1,
+    };
+    let mut plant = Plant::new(&bare_slide(), &[load]);
+    plant.advance(0.0, 0.4);
+    assert_eq!(plant.state().velocity, 0.0);
+    plant.advance(0.0, 0.1);
+    assert_close(plant.state().velocity, 3.0 / 2.0 * 0.05 / 4.0, 1e-7);
+    plant.advance(0.0, 0.5);
+    assert_close(plant.state().velocity, 3.0 * 0.25 / 2.0, 1e-7);
+}
+
 /// Stribeck and load raise the breakaway: the slide sticks until gain · u exceeds both.
 #[test]
 fn effects_of_friction_hold_at_standstill_too() {

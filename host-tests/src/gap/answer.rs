@@ -270,6 +270,7 @@ mod tests {
             speed: 0.1,
             stroke: 0.2,
             period: 1e-3,
+            seconds: 10.0,
             rotary: false,
         };
         let amplitude = 40.0_f32;

@@ -125,6 +125,7 @@ pub fn torque_balance(
         velocity: velocity[index] as f32,
         position: position[index] as f32,
         time: index as f32 * log.period,
+        step: log.period,
     };
     let motor: Vec<f64> = (0..samples)
         .map(|index| match (plant.drive, log.current) {

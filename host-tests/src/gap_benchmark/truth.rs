@@ -22,6 +22,24 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
         } => [amplitude * phase.cos(), amplitude * phase.sin(), period],
         Effect::LoadDependentFriction { ratio } => [ratio, 0.0, 0.0],
         Effect::InputDelay { seconds } | Effect::SensorDelay { seconds } => [seconds, 0.0, 0.0],
+        Effect::FrictionDrift { rate } => [rate, 0.0, 0.0],
+        Effect::PositionDependentFriction {
+            ratio,
+            period,
+            phase,
+        } => {
+            let amplitude = ratio * rig.coulomb;
+            [amplitude * phase.cos(), amplitude * phase.sin(), period]
+        }
+        Effect::ExternalLoad {
+            torque,
+            begin,
+            duration,
+            ..
+        } => [torque, begin + duration, duration],
+        Effect::Presliding {
+            compliance, speed, ..
+        } => [compliance, speed, 0.0],
         Effect::SupplySag {
             voltage,
             resistance,
@@ -77,6 +95,12 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
             Effect::InputDelay { seconds } | Effect::SensorDelay { seconds } => {
                 numbers.push(("delay", seconds));
             }
+            Effect::FrictionDrift { rate } => numbers.push(("rate", rate)),
+            Effect::PositionDependentFriction { ratio, period, .. } => {
+                numbers.extend([("amplitude", ratio * rig.coulomb), ("period", period)]);
+            }
+            Effect::ExternalLoad { torque, .. } => numbers.push(("torque", torque)),
+            Effect::Presliding { compliance, .. } => numbers.push(("compliance", compliance)),
             Effect::SupplySag {
                 voltage,
                 resistance,

@@ -11,12 +11,16 @@
 pub mod learned_map;
 
 use self::encoder_eccentricity::EncoderEccentricity;
+use self::presliding::Bristles;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Most parameters that one effect has.
 pub const MOST_PARAMETERS: usize = 3;
+
+/// Most of them that are shapes.
+pub const MOST_SHAPES: usize = 2;
 
 /// What an effect is, for people and for the tracing.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +57,7 @@ pub enum Role {
     SignedStrength,
     /// The effect vanishes with it and physics demands that it is not negative.
     Strength,
-    /// It forms the effect: a speed, a period. Scanned over [`Effect::shape`].
+    /// It forms the effect: a speed, a period. Scanned over [`Effect::shapes`].
     Shape,
 }
 
@@ -74,6 +78,8 @@ pub struct Scope {
     pub current: f32,
     /// Sampling period, s.
     pub period: f32,
+    /// Length of the longest log, s.
+    pub seconds: f32,
     /// Whether the coordinate is an angle.
     pub rotary: bool,
 }
@@ -91,6 +97,9 @@ pub struct Chain {
     /// Full width of the play before the sensor, rad or m; `None` without one. With a width of zero
     /// replays start as with a play, and the sensor reports what the drive does.
     pub play: Option<f32>,
+    /// What friction yields by before it slides. With a compliance of 0 replays start as with it, and
+    /// friction is rigid.
+    pub bristles: Option<Bristles>,
     /// How the sensor errs.
     pub reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.
@@ -102,6 +111,8 @@ pub struct Chain {
 pub struct Memory {
     /// Where the far side of the play is, rad or m.
     pub far: f32,
+    /// Force of the bristles, positive against forward motion, N·m or N.
+    pub friction: f32,
     /// Share by which warmth has raised the winding's resistance.
     pub warmth: f32,
 }
@@ -126,8 +137,10 @@ pub struct Middle {
     pub velocity: f32,
     /// Position.
     pub position: f32,
-    /// Time since the log began, s.
+    /// Time since the log began at the beginning of the sample that the step is a part of, s.
     pub time: f32,
+    /// Length of that sample, s.
+    pub step: f32,
 }
 
 impl Middle {
@@ -148,6 +161,10 @@ pub trait Effect: Copy {
 
     /// Whether it has a memory, which a measured state does not restore: its replays run in.
     const REMEMBERS: bool = false;
+
+    /// Whether it is the first terms of any law of its variable, so that a learned map may be the
+    /// better answer.
+    const EXPANSION: bool = false;
 
     /// Whether [`Effect::voltage`] is anything but zero.
     const ELECTRIC: bool = false;
@@ -175,6 +192,11 @@ pub trait Effect: Copy {
         None
     }
 
+    /// The same for all of its shape parameters, where there are several.
+    fn shapes(scope: &Scope, index: usize) -> Option<[f32; MOST_SHAPES]> {
+        Self::shape(scope, index).map(|shape| [shape, 0.0])
+    }
+
     /// The `index`-th values to try, where a small strength does not tell what a large one does; `None`
     /// behind the last, and always where it does. Such an effect has one strength.
     fn trial(_scope: &Scope, _index: usize) -> Option<[f32; MOST_PARAMETERS]> {
@@ -183,6 +205,12 @@ pub trait Effect: Copy {
 
     /// Writes its affine part into the plant, and what it puts before or behind it into the chain.
     fn bind(&self, _plant: &mut Parameters, _chain: &mut Chain) {}
+
+    /// From when to when it acts, s since the log began, if it does not act throughout. Its shapes
+    /// are then its end and its duration.
+    fn span(&self) -> Option<(f32, f32)> {
+        None
+    }
 
     /// Adds its torque or friction to what is held over a step.
     fn hold(&self, _middle: &Middle, _load: &mut Load) {}
@@ -233,6 +261,16 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::REMEMBERS),* }
             }
 
+            /// Whether it is the first terms of any law of its variable.
+            pub fn is_expansion(self) -> bool {
+                match self { $(Self::$name => $module::$name::EXPANSION),* }
+            }
+
+            /// The `index`-th values to try for its shape parameters; the rest are 0.
+            pub fn shapes(self, scope: &Scope, index: usize) -> Option<[f32; MOST_SHAPES]> {
+                match self { $(Self::$name => $module::$name::shapes(scope, index)),* }
+            }
+
             /// Whether it needs a winding, which a torque input does not have.
             pub fn needs_winding(self) -> bool {
                 match self { $(Self::$name => $module::$name::NEEDS_WINDING),* }
@@ -241,11 +279,6 @@ macro_rules! catalogue {
             /// Whether it is an error of the position's reading.
             pub fn misreads(self) -> bool {
                 match self { $(Self::$name => $module::$name::MISREADS),* }
-            }
-
-            /// The `index`-th value to try for its shape parameter.
-            pub fn shape(self, scope: &Scope, index: usize) -> Option<f32> {
-                match self { $(Self::$name => $module::$name::shape(scope, index)),* }
             }
 
             /// The `index`-th values to try, where a small strength does not tell what a large
@@ -274,6 +307,11 @@ macro_rules! catalogue {
             /// Whether it acts on the winding's voltage.
             pub fn is_electric(&self) -> bool {
                 match self { $(Self::$name(_) => $module::$name::ELECTRIC),* }
+            }
+
+            /// From when to when it acts, s since the log began, if it does not act throughout.
+            pub fn span(&self) -> Option<(f32, f32)> {
+                match self { $(Self::$name(effect) => effect.span()),* }
             }
 
             /// Writes its affine part into the plant and the chain.
@@ -314,6 +352,10 @@ catalogue! {
     sensor_delay::SensorDelay,
     backlash::Backlash,
     torque_saturation::TorqueSaturation,
+    friction_drift::FrictionDrift,
+    position_dependent_friction::PositionDependentFriction,
+    external_load::ExternalLoad,
+    presliding::Presliding,
     supply_sag::SupplySag,
     brush_drop::BrushDrop,
     dead_time::DeadTime,

@@ -16,7 +16,8 @@ use heapless::Vec;
 /// Columns of the sums: the residual and a perturbed copy for each of the variables of the largest fit.
 pub const COLUMNS: usize = MOST_VARIABLES + 1;
 
-/// Most copies that are moved the opposite way: one a signed strength of the catalogue.
+/// Most copies that are moved the opposite way; a screening has more signed strengths, and moves the
+/// last ones one way only.
 const MOST_OPPOSITES: usize = 8;
 
 /// Most simulators: one a column, and the opposite ones.

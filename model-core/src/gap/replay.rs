@@ -125,6 +125,13 @@ impl<'a> Data<'a> {
         None
     }
 
+    /// Whether a window and a span of time, s since the log began, have something in common.
+    pub fn overlaps(&self, window: Window, (begin, end): (f32, f32)) -> bool {
+        let period = self.logs[window.log].period;
+        let last = window.start + self.settings.window;
+        window.start as f32 * period < end && last as f32 * period > begin
+    }
+
     /// Where it lies if it takes part in a fold of blocks of so many windows.
     pub fn window_in(&self, (fold, block): (Fold, usize), number: usize) -> Option<Window> {
         self.window(number).filter(|_| fold.takes(number / block))
@@ -223,7 +230,11 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         for index in approach.since..restart.start {
             match velocity {
                 // A measured velocity is the drive's own, and says where it has gone.
-                Some(velocity) => moved += log.period * velocity.at(index),
+                Some(velocity) => {
+                    let by = log.period * velocity.at(index);
+                    moved += by;
+                    self.simulator.drag(&mut run_in.course, by);
+                }
                 None => {
                     run_in.advance(&Row::new(log, index));
                 }

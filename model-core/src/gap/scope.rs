@@ -118,6 +118,7 @@ pub fn scope(data: &Data, model: &Model, rotary: bool) -> Option<(Scope, Ranges)
         speed: speed.root(),
         stroke: (position.1 - position.0).max(LEAST),
         period,
+        seconds: (longest as f32 * period).max(LEAST),
         rotary,
     };
     Some((scope, ranges))

@@ -267,7 +267,10 @@ fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Activ
             let scanned = move |index| {
                 id.trial(scope, index).or_else(|| {
                     let mut values = [0.0; MOST_PARAMETERS];
-                    values[id.strengths()] = id.shape(scope, index)?;
+                    let room = values.iter_mut().skip(id.strengths());
+                    for (value, shape) in room.zip(id.shapes(scope, index)?) {
+                        *value = shape;
+                    }
                     Some(values)
                 })
             };

@@ -28,7 +28,7 @@ pub const LEAST_WINDOWS: usize = 4;
 const SHORTLIST: usize = 8;
 
 /// Room for those that are tried at several strengths, and refitted besides.
-const MOST_TRIED: usize = 1;
+const MOST_TRIED: usize = 2;
 const MOST_REFITTED: usize = SHORTLIST + MOST_TRIED;
 
 /// A candidate under this score is not refitted.
@@ -70,7 +70,8 @@ const LEAST_CERTAINTY: f64 = 3.0;
 const STRUCTURED_COUNTS: f64 = 10.0;
 const STRUCTURED_STROKE: f64 = 0.003;
 
-/// Effects that leave more than this share of the held-out error are challenged by learned maps.
+/// Effects that leave more than this share of the held-out error are challenged by learned maps, as
+/// are those that are the first terms of any law.
 const POOR_EXPLANATION: f64 = 0.3;
 
 /// A map that brings the held-out error below this share of what the effects leave replaces them:
@@ -365,7 +366,8 @@ fn look_beneath(
         let left = compare(&without, with).ratio;
         (without, left, left * CLEARLY_BETTER)
     };
-    if left <= POOR_EXPLANATION {
+    let expanded = |accepted: &Accepted| accepted.candidate.effect.id.is_expansion();
+    if left <= POOR_EXPLANATION && !found.accepted.iter().any(expanded) {
         return Some(None);
     }
     let sensor = STRUCTURED_COUNTS * f64::from(workbench.data.settings.resolution);
@@ -434,13 +436,13 @@ fn drop_replaced(
     let mut place = 0;
     while found.accepted.len() > 1 && place < found.accepted.len() {
         let mut smaller = found.after.model.clone();
-        smaller
-            .effects
-            .remove(workbench.declared.effects.len() + place);
+        let slot = workbench.declared.effects.len() + place;
+        smaller.effects.remove(slot);
         let without = workbench.held_out(&smaller)?;
-        let mask = workbench.blocks_of(found.accepted[place].candidate.effect.id);
-        let with = judge(workbench, &mut found.held_out, &found.after.model)?;
-        let comparison = compare_within(&without, with, &mask);
+        let model = &found.after.model;
+        let with = judge(workbench, &mut found.held_out, model)?;
+        let comparison =
+            compare_where_it_shows(workbench, (&smaller, &without), (model, with), slot)?;
         if comparison.refusal(1).is_none() {
             place += 1;
             continue;
@@ -510,16 +512,39 @@ fn judge_effect(
     looks: usize,
 ) -> Option<Option<(Comparison, Option<Refusal>)>> {
     let mut larger = HeldOut::new();
-    if !workbench.held_out_with(model, effect, &mut larger)? {
+    let Some(with) = workbench.held_out_with(model, effect, &mut larger)? else {
         return Some(None);
-    }
-    let mask = workbench.blocks_of(effect.id);
-    let comparison = compare_within(smaller, &larger, &mask);
+    };
+    let slot = with.effects.len() - 1;
+    let comparison = compare_where_it_shows(workbench, (model, smaller), (&with, &larger), slot)?;
     let mut refusal = comparison.refusal(looks);
     if refusal.is_none() && effect.id.remembers() {
         refusal = compare_beside(workbench, model, effect.id, &larger)?.refusal(looks);
     }
     Some(Some((comparison, refusal)))
+}
+
+/// Compares two models, each with its held-out errors, where the effect in a slot of the larger one
+/// may show. The ratio is that of the whole log.
+#[inline(never)]
+fn compare_where_it_shows(
+    workbench: &mut Workbench<impl Schedule>,
+    (without, smaller): (&Model, &HeldOut),
+    (with, larger): (&Model, &HeldOut),
+    slot: usize,
+) -> Option<Comparison> {
+    let effect = with.effects[slot];
+    let Some(span) = effect.law().span() else {
+        let mask = workbench.blocks_of(effect.id);
+        return Some(compare_within(smaller, larger, &mask));
+    };
+    let (mut before, mut after) = (HeldOut::new(), HeldOut::new());
+    workbench.held_out_in(without, span, &mut before)?;
+    workbench.held_out_in(with, span, &mut after)?;
+    Some(Comparison {
+        ratio: compare(smaller, larger).ratio,
+        ..compare(&before, &after)
+    })
 }
 
 /// Compares the held-out errors of a model with an effect that has a memory with those of the model

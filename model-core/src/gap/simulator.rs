@@ -4,12 +4,13 @@ use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
 use crate::effect::encoder_eccentricity::EncoderEccentricity;
+use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError};
-use crate::plant::{Compensated, InputRefused, Motion, State};
+use crate::plant::{Compensated, Directional, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
 /// Parts of a step in which a model with held effects is stepped. An effect that varies within a
@@ -40,7 +41,10 @@ impl Course {
         let far = state.position.value();
         Self {
             state,
-            memory: Memory { far, warmth: 0.0 },
+            memory: Memory {
+                far,
+                ..Memory::default()
+            },
         }
     }
 }
@@ -103,6 +107,8 @@ pub struct Simulator<M = Modes, H = Held> {
     current: Lateness,
     /// Half the width of the play before the sensor, where there is one.
     half_play: Option<f32>,
+    /// What friction yields by, where a model says so.
+    bristles: Option<Bristles>,
     /// How the sensor errs.
     reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.
@@ -124,7 +130,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let (plant, chain) = model.bound();
         plant.check()?;
         let held = share(model.held()?)?;
-        let parts = if held.is_nothing() {
+        let rigid = chain.bristles.is_none_or(|it| it.compliance == 0.0);
+        let parts = if held.is_nothing() && rigid {
             1
         } else {
             PARTS_UNDER_HELD_EFFECTS
@@ -151,6 +158,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             input,
             current: Lateness::new(chain.sensor_delay, period),
             half_play: chain.play.map(|width| 0.5 * width),
+            bristles: chain.bristles,
             reading: chain.reading,
             heats: has_winding && chain.heats,
         })
@@ -163,11 +171,11 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Whether an effect has a memory, which no measured state restores.
     pub fn remembers(&self) -> bool {
-        self.half_play.is_some()
+        self.half_play.is_some() || self.bristles.is_some()
     }
 
-    /// Moves the drive of a measured state to where it is while it moves that way: the measurement
-    /// is of the far side.
+    /// Moves the drive of a measured state to where it is while it moves that way, for the measurement
+    /// is of the far side, and bends the bristles as sliding does.
     pub fn lean(&self, course: &mut Course, motion: Motion) {
         let lead = match motion {
             Motion::Forward => self.half_play.unwrap_or(0.0),
@@ -176,14 +184,31 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         };
         let far = course.memory.far;
         course.state.position = Compensated::new(far + lead);
+        let levels = self.actuator.load().coulomb;
+        course.memory.friction = match motion {
+            Motion::Forward => levels.forward,
+            Motion::Backward => -levels.backward,
+            Motion::Rest => 0.0,
+        };
+    }
+
+    /// Bends the bristles by a measured displacement.
+    pub fn drag(&self, course: &mut Course, displacement: f32) {
+        if let Some(bristles) = self.yielding() {
+            let levels = self.actuator.load().coulomb;
+            let friction = &mut course.memory.friction;
+            *friction = bristles.after(*friction, displacement, levels.of(displacement));
+        }
     }
 
     /// Puts the drive where a simulation that has run up to here has it, within the play around the
-    /// measured far side. `moved`: how much further the drive is than that simulation has it.
+    /// measured far side, and bends the bristles as there. `moved`: how much further the drive is than
+    /// that simulation has it.
     pub fn resume(&self, course: &mut Course, run_in: &Course, moved: f32) {
         let near = run_in.state.position.value() + moved;
         let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
         course.state.position = Compensated::new(within);
+        course.memory.friction = run_in.memory.friction;
     }
 
     /// Distance of the reported position from `measured`.
@@ -261,50 +286,62 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// [`InputRefused`].
     #[inline]
     pub fn step(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
-        let Course { state, memory } = course;
-        let current = self.step_actuator(state, memory, given)?;
+        let current = self.step_actuator(course, given)?;
         if let Some(heating) = self.heating() {
-            memory.warmth = heating.after(memory.warmth, state.current, self.period);
+            let warmth = &mut course.memory.warmth;
+            *warmth = heating.after(*warmth, course.state.current, self.period);
         }
         if let Some(half_play) = self.half_play {
-            memory.far = follow(memory.far, state.position.value(), half_play);
+            let near = course.state.position.value();
+            course.memory.far = follow(course.memory.far, near, half_play);
         }
         Ok(current)
     }
 
     #[inline]
-    fn step_actuator(
-        &self,
-        state: &mut State,
-        memory: &Memory,
-        given: &Given,
-    ) -> Result<f32, InputRefused> {
-        let before = state.current;
+    fn step_actuator(&self, course: &mut Course, given: &Given) -> Result<f32, InputRefused> {
+        let before = course.state.current;
+        let (split, moment) = (self.input.share, self.current.share);
         let Some(earlier) = &self.earlier else {
-            self.advance(&self.actuator, (state, memory), given.input, given)?;
-            return Ok(before + self.current.share * (state.current - before));
+            self.advance((&self.actuator, 1.0), course, given.input, given)?;
+            return Ok(before + moment * (course.state.current - before));
         };
         let first = self.actuator.on(earlier.borrow());
-        self.advance(&first, (state, memory), given.previous, given)?;
-        let between = state.current;
-        self.advance(&self.actuator, (state, memory), given.input, given)?;
+        self.advance((&first, split), course, given.previous, given)?;
+        let between = course.state.current;
+        self.advance((&self.actuator, 1.0 - split), course, given.input, given)?;
         // With a late sensor alone the measurement belongs to the moment of the change.
-        let (split, moment) = (self.input.share, self.current.share);
         Ok(if moment <= split {
             before + moment / split * (between - before)
         } else {
-            between + (moment - split) / (1.0 - split) * (state.current - between)
+            between + (moment - split) / (1.0 - split) * (course.state.current - between)
         })
     }
 
+    /// What friction yields by, unless it is rigid.
+    #[inline]
+    fn yielding(&self) -> Option<&Bristles> {
+        let bristles = self.bristles.as_ref();
+        bristles.filter(|bristles| bristles.compliance > 0.0)
+    }
+
+    /// Advances by the share of a period that the actuator's modes are worked out for.
     #[inline]
     fn advance(
         &self,
-        actuator: &Actuator<impl Borrow<Modes>>,
-        (state, memory): (&mut State, &Memory),
+        (actuator, share): (&Actuator<impl Borrow<Modes>>, f32),
+        course: &mut Course,
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
+        if let Some(bristles) = self.yielding() {
+            let length = share * self.period / self.parts as f32;
+            for _ in 0..self.parts {
+                self.advance_yielding((actuator, length), bristles, course, input, given)?;
+            }
+            return Ok(());
+        }
+        let Course { state, memory } = course;
         if self.held.is_nothing() {
             if given.brake == 0.0 {
                 return actuator.step(state, input);
@@ -325,9 +362,57 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        let time = given.index as f32 * self.period;
-        let position = state.position.value();
-        let velocity = state.velocity.value();
+        let mut start = self.start((state, memory), input, given);
+        let load = self.load_at(&start, given.brake);
+        start.excess = self.excess(actuator, state, input, &load);
+        let way = actuator.middle(state, self.fed(input, &start), &load);
+        let mut middle = self.behind(&start, way);
+        let load = self.load_at(&middle, given.brake);
+        middle.excess = self.excess(actuator, state, input, &load);
+        actuator.step_under(state, self.fed(input, &middle), &load)
+    }
+
+    /// The same where friction yields before it slides: its force is a torque then, and nothing is held
+    /// at rest.
+    fn advance_yielding(
+        &self,
+        (actuator, length): (&Actuator<impl Borrow<Modes>>, f32),
+        bristles: &Bristles,
+        course: &mut Course,
+        input: f32,
+        given: &Given,
+    ) -> Result<(), InputRefused> {
+        let Course { state, memory } = course;
+        let mut start = self.start((state, memory), input, given);
+        let load = self.load_at(&start, given.brake).against(memory.friction);
+        start.excess = self.excess(actuator, state, input, &load);
+        let fed = self.fed(input, &start);
+        actuator.wake(state, fed, &load);
+        let mut middle = self.behind(&start, actuator.middle(state, fed, &load));
+        let load = self.load_at(&middle, given.brake);
+        let against = load.against(memory.friction);
+        middle.excess = self.excess(actuator, state, input, &against);
+        let fed = self.fed(input, &middle);
+        let level = |coulomb, breakaway| bristles.level(coulomb, breakaway, middle.velocity);
+        let levels = Directional {
+            forward: level(load.coulomb.forward, load.breakaway.forward),
+            backward: level(load.coulomb.backward, load.breakaway.backward),
+        };
+        let (travel, give) = actuator.travel(state, fed, &load.against(0.0));
+        let free = Free {
+            travel,
+            give,
+            length,
+        };
+        let friction = bristles.held(memory.friction, &free, &levels);
+        let moved = actuator.step_unheld(state, fed, &load.against(friction))?;
+        memory.friction = bristles.after(memory.friction, moved, levels.of(moved));
+        Ok(())
+    }
+
+    /// The actuator in the beginning of a step.
+    #[inline]
+    fn start(&self, (state, memory): (&State, &Memory), input: f32, given: &Given) -> Middle {
         let (resistance, torque_constant) = match self.drive {
             Drive::Voltage {
                 resistance,
@@ -336,33 +421,45 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             } => (resistance, torque_constant),
             Drive::Torque => (0.0, 0.0),
         };
-        let voltage = self.gain * input;
-        let at = |current: f32, velocity: f32, position: f32| Middle {
-            motor_torque: self.torque_per_current * current,
+        Middle {
+            motor_torque: self.torque_per_current * state.current,
             torque_constant,
             resistance,
             warmth: memory.warmth,
-            voltage,
+            voltage: self.gain * input,
             excess: 0.0,
+            velocity: state.velocity.value(),
+            position: state.position.value(),
+            time: given.index as f32 * self.period,
+            step: self.period,
+        }
+    }
+
+    /// The actuator in the middle of a step, with the way to there.
+    #[inline]
+    fn behind(&self, start: &Middle, (current, velocity, travel): (f32, f32, f32)) -> Middle {
+        Middle {
+            motor_torque: self.torque_per_current * current,
             velocity,
-            position,
-            time,
-        };
-        let excess = |load: &Load| {
-            if self.electric {
-                voltage - self.gain * actuator.input_that_ends_current(state, load)
-            } else {
-                0.0
-            }
-        };
-        let mut start = at(state.current, velocity, position);
-        let load = self.load_at(&start, given.brake);
-        start.excess = excess(&load);
-        let (current, half_way, travel) = actuator.middle(state, self.fed(input, &start), &load);
-        let mut middle = at(current, half_way, position + travel);
-        let load = self.load_at(&middle, given.brake);
-        middle.excess = excess(&load);
-        actuator.step_under(state, self.fed(input, &middle), &load)
+            position: start.position + travel,
+            ..*start
+        }
+    }
+
+    /// The voltage beyond that which would end the current with the step.
+    #[inline]
+    fn excess(
+        &self,
+        actuator: &Actuator<impl Borrow<Modes>>,
+        state: &State,
+        input: f32,
+        load: &Load,
+    ) -> f32 {
+        if self.electric {
+            self.gain * input - self.gain * actuator.input_that_ends_current(state, load)
+        } else {
+            0.0
+        }
     }
 
     /// The input with what effects add to its voltage.
@@ -386,9 +483,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// What acts next to the motor, under a brake that adds so much friction.
     pub fn load_at(&self, middle: &Middle, brake: f32) -> Load {
-        let mut load = self.actuator.load().braked(brake);
+        let mut load = self.actuator.load();
         self.held.hold(middle, &mut load);
-        load
+        // The brake is not the machine's: what scales its friction leaves the brake's.
+        load.braked(brake)
     }
 
     /// Current of a cold winding at its steady value: what a replay starts from where none was measured.
@@ -412,6 +510,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             velocity,
             position: 0.0,
             time: 0.0,
+            step: self.period,
         };
         current + self.voltage_at(&middle) / resistance
     }

@@ -46,6 +46,12 @@ const WORTH_A_FIT: f64 = 2.0;
 /// this part of it, is bent.
 const BENT: f32 = 2.0;
 
+/// Samples under which an edge in time is left to a fit.
+const FINEST_EDGE: f32 = 4.0;
+
+/// Most turns of moving edges and fitting to them.
+const MOST_TURNS: u32 = 6;
+
 /// Length of a held-out block, s.
 const BLOCK: f32 = 0.5;
 
@@ -173,14 +179,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         self.held_out_moving(&screen::with_effect(model, nothing)?, model, blocks)
     }
 
-    /// The blocks in which an effect may show: all of them, but for a play those in which the machine
-    /// turns or rests.
+    /// The blocks in which an effect may show: all of them, but for one with a memory those in which
+    /// the machine turns or rests.
     #[inline(never)]
     pub fn blocks_of(&self, id: Id) -> Mask {
         let data = &self.data;
         let mut mask = Mask::new();
         let count = data.windows().div_ceil(self.block).min(MOST_BLOCKS);
-        let everywhere = id != Id::Backlash;
+        let everywhere = !id.remembers();
         let _ = mask.resize(count, everywhere);
         if !everywhere {
             for number in 0..data.windows() {
@@ -195,6 +201,39 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         mask
     }
 
+    /// Held-out errors of a model in the short windows in which an effect with this span acts, in as
+    /// many parts as there is room for. Short, because a load that lasts for a second fills few long
+    /// ones.
+    #[inline(never)]
+    pub fn held_out_in(
+        &mut self,
+        model: &Model,
+        span: (f32, f32),
+        blocks: &mut HeldOut,
+    ) -> Option<()> {
+        let chosen = self.data;
+        let window = self.options.screen_window;
+        self.weigh(model, window)?;
+        let data = self.data.with_window(window);
+        self.data = chosen;
+        let acts = |number: &usize| {
+            let window = data.window(*number);
+            window.is_some_and(|window| data.overlaps(window, span))
+        };
+        let count = (0..data.windows()).filter(acts).count();
+        let part = count.div_ceil(MOST_BLOCKS).max(1);
+        let place = |number: usize| {
+            let before = (0..number).filter(acts).count();
+            acts(&number).then_some(before / part)
+        };
+        blocks.clear();
+        let _ = blocks.resize(count.div_ceil(part), WindowError::default());
+        let block = (chosen.settings.window / window).max(1);
+        let simulated = self.cross_validate((&data, block), (model, model), blocks, place)?;
+        self.count(simulated, window);
+        Some(())
+    }
+
     /// Held-out errors of a model of which the fits move what another one has.
     fn held_out_moving(
         &mut self,
@@ -203,9 +242,40 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         blocks: &mut HeldOut,
     ) -> Option<()> {
         let (data, block) = (self.data, self.block);
-        let variables = self.variables(moving);
         blocks.clear();
         let count = data.windows().div_ceil(block).min(MOST_BLOCKS);
+        let _ = blocks.resize(count, WindowError::default());
+        let models = (model, moving);
+        let place = |number: usize| Some(number / block);
+        self.simulated += self.cross_validate((&data, block), models, blocks, place)?;
+        Some(())
+    }
+
+    /// Fits a model, of which the fits move what another one has, on every second block of windows and
+    /// adds the errors on the blocks between, each window's at its place; then the other way round.
+    /// Gives the windows simulated.
+    fn cross_validate(
+        &self,
+        (data, block): (&Data, usize),
+        (model, moving): (&Model, &Model),
+        blocks: &mut HeldOut,
+        place: impl Fn(usize) -> Option<usize>,
+    ) -> Option<u64> {
+        let variables = self.variables(moving);
+        let floor = self.floor(data);
+        let mut simulated = 0;
+        for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
+            let fold = (train, block);
+            let fit = fit::fit(data, self.schedule, fold, model, &variables, HALF)?;
+            let tested = (data, (test, block));
+            let measured = self.measure(tested, &fit.model, &floor, blocks, &place)?;
+            simulated += fit.simulated + measured;
+        }
+        Some(simulated)
+    }
+
+    /// What is added to the held-out error of every window.
+    fn floor(&self, data: &Data) -> WindowError {
         let scope = &self.options.scope;
         let counts = FLOOR_COUNTS * data.settings.resolution;
         let position_floor = counts.max(FLOOR_STROKE * scope.stroke);
@@ -216,39 +286,31 @@ impl<'a, S: Schedule> Workbench<'a, S> {
                 scope.torque / self.declared.plant.torque_per_current()
             };
         let window = data.settings.window as f32;
-        let floor = WindowError {
+        WindowError {
             position: position_floor * position_floor * window,
             current: current_floor * current_floor * window,
             largest: 0.0,
-        };
-        let _ = blocks.resize(count, WindowError::default());
-        for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
-            let fold = (train, block);
-            let fit = fit::fit(&data, self.schedule, fold, model, &variables, HALF)?;
-            let measured = self.measure(&fit.model, test, &floor, blocks)?;
-            self.simulated += fit.simulated + measured;
         }
-        Some(())
     }
 
-    /// Adds a model's errors, and the floor, to the blocks that take part in a fold. Gives the
-    /// windows replayed.
+    /// Adds a model's errors, and the floor, to the blocks at the places of the windows that take
+    /// part in a fold. Gives the windows replayed.
     #[inline(never)]
     fn measure(
         &self,
+        (data, (fold, block)): (&Data, (Fold, usize)),
         model: &Model,
-        fold: Fold,
         floor: &WindowError,
         blocks: &mut HeldOut,
+        place: &impl Fn(usize) -> Option<usize>,
     ) -> Option<u64> {
-        let (data, block) = (self.data, self.block);
         let simulator = model.build(data.logs.first()?.period).ok()?;
         let mut measured = 0;
         self.schedule.run(
             data.windows(),
             |number, error| {
                 if let Some(window) = data.window_in((fold, block), number) {
-                    *error = replay::window_error(&data, window, &simulator);
+                    *error = replay::window_error(data, window, &simulator);
                 }
             },
             |number, error: &WindowError| {
@@ -256,7 +318,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
                     return;
                 }
                 measured += 1;
-                if let Some(sum) = blocks.get_mut(number / block) {
+                if let Some(sum) = place(number).and_then(|place| blocks.get_mut(place)) {
                     sum.position += error.position + floor.position;
                     sum.current += error.current + floor.current;
                 }
@@ -332,6 +394,9 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let Some(larger) = screen::with_effect(model, effect) else {
             return Some(None);
         };
+        if effect.law().span().is_some() {
+            return Some(Some(self.settle_span(&larger)?));
+        }
         if !self.is_bent(model) {
             return Some(Some(larger));
         }
@@ -339,19 +404,69 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(Some(self.best_fit([&larger, &unbent])?.model))
     }
 
-    /// Held-out errors of the model with an effect; whether it is worth the look.
+    /// A model whose last effect acts for a while, fitted from where that while follows the log best.
+    ///
+    /// A derivative does not carry an edge beyond the window that it is in: near the window's end an
+    /// edge changes nothing that the window sees. So edges are moved by ever smaller steps, and
+    /// everything is fitted to them, in turns.
+    #[inline(never)]
+    fn settle_span(&mut self, model: &Model) -> Option<Model> {
+        let mut best = self.fit(model)?;
+        for _ in 0..MOST_TURNS {
+            let moved = self.move_edges(&best.model)?;
+            let fit = self.fit(&moved)?;
+            if fit.cost > best.cost * (1.0 - FULL.converged) {
+                break;
+            }
+            best = fit;
+        }
+        Some(best.model)
+    }
+
+    /// The model with the edges of its last effect's span moved to where the log is followed best.
+    #[inline(never)]
+    fn move_edges(&mut self, model: &Model) -> Option<Model> {
+        let mut best = model.clone();
+        let mut least = self.cost(&best)?;
+        let slot = best.effects.len() - 1;
+        let shapes = best.effects[slot].id.strengths();
+        let mut step = 0.5 * best.effects[slot].values[shapes + 1];
+        while step > FINEST_EDGE * self.options.scope.period {
+            let mut moved = false;
+            for (begin, end) in [(-step, 0.0), (step, 0.0), (0.0, -step), (0.0, step)] {
+                let mut tried = best.clone();
+                let values = &mut tried.effects[slot].values;
+                values[shapes] += end;
+                values[shapes + 1] += end - begin;
+                if values[shapes] <= 0.0 || values[shapes + 1] <= 0.0 {
+                    continue;
+                }
+                let cost = self.cost(&tried)?;
+                if cost < least {
+                    (best, least, moved) = (tried, cost, true);
+                }
+            }
+            if !moved {
+                step *= 0.5;
+            }
+        }
+        Some(best)
+    }
+
+    /// Held-out errors of the model with an effect, and that model; `None` inside if it is not worth
+    /// the look.
     #[inline(never)]
     pub fn held_out_with(
         &mut self,
         model: &Model,
         effect: Active,
         blocks: &mut HeldOut,
-    ) -> Option<bool> {
+    ) -> Option<Option<Model>> {
         let Some(larger) = self.start(model, effect)? else {
-            return Some(false);
+            return Some(None);
         };
         self.held_out_moving(&larger, &larger, blocks)?;
-        Some(true)
+        Some(Some(larger))
     }
 
     /// Sum of a model's squared weighted residuals.

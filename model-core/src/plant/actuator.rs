@@ -53,6 +53,16 @@ impl Load {
         }
     }
 
+    /// With this much of friction as a torque instead of levels, positive against forward motion.
+    #[inline]
+    pub fn against(self, friction: f32) -> Self {
+        Self {
+            torque: self.torque - friction,
+            coulomb: Directional::both(0.0),
+            breakaway: Directional::both(0.0),
+        }
+    }
+
     /// Sets the friction levels of both directions. Negative or non-finite levels count as zero, and
     /// the breakaway level is raised to the Coulomb level.
     pub fn set_friction(&mut self, coulomb: f32, breakaway: f32) {
@@ -372,6 +382,58 @@ impl<M: Borrow<Modes>> Actuator<M> {
             return (current, 0.0, change.position * start / (start - end));
         }
         (current, end, change.position)
+    }
+
+    /// Starts from rest, unless a stop or the spring's preload holds under this load.
+    pub fn wake(&self, state: &mut State, input: f32, load: &Load) {
+        if state.motion == Motion::Rest {
+            self.follow_input(state, input);
+            state.motion = self.released(state.position, state.current, load);
+        }
+    }
+
+    /// How far a step carries with the mode as it is, and what a torque held over it adds to that.
+    pub fn travel(&self, state: &State, input: f32, load: &Load) -> (f32, f32) {
+        let modes = self.modes.borrow();
+        let ladder = match state.motion {
+            Motion::Backward => &modes.backward,
+            Motion::Forward | Motion::Rest => &modes.forward,
+        };
+        let travel = self.change(state, 0, input, load).position;
+        (travel, ladder[0].position[4])
+    }
+
+    /// One step under a load without friction levels; gives the displacement. To turn is no event
+    /// then: viscous friction that differs by direction goes on as it was until the step's end.
+    ///
+    /// # Errors
+    /// As [`Actuator::step`].
+    pub fn step_unheld(
+        &self,
+        state: &mut State,
+        input: f32,
+        load: &Load,
+    ) -> Result<f32, InputRefused> {
+        let accepted = input.abs() <= INPUT_LIMIT;
+        if accepted && state.motion != Motion::Rest {
+            let change = self.change(state, 0, input, load);
+            let end = state.position.after(change.position);
+            let deflection = state.position.from(self.spring_rest);
+            let push = match state.motion {
+                Motion::Backward => self.push::<false>(deflection),
+                Motion::Forward | Motion::Rest => self.push::<true>(deflection),
+            };
+            let passes = self.sprung && (deflection + change.position) * push < 0.0;
+            if end <= self.upper_stop && end >= self.lower_stop && !passes {
+                commit(state, &change);
+                state.motion = Motion::of(state.velocity.value());
+                return Ok(change.position);
+            }
+        }
+        let origin = state.position.value();
+        let before = state.position.from(origin);
+        self.step_under(state, input, load)?;
+        Ok(state.position.from(origin) - before)
     }
 
     /// The input that brings the current to zero at the end of the step, with the mode as it is.

@@ -83,6 +83,16 @@ impl Directional {
         }
     }
 
+    /// The value of the way that a displacement goes; forward without one.
+    #[inline]
+    pub fn of(self, displacement: f32) -> f32 {
+        if displacement < 0.0 {
+            self.backward
+        } else {
+            self.forward
+        }
+    }
+
     /// Both values times a factor.
     pub fn scaled(self, factor: f32) -> Self {
         Self {

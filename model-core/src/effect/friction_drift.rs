@@ -1,0 +1,79 @@
+//! `friction_drift`: friction changes during the log.
+//!
+//! ```text
+//! F(t) = F_C (1 + r t),  t from the beginning of the log,  not below 0
+//! ```
+//!
+//! r is a signed rate: grease that warms up takes friction away, wear and dirt add to it. Source: L.
+//! Márton, F. van der Linden, *Temperature dependent friction estimation: application to lubricant
+//! health monitoring*, 2012, of which this is the first order in time. Coulomb and breakaway level
+//! are scaled, with what the effects before it in the model add to them; a brake's friction is not.
+//!
+//! Told from a wrong Coulomb friction by motion at both ends of the log, and from an
+//! [`external_load`](super::external_load) by motion both ways: friction changes sides, a load does
+//! not. In a log whose motion grows or decays steadily, friction that depends on speed or place
+//! looks alike.
+
+use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use crate::plant::actuator::Load;
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Change of friction with time.
+///
+/// ```
+/// use model_core::effect::{Effect, friction_drift::FrictionDrift};
+/// // 5 % a second: 8 s on, friction is 1.4 times what it was; falling, it ends at nothing.
+/// assert_eq!(FrictionDrift::new([0.05, 0.0, 0.0]).factor(8.0), 1.4);
+/// assert_eq!(FrictionDrift::new([-0.25, 0.0, 0.0]).factor(8.0), 0.0);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionDrift {
+    rate: f32,
+}
+
+impl FrictionDrift {
+    /// Friction over that at the beginning of the log, `time` seconds ago.
+    #[inline]
+    pub fn factor(&self, time: f32) -> f32 {
+        (1.0 + self.rate * time).max(0.0)
+    }
+}
+
+impl Effect for FrictionDrift {
+    const DESCRIPTION: Description = Description {
+        id: "friction_drift",
+        summary: "friction changes during the log",
+        source: "Márton, van der Linden 2012",
+        parameters: &[Parameter {
+            name: "rate",
+            dimension: Dimension::PerTime,
+            role: Role::SignedStrength,
+        }],
+        reported: &[("rate", Dimension::PerTime)],
+        rotary_only: false,
+    };
+    const HELD: bool = true;
+
+    fn new([rate, ..]: [f32; MOST_PARAMETERS]) -> Self {
+        Self { rate }
+    }
+
+    /// Friction that doubles within the log.
+    fn scale(scope: &Scope, _index: usize) -> f32 {
+        1.0 / scope.seconds
+    }
+
+    #[inline]
+    fn hold(&self, middle: &Middle, load: &mut Load) {
+        let factor = self.factor(middle.time);
+        for friction in [&mut load.coulomb, &mut load.breakaway] {
+            friction.forward *= factor;
+            friction.backward *= factor;
+        }
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [self.rate, 0.0, 0.0]
+    }
+}

@@ -1,0 +1,216 @@
+//! `presliding`: elastic displacement before sliding.
+//!
+//! ```text
+//! F = σ₀ z + σ₁ dz/dt,   dz/dt = ω − |ω| σ₀ z / g(ω)
+//! g(ω) = F_C + (F_S − F_C) exp(−(ω/ω_S)²)
+//! ```
+//!
+//! z is the mean deflection of the contact's bristles, g the friction that they tend to while
+//! sliding: of the Coulomb level F_C, and of the breakaway level F_S in slow motion. The compliance
+//! 1/σ₀ is the effect's strength; at 0 friction is rigid. Source: P. R. Dahl, *A solid friction
+//! model*, 1968; with the damping and with g: C. Canudas de Wit, H. Olsson, K. J. Åström, P.
+//! Lischinsky, *A new model for control of systems with friction*, 1995 (LuGre). The damping is that
+//! of their example, half the critical one of the inertia on its bristles, σ₁ = √(σ₀ J).
+//!
+//! Over a step, z is a function of the displacement Δ alone, with p the bristles' force at its
+//! beginning, both counted along the motion (g held):
+//!
+//! ```text
+//! F(Δ) = g − (g − p) exp(−Δ σ₀/g)
+//! ```
+//!
+//! and the step's displacement is that of the plant without friction less what the mean force takes
+//! back, which is one equation in Δ with one root. Work of friction and what the bristles store agree
+//! in every step, so that it is stable however stiff they are.
+//!
+//! Told from backlash by the force that it takes, from a softer shaft by what stays behind. It shows
+//! where the machine turns or rests, over some times g/σ₀; a log whose sensor does not resolve that,
+//! and without current, does not have it. What lies between small and large compliances is not
+//! linear, so that it is screened at several. Replays carry the bristles' force from the last clear
+//! motion on, behind which it was that of sliding.
+
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use crate::plant::Directional;
+use crate::plant::parameters::Parameters;
+use crate::unit::Dimension;
+
+/// Compliances at which it is screened, as shares of stroke over friction, and speeds of the fall from
+/// breakaway to Coulomb friction, as shares of the usual speed.
+const COMPLIANCES: [f32; 4] = [3e-4, 1e-3, 3e-3, 1e-2];
+const SPEEDS: [f32; 2] = [0.01, 0.05];
+
+/// Least weight of the damping in a step: stiffer bristles than the step resolves would swing about
+/// the rest from step to step.
+const LEAST_DAMPING: f32 = 0.5;
+
+/// Steps to the root, each of which at least halves what is left once it is near.
+const MOST_STEPS: u32 = 12;
+
+/// Share of the displacement that is left of a step to the root when it is found.
+const FOUND: f32 = 1e-6;
+
+/// Bristles between the moving part and what it slides on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bristles {
+    /// 1/σ₀, rad/(N·m) or m/N.
+    pub compliance: f32,
+    /// One over ω_S, s/rad or s/m.
+    pub inverse_velocity: f32,
+    /// √(J/σ₀): the time of a radian of the inertia's swing on the bristles, s.
+    pub time: f32,
+}
+
+/// A step of the plant without friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Free {
+    /// Its displacement, rad or m.
+    pub travel: f32,
+    /// What a torque held over it adds to that, rad/(N·m) or m/N.
+    pub give: f32,
+    /// Its length, s.
+    pub length: f32,
+}
+
+impl Bristles {
+    /// Friction g that they tend to, between these levels.
+    #[inline]
+    pub fn level(&self, coulomb: f32, breakaway: f32, velocity: f32) -> f32 {
+        let slow = velocity * self.inverse_velocity;
+        coulomb + (breakaway - coulomb).max(0.0) * libm::expf(-slow * slow)
+    }
+
+    /// Their force after a displacement, from `force` on; positive against forward motion.
+    ///
+    /// ```
+    /// use model_core::effect::presliding::Bristles;
+    /// let bristles = Bristles { compliance: 0.01, inverse_velocity: 1.0, time: 1e-3 };
+    /// // 0.01 rad/(N·m) and 2 N·m: 0.02 rad is the length over which the force comes to its level.
+    /// let (pushed, level) = (bristles.after(0.0, 0.02, 2.0), 2.0);
+    /// assert!((pushed - 2.0 * (1.0 - (-1.0_f32).exp())).abs() < 1e-6);
+    /// // Turned, it falls as if it had further to go: that is the hysteresis.
+    /// let back = bristles.after(pushed, -0.02, level);
+    /// assert!((back + 2.0 - (pushed + 2.0) * (-1.0_f32).exp()).abs() < 1e-6);
+    /// ```
+    #[inline]
+    pub fn after(&self, force: f32, displacement: f32, level: f32) -> f32 {
+        let sign = if displacement < 0.0 { -1.0 } else { 1.0 };
+        let force = force.max(-level).min(level);
+        let left = libm::expf(-displacement.abs() / self.length(level));
+        sign * level - (sign * level - force) * left
+    }
+
+    /// Displacement over which the force comes to its level.
+    #[inline]
+    fn length(&self, level: f32) -> f32 {
+        (level * self.compliance).max(f32::MIN_POSITIVE)
+    }
+
+    /// The force to be held over a step, from `force` on.
+    pub fn held(&self, force: f32, free: &Free, levels: &Directional) -> f32 {
+        let forward = free.travel > free.give * force;
+        let (sign, level) = if forward {
+            (1.0, levels.forward)
+        } else {
+            (-1.0, levels.backward)
+        };
+        // Where the level has fallen below the force, bristles let go.
+        let start = (sign * force).max(-level).min(level);
+        let target = sign * free.travel;
+        let length = self.length(level);
+        let damping = (self.time / free.length).max(LEAST_DAMPING);
+        // Mean force and damping after a displacement, and their slope.
+        let law = |displacement: f32| {
+            let share = displacement / length;
+            let left = libm::expf(-share);
+            let end = level - (level - start) * left;
+            let slope = (level - start) * left / length;
+            let (mean, rise) = if share > 1e-2 {
+                let mean = level - (level - start) * (1.0 - left) / share;
+                (mean, (end - mean) / displacement)
+            } else {
+                let mean = start + 0.5 * (level - start) * share;
+                (mean, 0.5 * slope)
+            };
+            (
+                mean + damping * (end - start),
+                rise + damping * slope,
+            )
+        };
+        // The force is concave in the displacement: Newton's method comes from below and stays there.
+        let most = level + damping * (level - start);
+        let mut displacement = (target - free.give * most).max(0.0);
+        for _ in 0..MOST_STEPS {
+            let (force, slope) = law(displacement);
+            let missing = target - free.give * force - displacement;
+            let step = missing / (1.0 + free.give * slope);
+            displacement = (displacement + step).max(0.0);
+            if step.abs() <= FOUND * displacement {
+                break;
+            }
+        }
+        sign * law(displacement).0
+    }
+}
+
+/// What friction yields to before it slides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Presliding {
+    compliance: f32,
+    velocity: f32,
+}
+
+impl Effect for Presliding {
+    const DESCRIPTION: Description = Description {
+        id: "presliding",
+        summary: "elastic displacement before sliding",
+        source: "Dahl 1968; Canudas de Wit et al. 1995",
+        parameters: &[
+            Parameter {
+                name: "compliance",
+                dimension: Dimension::PositionPerTorque,
+                role: Role::Strength,
+            },
+            Parameter {
+                name: "velocity",
+                dimension: Dimension::Velocity,
+                role: Role::Shape,
+            },
+        ],
+        reported: &[
+            ("compliance", Dimension::PositionPerTorque),
+            ("velocity", Dimension::Velocity),
+        ],
+        rotary_only: false,
+    };
+    const REMEMBERS: bool = true;
+
+    fn new([compliance, velocity, _]: [f32; MOST_PARAMETERS]) -> Self {
+        Self {
+            compliance,
+            velocity,
+        }
+    }
+
+    fn scale(scope: &Scope, _index: usize) -> f32 {
+        1e-3 * scope.stroke / scope.friction
+    }
+
+    fn trial(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
+        let compliance = COMPLIANCES.get(index / SPEEDS.len())?;
+        let speed = SPEEDS[index % SPEEDS.len()];
+        let unit = scope.stroke / scope.friction;
+        Some([compliance * unit, speed * scope.speed, 0.0])
+    }
+
+    fn bind(&self, plant: &mut Parameters, chain: &mut Chain) {
+        chain.bristles = Some(Bristles {
+            compliance: self.compliance,
+            inverse_velocity: 1.0 / self.velocity.max(f32::MIN_POSITIVE),
+            time: libm::sqrtf(plant.inertia * self.compliance),
+        });
+    }
+
+    fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        [self.compliance, self.velocity, 0.0]
+    }
+}
