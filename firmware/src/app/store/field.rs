@@ -74,7 +74,7 @@ pub struct Description {
 /// Each in the place of its number less one. The bounds are those of any actuator that the board's
 /// bridge could drive: they keep out what would make a model or a loop meaningless, not what would
 /// make it bad.
-const DESCRIPTIONS: [Description; FIELDS] = [
+pub static DESCRIPTIONS: [Description; FIELDS] = [
     described("resistance", "Ω", 1e-3, 1e3),
     described("inductance", "H", 0.0, 1.0),
     described("torque_constant", "N·m/A", 1e-4, 1e2),
@@ -132,7 +132,7 @@ impl Field {
     ];
 
     /// Its name, unit and bounds.
-    pub const fn description(self) -> &'static Description {
+    pub fn description(self) -> &'static Description {
         &DESCRIPTIONS[self.index()]
     }
 
@@ -148,6 +148,11 @@ impl Field {
         Self::ALL
             .into_iter()
             .find(|field| field.description().name == name)
+    }
+
+    /// Whether it is the actuator's: its motor's, its mechanics' or its friction's.
+    pub const fn is_plant(self) -> bool {
+        self as usize <= Self::SpringPreload as usize
     }
 
     /// The field of this number.
@@ -266,6 +271,11 @@ impl Values {
     pub fn set(&mut self, field: Field, value: f32) -> Result<(), OutOfBounds> {
         self.0[field.index()] = field.check(value)?;
         Ok(())
+    }
+
+    /// All values, by number.
+    pub const fn as_array(&self) -> &[f32; FIELDS] {
+        &self.0
     }
 
     /// Every field and its value, by number.
