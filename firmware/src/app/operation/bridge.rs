@@ -27,8 +27,7 @@ const LEAST_SUPPLY: f32 = 1.0;
 /// assert_eq!(duty(f32::NAN, 12.0), 0);
 /// ```
 pub fn duty(voltage: f32, supply: f32) -> i16 {
-    // Not for NaN.
-    if !(supply >= LEAST_SUPPLY) {
+    if supply.is_nan() || supply < LEAST_SUPPLY {
         return 0;
     }
     let counts = voltage / supply * f32::from(FULL_DUTY);

@@ -278,11 +278,6 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         self.sending = (next < self.capture.count()).then_some(next);
     }
 
-    /// Whether the terminal's other end should wait for what it was sent.
-    pub fn console(&self) -> &Console<'static> {
-        &self.console
-    }
-
     /// Takes a byte from the terminal.
     pub async fn take(&mut self, byte: u8, out: &mut dyn Write) {
         if let Some(request) = self.console.take(byte, out) {
@@ -314,8 +309,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         }
     }
 
-    /// Whether the drive may act.
-    pub fn is_armed(&self) -> bool {
+    fn is_armed(&self) -> bool {
         self.wiring.latch().is_armed()
     }
 
@@ -327,7 +321,10 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             mode: self.mode,
             latched: self.wiring.latch().causes(),
             position: converters.position.value(measured.position),
-            current: converters.current.value(measured.current),
+            current: self
+                .kit
+                .measured_current(&self.values)
+                .of(converters.current.value(measured.current)),
             supply: self.wiring.supply(),
             ticks: self.wiring.ticks(),
             missed: self.wiring.missed(),

@@ -92,13 +92,18 @@ impl Kit {
             pid: machine.position_loop.build(CONTROL_PERIOD)?,
             converters: machine.converters,
             stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
-            current: if self.is_emulated() {
-                Correction::NONE
-            } else {
-                Calibration::of(values).current
-            },
+            current: self.measured_current(values),
             monitors,
         })
+    }
+
+    /// What the current sensor is off by: an emulated one by nothing.
+    pub fn measured_current(&self, values: &Values) -> Correction {
+        if self.is_emulated() {
+            Correction::NONE
+        } else {
+            Calibration::of(values).current
+        }
     }
 
     /// What the outputs are off by.

@@ -2,12 +2,11 @@
 //!
 //! TIM1 counts up and down at 20 kHz and switches both half bridges. At the top of its count, in the
 //! middle of a period, it has ADC1 convert the motor's current and the supply; the end of that is the
-//! plant interrupt. Compare values that are written there act from the next bottom on, a quarter of a
-//! control period before the next sample.
+//! plant interrupt. Compare values that are written there act from the next bottom of the count on.
 //!
 //! The break input, low, takes the outputs from the bridge without any software, and it is the drive
-//! alone that gives them back: when it is armed anew. An edge is as good as a level: what let go is
-//! latched.
+//! alone that gives them back, when it is armed anew. A short pulse does as much as a level: that the
+//! timer let go is latched.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Input, OutputType, Pull};

@@ -9,7 +9,7 @@ use core::fmt::{self, Write};
 use core::mem::MaybeUninit;
 
 use embassy_executor::{Executor, SendSpawner};
-use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::{DMA2_CH2, DMA2_CH7, FLASH, USART1};
@@ -144,6 +144,9 @@ impl Terminal {
         ] {
             line.set_priority(Priority::P12);
         }
+        let mut config = usart::Config::default();
+        // Without a terminal the line is at rest.
+        config.rx_pull = Pull::Up;
         let uart = Uart::new(
             pins.uart,
             pins.receive,
@@ -151,7 +154,7 @@ impl Terminal {
             pins.transmit_dma,
             pins.receive_dma,
             Interrupts,
-            usart::Config::default(),
+            config,
         );
         let (transmit, receive) = defmt::unwrap!(uart).split();
         let terminal = Self {
