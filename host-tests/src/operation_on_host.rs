@@ -320,14 +320,10 @@ impl OperationOnHost<Motor> {
         let kit = &ACTUATOR;
         Self::start(kit, flash, |parts| {
             let inputs: &'static Inputs = leak();
-            let machine = kit.machine_with(&parts.values);
-            let limits = kit.limits.expect("a real actuator has limits");
             let work = actuator::Actuator::new(
                 parts.receiver,
                 (inputs, parts.wiring),
-                (machine.converters, kit.calibration(&parts.values)),
-                limits.peak_current,
-                [machine.plant.lower_stop, machine.plant.upper_stop],
+                &kit.actuator(&parts.values),
             );
             Motor::new(motor, inputs, work)
         })
@@ -342,7 +338,7 @@ impl<P: Plant> OperationOnHost<P> {
         let mut store = Store::new(flash.clone(), SECTOR as u32).expect("flash with room");
         let (values, loaded): (Values, Loaded) =
             now(operator::load(kit, &mut store, wiring)).expect("values within their bounds");
-        let spare = kit.is_emulated().then(|| {
+        let spare = kit.is_emulated.then(|| {
             let spare = kit.throttle(&values).expect("a body in its ranges");
             &mut *Box::leak(Box::new(spare))
         });

@@ -197,6 +197,49 @@ fn a_check_of_a_sound_motor_finds_nothing() {
 }
 
 #[test]
+fn values_that_do_not_go_together_are_refused_and_those_before_stay() {
+    let mut image = controller();
+    for (line, refusal) in [
+        ("set lower_stop 2", "lower_stop must be below upper_stop"),
+        (
+            "set continuous_current 24.8",
+            "peak_current must be above the continuous current, at most 1e6 A",
+        ),
+        (
+            "set supply_minimum 31",
+            "supply must be two voltages from 0 up, the least first",
+        ),
+    ] {
+        assert_eq!(image.line(line), format!("refused: {refusal}"));
+    }
+    assert_eq!(shown(&mut image, Field::LowerStop), -1.0);
+}
+
+#[test]
+fn another_motor_at_another_supply_is_told_and_not_compiled() {
+    let mut image = controller();
+    image.plant.supply = 12.0;
+    image.run_ms(20);
+    assert_latched(&mut image, Fault::UnderVoltage);
+    perform(
+        &mut image,
+        &["set supply_minimum 9", "set supply_maximum 16", "clear"],
+    );
+    perform(
+        &mut image,
+        &["set peak_current 8", "set continuous_current 3", "arm"],
+    );
+    assert_eq!(image.line("faults"), "none");
+    assert_eq!(
+        image.line("set position_unit 1e-3"),
+        "refused: the drive is armed; `disarm` it first"
+    );
+    image.plant.current = Some(8.1);
+    image.run_ms(5);
+    assert_latched(&mut image, Fault::OverCurrent);
+}
+
+#[test]
 fn whatever_is_set_within_its_bounds_the_outputs_are_numbers_or_safe() {
     for field in Field::ALL {
         let description = field.description();
@@ -406,7 +449,13 @@ fn a_motor_that_is_held_is_an_overload() {
     };
     let mut stuck = OperationOnHost::controller(&SharedFlash::new(), &held);
     perform(&mut stuck, &["mode voltage", "arm", "step 0 15"]);
-    stuck.run_ms(4000);
+    // 15 A of 6 for (24.5² − 6²)/(15² − 6²) s; another gain does not cool it.
+    for gain in ["31", "32", "33", "34", "35"] {
+        stuck.run_ms(500);
+        assert_eq!(stuck.line("faults"), "none");
+        perform(&mut stuck, &[&format!("set proportional {gain}")]);
+    }
+    stuck.run_ms(700);
     assert_latched(&mut stuck, Fault::Overload);
 }
 

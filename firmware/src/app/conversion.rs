@@ -30,6 +30,12 @@ impl Converter {
         }
     }
 
+    /// The same with another unit, above 0.
+    #[must_use]
+    pub const fn with_unit(self, unit: f32) -> Self {
+        Self::new(unit, self.most)
+    }
+
     /// The same, saturating at other counts, 0 or more.
     #[must_use]
     pub const fn saturating_at(self, most: i16) -> Self {

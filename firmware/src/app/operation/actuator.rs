@@ -84,17 +84,25 @@ impl Inputs {
     }
 }
 
+/// The actuator's numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Numbers {
+    /// Sensors and bridge.
+    pub converters: Converters,
+    /// What the outputs are off by.
+    pub calibration: Calibration,
+    /// Current beyond which the bridge is switched off, A, either way.
+    pub peak: f32,
+    /// Stroke over which the tracks run, rad.
+    pub stroke: [f32; 2],
+}
+
 /// The actuator.
 pub struct Actuator {
     receiver: Receiver,
     inputs: &'static Inputs,
     wiring: &'static Wiring,
-    converters: Converters,
-    /// The two lines on which the position goes out.
-    tracks: [Track; 2],
-    calibration: Calibration,
-    /// Counts of the current beyond which the bridge is switched off.
-    peak: i32,
+    numbers: Numbers,
     encoder: Extension,
     /// Sums over the control period: current and supply.
     sums: [i32; 2],
@@ -102,30 +110,27 @@ pub struct Actuator {
 }
 
 impl Actuator {
-    /// With a peak current, A, and a stroke, rad, over which the tracks run.
+    /// At position 0.
     pub fn new(
         receiver: Receiver,
         (inputs, wiring): (&'static Inputs, &'static Wiring),
-        (converters, calibration): (Converters, Calibration),
-        peak: f32,
-        [lower, upper]: [f32; 2],
+        numbers: &Numbers,
     ) -> Self {
         Self {
             receiver,
             inputs,
             wiring,
-            converters,
-            tracks: [
-                Track::rising(lower, upper),
-                Track::complementary(lower, upper),
-            ],
-            calibration,
-            // A peak that is not a number is none that is borne.
-            peak: converters.current.counts(peak).unwrap_or(0).into(),
+            numbers: *numbers,
             encoder: Extension::default(),
             sums: [0; 2],
             ticks: 0,
         }
+    }
+
+    /// Whether the bridge may carry this current, in counts. A limit that is not a number bears none.
+    fn is_borne(&self, counts: i32) -> bool {
+        let amperes = self.numbers.converters.current.value(counts);
+        amperes.abs() <= self.numbers.peak
     }
 
     fn publish(&mut self, position: i32) {
@@ -136,12 +141,22 @@ impl Actuator {
         let measurement = Measurement { position, current };
         self.wiring.publish(measurement, Truth::default());
         self.wiring.set_supply(supply * SUPPLY.unit());
-        let position = self.converters.position.value(position);
-        let shares = self.tracks.map(|track| track.share(position));
-        self.wiring.set_tracks(self.calibration.track_codes(shares));
-        let amperes = self.converters.current.value(current);
+        let Numbers {
+            converters,
+            calibration,
+            stroke: [lower, upper],
+            ..
+        } = &self.numbers;
+        let position = converters.position.value(position);
+        let tracks = [
+            Track::rising(*lower, *upper),
+            Track::complementary(*lower, *upper),
+        ];
+        let shares = tracks.map(|track| track.share(position));
+        self.wiring.set_tracks(calibration.track_codes(shares));
+        let amperes = converters.current.value(current);
         self.wiring
-            .set_current_output(self.calibration.current_code(amperes));
+            .set_current_output(calibration.current_code(amperes));
     }
 }
 
@@ -153,13 +168,13 @@ impl PlantWork for Actuator {
         }
         while let Some(order) = self.receiver.orders.dequeue() {
             // What is for an emulated body is not sent here.
-            if let Order::Calibrate(calibration) = order {
-                self.calibration = calibration;
+            if let Order::Actuator(numbers) = order {
+                self.numbers = numbers;
             }
         }
         let readings = self.inputs.get();
         let current = i32::from(readings.current) - i32::from(CURRENT_MIDDLE);
-        if current.abs() > self.peak {
+        if !self.is_borne(current) {
             self.wiring.trip(Fault::OverCurrent);
         }
         if readings.broken {

@@ -58,7 +58,12 @@ impl Body {
                     self.wires.count_refused();
                 }
             }
-            Order::Calibrate(calibration) => self.calibration = calibration,
+            Order::Calibrate(converters, calibration) => {
+                self.converters = converters;
+                self.calibration = calibration;
+            }
+            // There is none here.
+            Order::Actuator(_) => {}
             Order::Replace(throttle) => {
                 let before = core::mem::replace(&mut self.throttle, throttle);
                 // There is one to spare, and one place for it.

@@ -42,7 +42,7 @@ pub enum Order {
 }
 
 /// Orders under way at a time.
-pub const ORDERS: usize = 4;
+pub const ORDERS: usize = 8;
 
 /// The drive's numbers.
 #[derive(Debug, Clone)]
@@ -117,7 +117,7 @@ impl Drive {
         let mut begins = false;
         while let Some(order) = self.orders.dequeue() {
             match order {
-                Order::Setup(setup) => self.setup = setup,
+                Order::Setup(setup) => self.take(setup),
                 Order::Mode(mode) => {
                     self.mode = mode;
                     self.wiring.set_commanded(mode != Mode::Wires);
@@ -131,6 +131,15 @@ impl Drive {
             }
         }
         begins
+    }
+
+    /// Other numbers; the winding stays as hot as it is.
+    fn take(&mut self, setup: Setup) {
+        let monitors = match (setup.monitors, &self.setup.monitors) {
+            (Some(new), Some(before)) => Some(new.in_place_of(before)),
+            (new, _) => new,
+        };
+        self.setup = Setup { monitors, ..setup };
     }
 
     /// Begins anew, where the actuator is.

@@ -5,8 +5,8 @@
 //! [`Operator::take`] for each byte from the terminal; a [`Job`] that it gives away comes back done.
 //!
 //! # Parameters
-//! Those of an emulated body are changed only disarmed, as another body takes its place; all others at
-//! any time. What a refit proposes waits for `save`, which takes it over if the cost went down and
+//! Those of an emulated body are changed only disarmed, as another body takes its place, and so is the
+//! position's unit; all others at any time. What a refit proposes waits for `save`, which takes it over if the cost went down and
 //! the values are within their bounds, and stores all in one step; a `set` of the same parameter
 //! withdraws the proposal.
 
@@ -29,6 +29,7 @@ use crate::app::console::{self, Console};
 use crate::app::ecu::loopback;
 use crate::app::fault::latch::Latch;
 use crate::app::fault::{Fault, Faults};
+use crate::app::machine::Machine;
 use crate::app::memory::Memory;
 use crate::app::profile::Signal;
 use crate::app::record::{Progress, Recorder, Sample};
@@ -43,6 +44,9 @@ pub const POLL_PERIOD_MS: u32 = 5;
 
 /// Rows of a capture that are sent in a poll: as many as are recorded in the same time.
 const ROWS: usize = (POLL_PERIOD_MS * 1000 / CONTROL_PERIOD_US) as usize;
+
+/// Orders to the plant that other values take: another body, and its outputs.
+const PLANT_ORDERS: usize = 2;
 
 /// What the operator asks of a board.
 pub trait Station {
@@ -107,6 +111,8 @@ pub struct Operator<F, S> {
     console: Console<'static>,
     store: Store<F>,
     values: Values,
+    /// The actuator with them.
+    machine: Machine,
     proposal: Option<Candidate>,
     /// None only while it is being switched.
     power: Option<Power>,
@@ -206,6 +212,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             console: Console::new(&DESCRIPTIONS),
             store,
             values: *values,
+            machine: kit.machine_with(values),
             proposal: None,
             power: Some(Power::Disarmed(Disarmed::new(wiring.latch()))),
             mode,
@@ -239,7 +246,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
 
     /// Empties the sample queue, tells what was latched, and sends what is to be sent.
     pub fn poll(&mut self, out: &mut dyn Write) {
-        let converters = self.kit.machine.converters;
+        let converters = self.machine.converters;
         while let Some(sample) = self.samples.dequeue() {
             self.capture.push(&sample, &converters);
             if sample.marks.driven
@@ -315,7 +322,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
 
     fn status(&self) -> Status {
         let measured = self.wiring.measurement();
-        let converters = &self.kit.machine.converters;
+        let converters = &self.machine.converters;
         Status {
             armed: self.is_armed(),
             mode: self.mode,
@@ -443,7 +450,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
     }
 
     fn zero(&mut self) -> Result<(), Refusal> {
-        if self.kit.is_emulated() {
+        if self.kit.is_emulated {
             return Err(Refusal::Unavailable);
         }
         self.require_disarmed()?;
@@ -452,7 +459,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
     }
 
     fn tell_body(&mut self, command: loopback::Command) -> Result<(), Refusal> {
-        if self.kit.is_emulated() {
+        if self.kit.is_emulated {
             self.order_plant(order::Order::Body(command))
         } else {
             Err(Refusal::Unavailable)
@@ -464,6 +471,10 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let mut values = self.values;
         let set = values.set(field, value);
         set.map_err(|out| Refusal::NotStored(Rejected::Bounds(out)))?;
+        if field == Field::PositionUnit {
+            // The position jumps.
+            self.require_disarmed()?;
+        }
         self.use_values(&values, field.is_plant())?;
         let withdrawn = self.proposal.as_ref().is_some_and(|proposal| {
             let mut changes = proposal.changes.iter();
@@ -478,18 +489,35 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
     /// Runs with these values from now on. A body with another plant takes the place of the one before.
     fn use_values(&mut self, values: &Values, another_plant: bool) -> Result<(), Refusal> {
         let setup = self.kit.drive(values).map_err(Refusal::Setup)?;
-        if another_plant && self.kit.is_emulated() {
+        // All of them or none.
+        let room = self.orders.ready()
+            && self.plant.orders.len() + PLANT_ORDERS <= self.plant.orders.capacity();
+        if !room {
+            return Err(Refusal::QueueFull);
+        }
+        if another_plant && self.kit.is_emulated {
             self.require_disarmed()?;
             let throttle = self.kit.throttle(values).map_err(Refusal::Setup)?;
             let spare = self.spare.take().ok_or(Refusal::QueueFull)?;
             *spare = throttle;
-            // The queue is longer than what is sent between two polls.
             self.order_plant(order::Order::Replace(spare))?;
         }
         self.order(drive::Order::Setup(setup))?;
-        let calibration = self.kit.calibration(values);
-        self.order_plant(order::Order::Calibrate(calibration))?;
+        self.order_plant(if self.kit.is_emulated {
+            let converters = self.kit.machine_with(values).converters;
+            order::Order::Calibrate(converters, self.kit.calibration(values))
+        } else {
+            order::Order::Actuator(self.kit.actuator(values))
+        })?;
         self.values = *values;
+        let unit = self.machine.converters.position.unit();
+        self.machine = self.kit.machine_with(values);
+        if self.machine.converters.position.unit() != unit
+            && let Some(memory) = &mut self.memory
+        {
+            // Its positions are counts of another unit.
+            memory.clear();
+        }
         Ok(())
     }
 
@@ -507,7 +535,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let memory = self.memory.take().ok_or(Refusal::Busy)?;
         self.job = Some(Job {
             question,
-            machine: self.kit.machine_with(&self.values),
+            machine: self.machine,
             memory,
         });
         Ok(())

@@ -3,13 +3,17 @@
 use heapless::spsc::{Consumer, Producer};
 use model_core::plant::throttle::Throttle;
 
+use super::actuator::Numbers;
 use super::calibration::Calibration;
+use crate::app::conversion::Converters;
 use crate::app::ecu::loopback::Command;
 
 /// For the plant interrupt.
 pub enum Order {
-    /// What its outputs are off by.
-    Calibrate(Calibration),
+    /// For a real actuator: its numbers.
+    Actuator(Numbers),
+    /// For an emulated throttle body: its sensors, and what its outputs are off by.
+    Calibrate(Converters, Calibration),
     /// For an emulated throttle body, by the console.
     Body(Command),
     /// Another body in its place, which begins at its limp-home position.

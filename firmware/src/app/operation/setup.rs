@@ -6,6 +6,7 @@ use model_core::numeric::invalid_parameter::InvalidParameter;
 use model_core::plant::parameters::ParameterError;
 use model_core::plant::throttle::{BuildError, Throttle};
 
+use super::actuator;
 use super::bridge::MOST_DUTY;
 use super::calibration::{Calibration, Correction};
 use super::drive;
@@ -76,47 +77,48 @@ impl Kit {
     pub fn drive(&self, values: &Values) -> Result<drive::Setup, Refused> {
         let machine = self.machine_with(values);
         machine.plant.check()?;
-        let monitors = match self.limits {
-            Some(limits) => {
-                let encoder = Coefficients::new(
-                    &machine.plant,
-                    Tolerances::INDUSTRIAL,
-                    machine.converters.position.unit(),
-                    CONTROL_PERIOD,
-                )?;
-                Some(Monitors::new(limits, encoder, CONTROL_PERIOD)?)
-            }
-            None => None,
-        };
+        // An emulated actuator bears anything; but what is stored for it has to go together too.
+        let encoder = Coefficients::new(
+            &machine.plant,
+            Tolerances::INDUSTRIAL,
+            machine.converters.position.unit(),
+            CONTROL_PERIOD,
+        )?;
+        let monitors = Monitors::new(machine.limits, encoder, CONTROL_PERIOD)?;
         Ok(drive::Setup {
             pid: machine.position_loop.build(CONTROL_PERIOD)?,
             converters: machine.converters,
             stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
             current: self.measured_current(values),
-            monitors,
+            monitors: (!self.is_emulated).then_some(monitors),
         })
     }
 
     /// What the current sensor is off by: an emulated one by nothing.
     pub fn measured_current(&self, values: &Values) -> Correction {
-        if self.is_emulated() {
+        if self.is_emulated {
             Correction::NONE
         } else {
             Calibration::of(values).current
         }
     }
 
-    /// What the outputs are off by.
+    /// What an emulated body's outputs are off by.
     pub fn calibration(&self, values: &Values) -> Calibration {
-        let calibration = Calibration::of(values);
-        if self.is_emulated() {
-            calibration
-        } else {
-            // The current's numbers are its sensor's.
-            Calibration {
+        Calibration::of(values)
+    }
+
+    /// What a real actuator's tick goes by. Its current's correction is the sensor's, not an output's.
+    pub fn actuator(&self, values: &Values) -> actuator::Numbers {
+        let machine = self.machine_with(values);
+        actuator::Numbers {
+            converters: machine.converters,
+            calibration: Calibration {
                 current: Correction::NONE,
-                ..calibration
-            }
+                ..Calibration::of(values)
+            },
+            peak: machine.limits.peak_current,
+            stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
         }
     }
 

@@ -255,15 +255,7 @@ pub fn run() -> ! {
         spare: None,
     };
     let (operator, drive, receiver) = defmt::unwrap!(Operator::new(joints, &values).ok());
-    let machine = KIT.machine_with(&values);
-    let peak = KIT.limits.map_or(0.0, |limits| limits.peak_current);
-    let actuator = Actuator::new(
-        receiver,
-        (&INPUTS, &WIRING),
-        (machine.converters, KIT.calibration(&values)),
-        peak,
-        [machine.plant.lower_stop, machine.plant.upper_stop],
-    );
+    let actuator = Actuator::new(receiver, (&INPUTS, &WIRING), &KIT.actuator(&values));
     start(&mut chip, drive, actuator, edge);
     start_converter(converter);
     watchdog::start(pins.safety.watchdog);
