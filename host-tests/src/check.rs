@@ -20,8 +20,11 @@ use crate::replay_run;
 use crate::toolchain::{Build, Toolchain};
 use crate::workspace;
 
-/// The image for a real board: its feature and its program. It cannot run here.
+/// The real board: its feature. Its images cannot run here.
 const REAL_BOARD: &str = "stm32f405";
+
+/// The images for the real board.
+const REAL_IMAGES: [&str; 3] = [REAL_BOARD, "throttle", "controller"];
 
 /// What `cargo hil test` takes.
 #[derive(Debug, clap::Args)]
@@ -100,17 +103,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         replay.rows.len()
     ));
     announce("firmware for a real board");
-    let real = board.toolchain.build(REAL_BOARD)?;
-    check_warnings(&real)?;
-    let real_size = Size::read(&real.elf)?.fitting()?;
-    announce("sizes and lints of the images");
-    let images = [
+    let mut images = vec![
         (board_run::BOARD, board.size),
         (replay_run::PROGRAM, replay.size),
-        (REAL_BOARD, real_size),
     ];
+    for image in REAL_IMAGES {
+        let real = board.toolchain.build_program(REAL_BOARD, image)?;
+        check_warnings(&real)?;
+        images.push((image, Size::read(&real.elf)?.fitting()?));
+    }
+    announce("sizes and lints of the images");
     let mut linted = true;
-    for (image, size) in images {
+    for &(image, size) in &images {
         check_size(&board.toolchain, image, size, args.bless)?;
     }
     for board_feature in [board_run::BOARD, REAL_BOARD] {

@@ -22,6 +22,10 @@ const PARAMETERS: Range<u64> = 0x0800_4000..0x0801_0000;
 /// SRAM of the STM32F405RG without the core-coupled memory, bytes.
 pub const RAM: u64 = 128 * 1024;
 
+/// The core-coupled memory. The linker keeps what is in there within it, and the stack has no use for
+/// what is left.
+const CORE_COUPLED: Range<u64> = 0x1000_0000..0x1001_0000;
+
 /// Bytes that must be left for the stack: the demonstration, the onboard check with an interrupt in
 /// an interrupt in it, runs to its end on the emulated board with so many and not with 3 KB less.
 pub const STACK: u64 = 60_848;
@@ -58,7 +62,7 @@ impl Size {
             if !has(SHF_ALLOC) {
                 continue;
             }
-            if has(SHF_WRITE) {
+            if has(SHF_WRITE) && !CORE_COUPLED.contains(&section.address()) {
                 size.ram += section.size();
             }
             if section.kind() != SectionKind::UninitializedData {

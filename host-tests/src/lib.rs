@@ -29,6 +29,7 @@ pub mod machine;
 pub mod measured;
 pub mod on_target_run;
 pub mod onboard;
+pub mod operation_on_host;
 mod page;
 pub mod pwa;
 mod quantity;

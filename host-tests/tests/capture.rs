@@ -23,7 +23,7 @@ fn numbered(sequence: u32) -> Sample {
         sequence,
         command: sequence as f32,
         duty: count / 4,
-        position: -count,
+        position: (-count).into(),
         current: count / 10,
         truth: Truth {
             position: 0.5 * sequence as f32,

@@ -41,6 +41,7 @@ fn every_command_without_arguments_is_what_it_says() {
         ("arm", Request::Arm),
         ("disarm", Request::Disarm),
         ("hold", Request::Hold),
+        ("zero", Request::Zero),
         ("heal", Request::Body(loopback::Command::Heal)),
         ("dump", Request::Dump),
         ("refit", Request::Refit),
@@ -139,11 +140,11 @@ fn a_malformed_line_is_told_where_and_what_was_expected() {
         ),
         (
             "mode",
-            "column 5: the line ends; expected mode: position or voltage",
+            "column 5: the line ends; expected mode: position, voltage or wires",
         ),
         (
             "mode torque",
-            "column 6: `torque` is unknown; expected mode: position or voltage",
+            "column 6: `torque` is unknown; expected mode: position, voltage or wires",
         ),
         (
             "step 0",

@@ -106,7 +106,7 @@ fn the_log_replays_to_the_same_bits() {
         for sample in samples {
             assert_eq!(Truth::from(&state), sample.truth, "{}", sample.sequence);
             let measured = converters.position.counts(sample.truth.position);
-            assert_eq!(measured, Some(sample.position));
+            assert_eq!(measured.map(i32::from), Some(sample.position));
             let current = converters.current.counts(sample.truth.current);
             assert_eq!(current, Some(sample.current));
             for _ in 0..TICKS_PER_CONTROL {
@@ -229,7 +229,7 @@ fn numbered(sequence: u32) -> Sample {
         sequence,
         command: 0.0,
         duty: count,
-        position: -count,
+        position: (-count).into(),
         current: count / 2,
         truth: Truth::default(),
         marks: Marks::default(),
@@ -269,7 +269,7 @@ fn the_memory_keeps_the_last_samples_in_order() {
         );
         assert_eq!(
             counts(log.position, converters.position.unit()),
-            expected(|sample| sample.position.into())
+            expected(|sample| sample.position as f32)
         );
         assert_eq!(
             counts(log.current.unwrap(), converters.current.unit()),

@@ -369,6 +369,11 @@ impl<const VALUES: usize> Capture<VALUES> {
         (0..self.rows).map(move |row| self.row((oldest + row) % self.capacity))
     }
 
+    /// How many there are.
+    pub const fn count(&self) -> usize {
+        self.rows
+    }
+
     fn row(&self, place: usize) -> [f32; QUANTITIES] {
         let quantities = self.settings.quantities;
         let start = place * quantities.count();
@@ -386,20 +391,15 @@ impl<const VALUES: usize> Default for Capture<VALUES> {
     }
 }
 
-/// Logs a capture as an experiment of the name `capture`, no faster than a recording is logged. Its
-/// first sample has the number 0.
+/// Logs what comes before the rows of a capture: an experiment of the name `capture`, whose first
+/// sample has the number 0.
 #[cfg(feature = "tasks")]
-pub async fn dump<const VALUES: usize>(capture: &Capture<VALUES>) {
+pub fn log_head<const VALUES: usize>(capture: &Capture<VALUES>) {
     use core::fmt::Write;
 
-    use embassy_time::Timer;
     use heapless::String;
 
-    use super::record::log_values;
-    use super::timing::{CONTROL_PERIOD_US, PLANT_PERIOD_US, RECORD_PERIOD_MS};
-
-    /// Rows between two pauses: those that a recording logs in the same time.
-    const ROWS: usize = (RECORD_PERIOD_MS * 1000) as usize / CONTROL_PERIOD_US as usize;
+    use super::timing::{CONTROL_PERIOD_US, PLANT_PERIOD_US};
 
     let mut names = String::<80>::new();
     // There is room for all of them.
@@ -415,10 +415,4 @@ pub async fn dump<const VALUES: usize>(capture: &Capture<VALUES>) {
         names.as_str(),
         capture.trigger
     );
-    for (sequence, row) in (0..).zip(capture.rows()) {
-        log_values(sequence, &row);
-        if (sequence as usize + 1).is_multiple_of(ROWS) {
-            Timer::after_millis(RECORD_PERIOD_MS).await;
-        }
-    }
 }

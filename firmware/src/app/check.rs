@@ -57,6 +57,17 @@ pub enum Failed {
     Machine,
 }
 
+impl core::fmt::Display for Failed {
+    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        formatter.write_str(match self {
+            Self::LogTooShort => "the log is too short; drive the actuator for a second or more",
+            Self::Machine => {
+                "the machine cannot be simulated with its parameters; check them with `show`"
+            }
+        })
+    }
+}
+
 /// Looks in a log for what the machine lacks.
 ///
 /// # Errors

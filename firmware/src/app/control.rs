@@ -5,6 +5,7 @@ use model_core::control::pid;
 
 use super::conversion::Converters;
 use super::fault::Fault;
+use super::fault::output::Bridge;
 use super::profile::Profile;
 use super::record::{Marks, Recorder, Sample};
 use super::wiring::Wiring;
@@ -86,6 +87,7 @@ impl ControlWork for Control {
                 marks: Marks {
                     command: begins,
                     fault: self.wiring.fault().is_some(),
+                    driven: self.wiring.latch().outputs().bridge == Bridge::Driven,
                 },
             });
             self.steps += 1;

@@ -8,6 +8,7 @@
 /// let encoder = Converter::new(0.001, 4000);
 /// assert_eq!(encoder.counts(0.5004), Some(500));
 /// assert_eq!(encoder.value(500), 0.5);
+/// assert_eq!(encoder.value(70_000), 70.0);
 /// assert_eq!(encoder.counts(-77.0), Some(-4000));
 /// assert_eq!(encoder.counts(f32::NAN), None);
 /// ```
@@ -29,6 +30,18 @@ impl Converter {
         }
     }
 
+    /// The same with another unit, above 0.
+    #[must_use]
+    pub const fn with_unit(self, unit: f32) -> Self {
+        Self::new(unit, self.most)
+    }
+
+    /// The same, saturating at other counts, 0 or more.
+    #[must_use]
+    pub const fn saturating_at(self, most: i16) -> Self {
+        Self { most, ..self }
+    }
+
     /// What one count is worth.
     pub const fn unit(&self) -> f32 {
         self.unit
@@ -46,10 +59,11 @@ impl Converter {
         Some(nearest.max(-most).min(most) as i16)
     }
 
-    /// The value of a count: exactly the product, so that a log of counts and a log of values are
+    /// The value of a count, beyond saturation too: exactly the product, so that a log of counts and a log of values are
     /// the same log.
-    pub fn value(&self, counts: i16) -> f32 {
-        f32::from(counts) * self.unit
+    pub fn value(&self, counts: impl Into<i32>) -> f32 {
+        // Exact up to 2²⁴ counts, a thousand turns of a fine encoder.
+        counts.into() as f32 * self.unit
     }
 }
 

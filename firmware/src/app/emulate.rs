@@ -107,7 +107,7 @@ fn measure(setup: &Setup, tick: u32, truth: Truth) -> Option<Measurement> {
         .is_some_and(|step| tick >= step * TICKS_PER_CONTROL);
     let position = if failed { f32::NAN } else { truth.position };
     Some(Measurement {
-        position: setup.converters.position.counts(position)?,
+        position: setup.converters.position.counts(position)?.into(),
         current: setup.converters.current.counts(truth.current)?,
     })
 }

@@ -5,6 +5,7 @@ use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 
 use super::conversion::{Converter, Converters};
+use super::fault::monitor::Limits;
 
 /// An actuator with all that its drive knows of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +18,8 @@ pub struct Machine {
     pub position_loop: pid::Parameters,
     /// Where it rests before the first command, rad.
     pub rest: f32,
+    /// What it bears.
+    pub limits: Limits,
 }
 
 /// Counts of the timer behind a bridge at full duty: 168 MHz, centre-aligned at 20 kHz.
@@ -37,6 +40,10 @@ const EMA_SUPPLY: f32 = 24.0;
 /// actuator may rest wherever friction holds it, at most breakaway · R / (k K_p) = 83 mrad off; what
 /// the integral does about that within one hold is left at that. The derivative's filter is four
 /// periods of the loop long: one count of the encoder is then 0.1 V, not 0.4.
+///
+/// The peak current lies above the 24 A that the supply drives through the winding and below the 25 A of
+/// the amplifier. The winding bears 6 A for ever and the peak for a second. The supply is that of an
+/// industrial 24 V, −25 and +25 %; the capacitors bear 35 V, the gate drivers switch from 8 V up.
 pub const EMA: Machine = Machine {
     plant: Parameters {
         drive: Drive::Voltage {
@@ -73,6 +80,13 @@ pub const EMA: Machine = Machine {
         anti_windup: pid::AntiWindup::ConditionalIntegration,
     },
     rest: 0.0,
+    limits: Limits {
+        peak_current: 24.5,
+        continuous_current: 6.0,
+        peak_time: 1.0,
+        supply: [18.0, 30.0],
+        supply_time: 5e-3,
+    },
 };
 
 /// Supply of the throttle's bridge, V.
@@ -120,4 +134,11 @@ pub const THROTTLE: Machine = Machine {
         anti_windup: pid::AntiWindup::ConditionalIntegration,
     },
     rest: 0.2,
+    limits: Limits {
+        peak_current: 8.0,
+        continuous_current: 3.0,
+        peak_time: 1.0,
+        supply: [8.0, 16.0],
+        supply_time: 5e-3,
+    },
 };

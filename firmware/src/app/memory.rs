@@ -43,14 +43,18 @@ impl<const N: usize> Memory<N> {
         self.samples = 0;
     }
 
-    /// Keeps a sample.
+    /// Keeps a sample. One farther out than 16 bits count has no place in a log, and ends it.
     pub fn push(&mut self, sample: &Sample) {
+        let Ok(position) = i16::try_from(sample.position) else {
+            self.clear();
+            return;
+        };
         if sample.sequence != self.expected {
             self.clear();
         }
         self.expected = sample.sequence.wrapping_add(1);
         self.duty[self.next] = sample.duty;
-        self.position[self.next] = sample.position;
+        self.position[self.next] = position;
         self.current[self.next] = sample.current;
         self.next = (self.next + 1) % N;
         self.samples = (self.samples + 1).min(N);

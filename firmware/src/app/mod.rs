@@ -14,6 +14,7 @@
 //! and `playback`.
 //! What outlives a power cut is in the [`store`], which is written only while the drive is
 //! disarmed, see [`arming`].
+//! What a person at a terminal has done with an image is the [`operation`].
 //! What there is to run: the [`demonstration`], and the [`failures`]. In an image of its own an
 //! emulated engine controller, [`ecu`], is in the place of the loop, and a [`digest`] stands for what
 //! was on its wires.
@@ -36,6 +37,7 @@ pub mod failures;
 pub mod fault;
 pub mod machine;
 pub mod memory;
+pub mod operation;
 #[cfg(feature = "tasks")]
 pub mod playback;
 pub mod profile;

@@ -26,7 +26,7 @@ pub struct Sample {
     /// Duty of the bridge from this sample to the next.
     pub duty: i16,
     /// Measured position.
-    pub position: i16,
+    pub position: i32,
     /// Measured motor current.
     pub current: i16,
     /// What was measured.
@@ -42,6 +42,8 @@ pub struct Marks {
     pub command: bool,
     /// A fault is latched.
     pub fault: bool,
+    /// The bridge drives, from this sample to the next.
+    pub driven: bool,
 }
 
 /// What the ends of the queue tell each other beside the samples.
@@ -204,7 +206,7 @@ pub fn log_sample(sample: &Sample, converters: &super::conversion::Converters) {
 /// Logs the values of a sample, in the order of [`Quantity`](super::capture::Quantity); NaN for what
 /// is not known.
 #[cfg(feature = "tasks")]
-pub(super) fn log_values(sequence: u32, values: &[f32; super::capture::QUANTITIES]) {
+pub fn log_values(sequence: u32, values: &[f32; super::capture::QUANTITIES]) {
     use super::timing::CONTROL_PERIOD_US;
 
     let [

@@ -19,6 +19,15 @@ pub enum Failed {
     Log(Refusal),
 }
 
+impl core::fmt::Display for Failed {
+    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Machine(invalid) => invalid.fmt(formatter),
+            Self::Log(refusal) => refusal.fmt(formatter),
+        }
+    }
+}
+
 impl From<InvalidParameter> for Failed {
     fn from(error: InvalidParameter) -> Self {
         Self::Machine(error)

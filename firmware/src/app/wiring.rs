@@ -7,7 +7,7 @@
 //! is a [`Fault::MissedDeadline`].
 
 use core::sync::atomic::{
-    AtomicBool, AtomicI16, AtomicU16, AtomicU32,
+    AtomicBool, AtomicI16, AtomicI32, AtomicU8, AtomicU16, AtomicU32,
     Ordering::{Acquire, Relaxed, Release},
 };
 
@@ -21,8 +21,8 @@ use super::tracks::DIAGNOSTIC;
 /// What the sensors read, in counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Measurement {
-    /// Position.
-    pub position: i16,
+    /// Position. An encoder counts on beyond what a log keeps.
+    pub position: i32,
     /// Motor current.
     pub current: i16,
 }
@@ -71,9 +71,16 @@ impl Wire {
 #[derive(Debug, Default)]
 pub struct Wiring {
     duty: AtomicI16,
-    position: AtomicI16,
+    applied: AtomicI16,
+    commanded: AtomicBool,
+    position: AtomicI32,
     current: AtomicI16,
+    supply: Wire,
+    switches: AtomicU8,
+    bridge_broken: AtomicBool,
+    zero_asked: AtomicBool,
     tracks: [AtomicU16; 2],
+    current_output: AtomicU16,
     true_position: Wire,
     true_velocity: Wire,
     true_current: Wire,
@@ -82,16 +89,28 @@ pub struct Wiring {
     latch: Latch,
     ticks: AtomicU32,
     missed: AtomicU32,
+    stalled: AtomicBool,
+    vouched: AtomicBool,
 }
+
+/// On the wire of what is applied: every switch of the bridge is off.
+const NOTHING: i16 = i16::MIN;
 
 impl Wiring {
     /// Everything at zero, no fault.
     pub const fn new() -> Self {
         Self {
             duty: AtomicI16::new(0),
-            position: AtomicI16::new(0),
+            applied: AtomicI16::new(NOTHING),
+            commanded: AtomicBool::new(true),
+            position: AtomicI32::new(0),
             current: AtomicI16::new(0),
+            supply: Wire::new(),
+            switches: AtomicU8::new(0),
+            bridge_broken: AtomicBool::new(false),
+            zero_asked: AtomicBool::new(false),
             tracks: [AtomicU16::new(0), AtomicU16::new(0)],
+            current_output: AtomicU16::new(0),
             true_position: Wire::new(),
             true_velocity: Wire::new(),
             true_current: Wire::new(),
@@ -100,6 +119,8 @@ impl Wiring {
             latch: Latch::new(),
             ticks: AtomicU32::new(0),
             missed: AtomicU32::new(0),
+            stalled: AtomicBool::new(false),
+            vouched: AtomicBool::new(false),
         }
     }
 
@@ -114,6 +135,101 @@ impl Wiring {
             Bridge::Off => 0,
             Bridge::Driven => self.duty.load(Relaxed),
         }
+    }
+
+    /// Whether the bridge is the drive's. If not, it follows what else stands at the actuator's wires.
+    pub fn is_commanded(&self) -> bool {
+        self.commanded.load(Relaxed)
+    }
+
+    /// Gives the bridge to the drive, or takes it away.
+    pub(super) fn set_commanded(&self, commanded: bool) {
+        self.commanded.store(commanded, Relaxed);
+    }
+
+    /// What the bridge holds at the winding, in counts of its duty; none with its switches off.
+    pub fn applied(&self) -> Option<i16> {
+        let counts = self.applied.load(Relaxed);
+        (counts != NOTHING).then_some(counts)
+    }
+
+    /// Says what the bridge holds at the winding.
+    pub(super) fn set_applied(&self, counts: Option<i16>) {
+        self.applied.store(counts.unwrap_or(NOTHING), Relaxed);
+    }
+
+    /// Supply of the bridge, V.
+    pub fn supply(&self) -> f32 {
+        self.supply.get()
+    }
+
+    /// Puts the supply on its wire.
+    pub(super) fn set_supply(&self, volts: f32) {
+        self.supply.set(volts);
+    }
+
+    /// Lower and upper limit switch: true where the actuator is on it.
+    pub fn switches(&self) -> [bool; 2] {
+        let bits = self.switches.load(Relaxed);
+        [bits & 1 != 0, bits & 2 != 0]
+    }
+
+    /// Puts the limit switches on their wires.
+    pub(super) fn set_switches(&self, [lower, upper]: [bool; 2]) {
+        let bits = u8::from(lower) | u8::from(upper) << 1;
+        self.switches.store(bits, Relaxed);
+    }
+
+    /// Whether the bridge's driver holds the timer's break input.
+    pub fn is_bridge_broken(&self) -> bool {
+        self.bridge_broken.load(Relaxed)
+    }
+
+    /// Puts the break input on its wire.
+    pub(super) fn set_bridge_broken(&self, broken: bool) {
+        self.bridge_broken.store(broken, Relaxed);
+    }
+
+    /// Asks for the position to be 0 where the actuator is.
+    pub(super) fn ask_zero(&self) {
+        self.zero_asked.store(true, Release);
+    }
+
+    /// Whether that was asked for since this was last asked.
+    pub(super) fn take_zero(&self) -> bool {
+        // A load and a store do: the plant tick that takes is never interrupted.
+        let asked = self.zero_asked.load(Acquire);
+        if asked {
+            self.zero_asked.store(false, Relaxed);
+        }
+        asked
+    }
+
+    /// Whether the processor is about to stand still, disarmed, for as long as flash is written. What
+    /// comes late meanwhile is no fault, and what is measured belongs to no log.
+    pub fn is_stalled(&self) -> bool {
+        self.stalled.load(Acquire)
+    }
+
+    /// Begins or ends such a time.
+    pub(super) fn set_stalled(&self, stalled: bool) {
+        self.stalled.store(stalled, Release);
+    }
+
+    /// Whether a control step has vouched for the program since this was last asked: its deadline
+    /// held, and its numbers were finite. Then the watchdog may be fed.
+    pub fn take_vouched(&self) -> bool {
+        // A load and a store do: the plant tick that takes is never interrupted.
+        let vouched = self.vouched.load(Acquire);
+        if vouched {
+            self.vouched.store(false, Relaxed);
+        }
+        vouched
+    }
+
+    /// A control step vouches for the program.
+    pub(super) fn vouch(&self) {
+        self.vouched.store(true, Release);
     }
 
     /// Puts a measurement on the wires, and the state behind it.
@@ -137,6 +253,19 @@ impl Wiring {
     pub fn set_tracks(&self, codes: [u16; 2]) {
         for (track, code) in self.tracks.iter().zip(codes) {
             track.store(code, Relaxed);
+        }
+    }
+
+    /// Puts the motor's current on its output, as a code of it.
+    pub(super) fn set_current_output(&self, code: u16) {
+        self.current_output.store(code, Relaxed);
+    }
+
+    /// The code on the current's output: the current's, or the ground, which stands for none.
+    pub fn current_output(&self) -> u16 {
+        match self.latch.outputs().tracks {
+            Tracks::Diagnostic => 0,
+            Tracks::Position => self.current_output.load(Relaxed),
         }
     }
 

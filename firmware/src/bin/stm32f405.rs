@@ -3,9 +3,9 @@
 #![no_main]
 
 use firmware::app::demonstration::DEMONSTRATION;
-use firmware::board::stm32f405;
+use firmware::board::stm32f405::demonstration;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    stm32f405::run(&DEMONSTRATION)
+    demonstration::run(&DEMONSTRATION)
 }

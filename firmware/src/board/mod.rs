@@ -17,6 +17,23 @@ pub mod tape_flash;
 #[cfg(all(feature = "emulated", feature = "stm32f405"))]
 compile_error!("an image is for one board: choose the feature `emulated` or `stm32f405`");
 
+/// The result of a future that never waits: flash whose operations end before they return.
+#[cfg(all(feature = "stm32f405", target_os = "none"))]
+fn now<T>(future: impl Future<Output = T>) -> T {
+    use core::pin::pin;
+    use core::task::{Context, Poll, Waker};
+
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(result) = future
+            .as_mut()
+            .poll(&mut Context::from_waker(Waker::noop()))
+        {
+            return result;
+        }
+    }
+}
+
 /// What the application asks of a board.
 pub trait Board {
     /// What [`Board::work`] counts, in the plural: "instructions", "cycles".

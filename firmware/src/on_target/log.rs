@@ -86,7 +86,7 @@ fn sample(sequence: u32, command: f32, [duty, position, current]: [i16; 3]) -> S
         sequence,
         command,
         duty,
-        position,
+        position: position.into(),
         current,
         truth: Truth::default(),
         marks: Marks::default(),

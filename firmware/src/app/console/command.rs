@@ -117,7 +117,7 @@ const QUANTITY: &str =
     "command, input, position, current_a, true_position, true_velocity or true_current_a";
 
 /// All of them.
-pub static COMMANDS: [Command; 23] = [
+pub static COMMANDS: [Command; 24] = [
     Command {
         name: "help",
         arguments: &[optional("name", "a command's")],
@@ -143,8 +143,8 @@ pub static COMMANDS: [Command; 23] = [
     }),
     Command {
         name: "mode",
-        arguments: &[required("mode", "position or voltage")],
-        help: "what a command signal is from now on",
+        arguments: &[required("mode", "position, voltage or wires")],
+        help: "what a command signal is from now on; `wires`: what an emulated actuator is driven by",
         read: mode,
     },
     Command {
@@ -267,6 +267,11 @@ pub static COMMANDS: [Command; 23] = [
     plain("hold", "the command stays where it is", |_| {
         request(Request::Hold)
     }),
+    plain(
+        "zero",
+        "the position is 0 where the actuator is; disarmed",
+        |_| request(Request::Zero),
+    ),
     Command {
         name: "show",
         arguments: &[optional(

@@ -62,6 +62,14 @@ impl<'t> Console<'t> {
         answer(format_args!("`help` lists the commands"), out);
     }
 
+    /// Says something of itself, and shows the line so far anew behind it.
+    pub fn announce(&self, text: fmt::Arguments<'_>, out: &mut dyn Write) {
+        let mut lines = Lines(out);
+        let _ = lines.write_str("\n");
+        answer(text, out);
+        let _ = out.write_str(self.line());
+    }
+
     /// Takes a byte. A request is to be answered by [`reply`] before the next byte.
     pub fn take(&mut self, byte: u8, out: &mut dyn Write) -> Option<Request> {
         let mut lines = Lines(out);

@@ -13,17 +13,20 @@ pub enum Mode {
     Position,
     /// The voltage at the winding, V; no loop.
     Voltage,
+    /// Nothing: an emulated actuator follows the duty and the direction at its wires.
+    Wires,
 }
 
 impl Mode {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Position, Self::Voltage];
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Position, Self::Voltage, Self::Wires];
 
     /// What it is called on the console.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Position => "position",
             Self::Voltage => "voltage",
+            Self::Wires => "wires",
         }
     }
 }
@@ -47,6 +50,8 @@ pub enum Request {
     Signal(Signal),
     /// The command stays where it is.
     Hold,
+    /// The position is 0 where the actuator is.
+    Zero,
     /// The values of all parameters.
     ShowAll,
     /// The value of one.

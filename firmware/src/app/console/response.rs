@@ -9,6 +9,8 @@ use super::request::Mode;
 use crate::app::capture::Stage;
 use crate::app::fault::Faults;
 use crate::app::fault::latch::{Cause, Latch, NotCleared};
+use crate::app::operation::setup;
+use crate::app::store::candidate::Rejected;
 use crate::app::store::field::Description;
 use crate::app::timing::PLANT_PERIOD_US;
 
@@ -40,8 +42,14 @@ pub enum Refusal {
     NotCleared(NotCleared),
     /// It is only done disarmed.
     Armed,
+    /// It is only done armed.
+    Disarmed,
+    /// There is no command signal in this mode.
+    Followed,
     /// A value does not go with the others.
     Invalid(InvalidParameter),
+    /// The actuator's or the loop's values do not go together.
+    Setup(setup::Refused),
     /// Another task of long duration is under way.
     Busy,
     /// There is nothing recorded, or not all of it.
@@ -50,6 +58,8 @@ pub enum Refusal {
     Unavailable,
     /// What it is for has a full queue.
     QueueFull,
+    /// Values are not stored.
+    NotStored(Rejected),
 }
 
 /// How things are.
@@ -212,6 +222,12 @@ impl fmt::Display for Refusal {
                 formatter.write_str("another fault came at that moment; see `faults`")
             }
             Self::Invalid(invalid) => invalid.fmt(formatter),
+            Self::Setup(refused) => refused.fmt(formatter),
+            Self::Disarmed => formatter.write_str("the drive is disarmed; `arm` it first"),
+            Self::Followed => formatter.write_str(
+                "the actuator follows its wires; take `mode position` or `mode voltage` first",
+            ),
+            Self::NotStored(rejected) => rejected.fmt(formatter),
             Self::Busy => formatter.write_str("a refit or a check is under way; wait for it"),
             Self::NotRecorded(stage) => {
                 write!(formatter, "the capture is {}; `record` first", stage.name())

@@ -69,6 +69,27 @@ pub enum Command {
     Supply(f32),
 }
 
+impl Command {
+    /// Does it to a throttle body and its supply, V. False if a number is out of its range: then
+    /// nothing changes.
+    pub(in crate::app) fn obeyed_by(self, throttle: &mut Throttle, supply: &mut f32) -> bool {
+        match self {
+            Self::Inject(fault) => throttle.inject(fault).is_ok(),
+            Self::Heal => {
+                throttle.heal();
+                true
+            }
+            Self::Supply(volts) => {
+                let usable = (0.0..=SUPPLY.value(4095)).contains(&volts);
+                if usable {
+                    *supply = volts;
+                }
+                usable
+            }
+        }
+    }
+}
+
 /// Commands under way at a time.
 pub const COMMANDS: usize = 8;
 
@@ -113,6 +134,11 @@ impl Wires {
             Bridge::Drive { duty } => DUTY.counts(duty).unwrap_or(FREEWHEEL),
         };
         self.bridge.store(word, Relaxed);
+    }
+
+    pub(in crate::app) fn count_refused(&self) {
+        let refused = self.refused().saturating_add(1);
+        self.refused.store(refused, Relaxed);
     }
 
     /// Commands that were refused since the start.
@@ -161,23 +187,8 @@ impl Emulation {
     }
 
     fn obey(&mut self, command: Command) {
-        let taken = match command {
-            Command::Inject(fault) => self.throttle.inject(fault).is_ok(),
-            Command::Heal => {
-                self.throttle.heal();
-                true
-            }
-            Command::Supply(volts) => {
-                let usable = (0.0..=SUPPLY.value(4095)).contains(&volts);
-                if usable {
-                    self.supply = volts;
-                }
-                usable
-            }
-        };
-        if !taken {
-            let refused = self.wires.refused().saturating_add(1);
-            self.wires.refused.store(refused, Relaxed);
+        if !command.obeyed_by(self.throttle, &mut self.supply) {
+            self.wires.count_refused();
         }
     }
 
@@ -212,7 +223,7 @@ impl PlantWork for Emulation {
         ) {
             (Some(current), Some(supply)) => {
                 // The first track is the position sensor; a 12-bit code fits.
-                let position = tracks[0] as i16;
+                let position = tracks[0].into();
                 self.wiring
                     .publish(Measurement { position, current }, truth);
                 self.wires.supply.store(supply, Relaxed);

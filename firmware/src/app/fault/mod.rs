@@ -38,7 +38,7 @@ pub enum Fault {
     StoreCorrupt,
     /// A control step or a plant tick was not finished when the next tick came.
     MissedDeadline,
-    /// What was meant for an interrupt found its queue full, and is lost.
+    /// A queue between an interrupt and a task was full, and what was meant for it is lost.
     QueueOverflow,
     /// A measurement, a command or a voltage was NaN or infinite.
     NonFinite,

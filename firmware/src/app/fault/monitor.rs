@@ -116,6 +116,16 @@ impl Monitors {
         })
     }
 
+    /// The same in the place of other monitors, with the heat that the winding has by then.
+    #[must_use]
+    pub fn in_place_of(self, before: &Self) -> Self {
+        Self {
+            heat: before.heat,
+            overloaded: before.overloaded,
+            ..self
+        }
+    }
+
     /// Takes a control step's measurements: the conditions that hold now.
     pub fn step(&mut self, measured: &Measured) -> Faults {
         let Reading {

@@ -53,6 +53,20 @@ pub enum Field {
     CurrentGain = 19,
     /// Current added to the measured one.
     CurrentOffset = 20,
+    /// One count of the position sensor.
+    PositionUnit = 21,
+    /// Where the stroke begins.
+    LowerStop = 22,
+    /// Where it ends.
+    UpperStop = 23,
+    /// Most current that the bridge may carry.
+    PeakCurrent = 24,
+    /// Most current for ever.
+    ContinuousCurrent = 25,
+    /// Least supply of the bridge.
+    SupplyMinimum = 26,
+    /// Most supply of the bridge.
+    SupplyMaximum = 27,
 }
 
 /// How many there are.
@@ -74,7 +88,7 @@ pub struct Description {
 /// Each in the place of its number less one. The bounds are those of any actuator that the board's
 /// bridge could drive: they keep out what would make a model or a loop meaningless, not what would
 /// make it bad.
-const DESCRIPTIONS: [Description; FIELDS] = [
+pub static DESCRIPTIONS: [Description; FIELDS] = [
     described("resistance", "Ω", 1e-3, 1e3),
     described("inductance", "H", 0.0, 1.0),
     described("torque_constant", "N·m/A", 1e-4, 1e2),
@@ -95,6 +109,14 @@ const DESCRIPTIONS: [Description; FIELDS] = [
     described("track_2_offset", "V", -1.0, 1.0),
     described("current_gain", "1", 0.5, 2.0),
     described("current_offset", "A", -5.0, 5.0),
+    described("position_unit", "rad", 1e-6, 0.1),
+    described("lower_stop", "rad", -1e3, 1e3),
+    described("upper_stop", "rad", -1e3, 1e3),
+    // Beyond 25 A the sensor saturates, and beyond 36 V that of the supply.
+    described("peak_current", "A", 0.1, 24.9),
+    described("continuous_current", "A", 0.01, 24.9),
+    described("supply_minimum", "V", 5.0, 36.0),
+    described("supply_maximum", "V", 5.0, 36.0),
 ];
 
 const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
@@ -108,7 +130,7 @@ const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f3
 
 impl Field {
     /// All of them, by number.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 27] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -129,10 +151,17 @@ impl Field {
         Self::Track2Offset,
         Self::CurrentGain,
         Self::CurrentOffset,
+        Self::PositionUnit,
+        Self::LowerStop,
+        Self::UpperStop,
+        Self::PeakCurrent,
+        Self::ContinuousCurrent,
+        Self::SupplyMinimum,
+        Self::SupplyMaximum,
     ];
 
     /// Its name, unit and bounds.
-    pub const fn description(self) -> &'static Description {
+    pub fn description(self) -> &'static Description {
         &DESCRIPTIONS[self.index()]
     }
 
@@ -148,6 +177,12 @@ impl Field {
         Self::ALL
             .into_iter()
             .find(|field| field.description().name == name)
+    }
+
+    /// Whether it is the actuator's: its motor's, its mechanics' with the stops, or its friction's.
+    pub const fn is_plant(self) -> bool {
+        self as usize <= Self::SpringPreload as usize
+            || matches!(self, Self::LowerStop | Self::UpperStop)
     }
 
     /// The field of this number.
@@ -223,6 +258,7 @@ impl Values {
             });
         };
         let gains = &machine.position_loop;
+        let limits = &machine.limits;
         let values = Self([
             resistance,
             inductance,
@@ -244,6 +280,13 @@ impl Values {
             0.0,
             1.0,
             0.0,
+            machine.converters.position.unit(),
+            plant.lower_stop,
+            plant.upper_stop,
+            limits.peak_current,
+            limits.continuous_current,
+            limits.supply[0],
+            limits.supply[1],
         ]);
         for (field, value) in values.iter() {
             field.check(value).map_err(|_| InvalidParameter {
@@ -268,13 +311,18 @@ impl Values {
         Ok(())
     }
 
+    /// All values, by number.
+    pub const fn as_array(&self) -> &[f32; FIELDS] {
+        &self.0
+    }
+
     /// Every field and its value, by number.
     pub fn iter(&self) -> impl Iterator<Item = (Field, f32)> {
         Field::ALL.into_iter().zip(self.0)
     }
 
-    /// The machine with these numbers in the place of its own. Its converters stay as they are: gains
-    /// and offsets of the sensors are the board's to apply, where it has the voltages.
+    /// The machine with these numbers in the place of its own. Of its converters the position's alone is
+    /// another: gains and offsets of the sensors are the board's to apply, where it has the voltages.
     pub fn applied_to(&self, machine: &Machine) -> Machine {
         let mut machine = *machine;
         let plant = &mut machine.plant;
@@ -290,11 +338,19 @@ impl Values {
         plant.spring = self.get(Field::Spring);
         plant.spring_rest = self.get(Field::SpringRest);
         plant.spring_preload = self.get(Field::SpringPreload);
+        plant.lower_stop = self.get(Field::LowerStop);
+        plant.upper_stop = self.get(Field::UpperStop);
         let gains = &mut machine.position_loop;
         gains.proportional = self.get(Field::Proportional);
         gains.integral = self.get(Field::Integral);
         gains.derivative = self.get(Field::Derivative);
         gains.derivative_filter_time = self.get(Field::DerivativeFilterTime);
+        let position = &mut machine.converters.position;
+        *position = position.with_unit(self.get(Field::PositionUnit));
+        let limits = &mut machine.limits;
+        limits.peak_current = self.get(Field::PeakCurrent);
+        limits.continuous_current = self.get(Field::ContinuousCurrent);
+        limits.supply = [Field::SupplyMinimum, Field::SupplyMaximum].map(|field| self.get(field));
         machine
     }
 }

@@ -1,0 +1,202 @@
+//! A real actuator at the end of the wires: what its sensors read becomes what the drive measures.
+//!
+//! A tick follows each conversion, in the middle of a period of the PWM, where the current is its mean
+//! over that period. Over a control period the readings are averaged, so that no ripple folds into
+//! the loop. A current beyond the peak is latched in the tick that reads it.
+
+use core::sync::atomic::{AtomicBool, AtomicU16, Ordering::Relaxed};
+
+use model_core::plant::potentiometer::Track;
+
+use super::calibration::Calibration;
+use super::encoder::Extension;
+use super::order::{Order, Receiver};
+use crate::app::conversion::{Converter, Converters};
+use crate::app::fault::Fault;
+use crate::app::fault::output::Bridge;
+use crate::app::timing::TICKS_PER_CONTROL;
+use crate::app::wiring::{Measurement, Truth, Wiring};
+use crate::app::work::PlantWork;
+
+/// Code of the current sensor without a current: the middle of a 12-bit converter.
+pub const CURRENT_MIDDLE: u16 = 2048;
+
+/// Sensor of the bridge's supply: 12 bits of 3.3 V behind a divider by eleven, 47 kΩ over 4.7 kΩ.
+pub const SUPPLY: Converter = Converter::new(11.0 * 3.3 / 4096.0, 4095);
+
+/// What the converters and pins read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Readings {
+    /// Code of the current sensor, about [`CURRENT_MIDDLE`].
+    pub current: u16,
+    /// Code of [`SUPPLY`].
+    pub supply: u16,
+    /// The encoder's counter.
+    pub encoder: u16,
+    /// Lower and upper limit switch.
+    pub switches: [bool; 2],
+    /// Whether the bridge's driver holds the break input.
+    pub broken: bool,
+}
+
+/// The readings on their way from a board's vector to the tick behind it.
+#[derive(Debug, Default)]
+pub struct Inputs {
+    current: AtomicU16,
+    supply: AtomicU16,
+    encoder: AtomicU16,
+    lower: AtomicBool,
+    upper: AtomicBool,
+    broken: AtomicBool,
+}
+
+impl Inputs {
+    /// All zero.
+    pub const fn new() -> Self {
+        Self {
+            current: AtomicU16::new(0),
+            supply: AtomicU16::new(0),
+            encoder: AtomicU16::new(0),
+            lower: AtomicBool::new(false),
+            upper: AtomicBool::new(false),
+            broken: AtomicBool::new(false),
+        }
+    }
+
+    /// Takes readings for the next tick.
+    pub fn set(&self, readings: &Readings) {
+        self.current.store(readings.current, Relaxed);
+        self.supply.store(readings.supply, Relaxed);
+        self.encoder.store(readings.encoder, Relaxed);
+        self.lower.store(readings.switches[0], Relaxed);
+        self.upper.store(readings.switches[1], Relaxed);
+        self.broken.store(readings.broken, Relaxed);
+    }
+
+    fn get(&self) -> Readings {
+        Readings {
+            current: self.current.load(Relaxed),
+            supply: self.supply.load(Relaxed),
+            encoder: self.encoder.load(Relaxed),
+            switches: [self.lower.load(Relaxed), self.upper.load(Relaxed)],
+            broken: self.broken.load(Relaxed),
+        }
+    }
+}
+
+/// The actuator's numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Numbers {
+    /// Sensors and bridge.
+    pub converters: Converters,
+    /// What the outputs are off by.
+    pub calibration: Calibration,
+    /// Current beyond which the bridge is switched off, A, either way.
+    pub peak: f32,
+    /// Stroke over which the tracks run, rad.
+    pub stroke: [f32; 2],
+}
+
+/// The actuator.
+pub struct Actuator {
+    receiver: Receiver,
+    inputs: &'static Inputs,
+    wiring: &'static Wiring,
+    numbers: Numbers,
+    encoder: Extension,
+    /// Sums over the control period: current and supply.
+    sums: [i32; 2],
+    ticks: u32,
+}
+
+impl Actuator {
+    /// At position 0.
+    pub fn new(
+        receiver: Receiver,
+        (inputs, wiring): (&'static Inputs, &'static Wiring),
+        numbers: &Numbers,
+    ) -> Self {
+        Self {
+            receiver,
+            inputs,
+            wiring,
+            numbers: *numbers,
+            encoder: Extension::default(),
+            sums: [0; 2],
+            ticks: 0,
+        }
+    }
+
+    /// Whether the bridge may carry this current, in counts. A limit that is not a number bears none.
+    fn is_borne(&self, counts: i32) -> bool {
+        let amperes = self.numbers.converters.current.value(counts);
+        amperes.abs() <= self.numbers.peak
+    }
+
+    fn publish(&mut self, position: i32) {
+        let mean = |sum: i32| sum as f32 / TICKS_PER_CONTROL as f32;
+        let [current, supply] = core::mem::take(&mut self.sums).map(mean);
+        // Means of 12-bit counts: the conversion only rounds.
+        let current = (current + 0.5f32.copysign(current)) as i16;
+        let measurement = Measurement { position, current };
+        self.wiring.publish(measurement, Truth::default());
+        self.wiring.set_supply(supply * SUPPLY.unit());
+        let Numbers {
+            converters,
+            calibration,
+            stroke: [lower, upper],
+            ..
+        } = &self.numbers;
+        let position = converters.position.value(position);
+        let tracks = [
+            Track::rising(*lower, *upper),
+            Track::complementary(*lower, *upper),
+        ];
+        let shares = tracks.map(|track| track.share(position));
+        self.wiring.set_tracks(calibration.track_codes(shares));
+        let amperes = converters.current.value(current);
+        self.wiring
+            .set_current_output(calibration.current_code(amperes));
+    }
+}
+
+impl PlantWork for Actuator {
+    fn tick(&mut self) -> bool {
+        self.wiring.count_tick();
+        if self.wiring.control_due() && !self.wiring.is_stalled() {
+            self.wiring.trip(Fault::MissedDeadline);
+        }
+        while let Some(order) = self.receiver.orders.dequeue() {
+            // What is for an emulated body is not sent here.
+            if let Order::Actuator(numbers) = order {
+                self.numbers = numbers;
+            }
+        }
+        let readings = self.inputs.get();
+        let current = i32::from(readings.current) - i32::from(CURRENT_MIDDLE);
+        if !self.is_borne(current) {
+            self.wiring.trip(Fault::OverCurrent);
+        }
+        if readings.broken {
+            self.wiring.trip(Fault::BridgeBreak);
+        }
+        self.wiring.set_bridge_broken(readings.broken);
+        self.wiring.set_switches(readings.switches);
+        self.sums[0] += current;
+        self.sums[1] += i32::from(readings.supply);
+        if self.wiring.take_zero() {
+            self.encoder.zero();
+        }
+        let position = self.encoder.take(readings.encoder);
+        self.ticks += 1;
+        let due = self.ticks == TICKS_PER_CONTROL;
+        if due {
+            self.ticks = 0;
+            self.publish(position);
+            let driven = self.wiring.latch().outputs().bridge == Bridge::Driven;
+            self.wiring.set_applied(driven.then(|| self.wiring.duty()));
+            self.wiring.set_control_due(true);
+        }
+        due
+    }
+}

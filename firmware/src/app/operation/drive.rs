@@ -1,0 +1,270 @@
+//! The control step of an image that is operated from a console.
+//!
+//! It judges the measurements first, then follows its command, then queues what it saw and did. It
+//! vouches for the program, see [`Wiring::take_vouched`], when no deadline was missed since its last step
+//! and all its numbers were finite.
+//!
+//! Armed, it begins where the actuator is: the position is held, or the voltage is 0.
+
+use heapless::spsc::Consumer;
+use model_core::control::pid;
+
+use super::bridge::MOST_DUTY;
+use super::calibration::Correction;
+use crate::app::console::request::Mode;
+use crate::app::conversion::Converters;
+use crate::app::debounce::Debounce;
+use crate::app::fault::back_emf::Reading;
+use crate::app::fault::monitor::{Measured, Monitors};
+use crate::app::fault::output::Bridge;
+use crate::app::fault::{Fault, Faults};
+use crate::app::machine::FULL_DUTY;
+use crate::app::profile::Generator;
+use crate::app::record::{Marks, Recorder, Sample};
+use crate::app::wiring::{Measurement, Wiring};
+use crate::app::work::ControlWork;
+
+/// Control steps that a limit switch has to be open for before that counts: contacts bounce for a
+/// millisecond or two.
+pub const SWITCH_STEPS: u32 = 5;
+
+/// What the drive is told.
+#[derive(Debug, Clone)]
+pub enum Order {
+    /// Numbers, from now on.
+    Setup(Setup),
+    /// What the command is, from now on; it holds.
+    Mode(Mode),
+    /// The command, from now on.
+    Signal(Generator),
+    /// The command stays where it is.
+    Hold,
+}
+
+/// Orders under way at a time.
+pub const ORDERS: usize = 8;
+
+/// The drive's numbers.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// The position loop, for the control period.
+    pub pid: pid::Coefficients,
+    /// Sensors and bridge.
+    pub converters: Converters,
+    /// Where a position may be commanded, rad.
+    pub stroke: [f32; 2],
+    /// What the current sensor is off by.
+    pub current: Correction,
+    /// What watches a real actuator.
+    pub monitors: Option<Monitors>,
+}
+
+/// The command.
+#[derive(Debug, Clone, Copy)]
+enum Command {
+    Held(f32),
+    /// And the control steps since its start.
+    Signal(Generator, u32),
+}
+
+/// The drive.
+pub struct Drive {
+    setup: Setup,
+    orders: Consumer<'static, Order>,
+    mode: Mode,
+    command: Command,
+    /// The last value of the command.
+    commanded: f32,
+    state: pid::State,
+    switches: [Debounce; 2],
+    /// Voltage that stood at the winding since the step before, V.
+    told: Option<f32>,
+    missed: u32,
+    sequence: u32,
+    wiring: &'static Wiring,
+    recorder: Recorder,
+}
+
+impl Drive {
+    /// With its first numbers, disarmed; every step is recorded.
+    pub fn new(
+        setup: Setup,
+        mode: Mode,
+        orders: Consumer<'static, Order>,
+        wiring: &'static Wiring,
+        mut recorder: Recorder,
+    ) -> Self {
+        recorder.begin();
+        wiring.set_commanded(mode != Mode::Wires);
+        Self {
+            setup,
+            orders,
+            mode,
+            command: Command::Held(0.0),
+            commanded: 0.0,
+            state: pid::State::default(),
+            switches: [Debounce::default(); 2],
+            told: None,
+            missed: 0,
+            sequence: 0,
+            wiring,
+            recorder,
+        }
+    }
+
+    /// True if a signal begins.
+    fn obey(&mut self, position: f32) -> bool {
+        let mut begins = false;
+        while let Some(order) = self.orders.dequeue() {
+            match order {
+                Order::Setup(setup) => self.take(setup),
+                Order::Mode(mode) => {
+                    self.mode = mode;
+                    self.wiring.set_commanded(mode != Mode::Wires);
+                    self.rest(position);
+                }
+                Order::Signal(generator) => {
+                    self.command = Command::Signal(generator, 0);
+                    begins = true;
+                }
+                Order::Hold => self.command = Command::Held(self.commanded),
+            }
+        }
+        begins
+    }
+
+    /// Other numbers; the winding stays as hot as it is.
+    fn take(&mut self, setup: Setup) {
+        let monitors = match (setup.monitors, &self.setup.monitors) {
+            (Some(new), Some(before)) => Some(new.in_place_of(before)),
+            (new, _) => new,
+        };
+        self.setup = Setup { monitors, ..setup };
+    }
+
+    /// Begins anew, where the actuator is.
+    fn rest(&mut self, position: f32) {
+        self.state = pid::State::default();
+        self.command = Command::Held(match self.mode {
+            Mode::Position => position,
+            Mode::Voltage | Mode::Wires => 0.0,
+        });
+    }
+
+    /// The command of this step.
+    fn advance(&mut self) -> f32 {
+        let value = match &mut self.command {
+            Command::Held(value) => *value,
+            Command::Signal(generator, step) => {
+                let value = generator.at(*step);
+                *step = step.saturating_add(1);
+                value
+            }
+        };
+        let [lower, upper] = self.setup.stroke;
+        self.commanded = match self.mode {
+            Mode::Position => value.max(lower).min(upper),
+            Mode::Voltage | Mode::Wires => value,
+        };
+        self.commanded
+    }
+
+    /// Latches what is wrong. False if a number is not finite.
+    fn judge(&mut self, position: f32, current: f32) -> bool {
+        let supply = self.wiring.supply();
+        let [lower, upper] = self.wiring.switches();
+        let switches = [
+            self.switches[0].after(SWITCH_STEPS, lower),
+            self.switches[1].after(SWITCH_STEPS, upper),
+        ];
+        let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken());
+        if let Some(monitors) = &mut self.setup.monitors {
+            present = present
+                | monitors.step(&Measured {
+                    reading: Reading {
+                        position,
+                        current,
+                        voltage: self.told,
+                    },
+                    supply,
+                    switches,
+                });
+        }
+        self.wiring.latch().watch(present, self.wiring.ticks());
+        position.is_finite() && current.is_finite() && supply.is_finite()
+    }
+
+    /// The voltage that the command asks for, V, as far as the supply reaches. None if it is not a
+    /// number.
+    fn voltage(&mut self, command: f32, position: f32) -> Option<f32> {
+        let wanted = match self.mode {
+            Mode::Position => self
+                .setup
+                .pid
+                .step(&mut self.state, command, position)
+                .ok()?,
+            Mode::Voltage => command,
+            Mode::Wires => 0.0,
+        };
+        let most = self.wiring.supply() * (f32::from(MOST_DUTY) / f32::from(FULL_DUTY));
+        let voltage = wanted.min(most).max(-most);
+        voltage.is_finite().then_some(voltage)
+    }
+}
+
+impl ControlWork for Drive {
+    fn step(&mut self) {
+        let Measurement { position, current } = self.wiring.measurement();
+        let converters = self.setup.converters;
+        let angle = converters.position.value(position);
+        let amperes = self.setup.current.of(converters.current.value(current));
+        let mut finite = self.judge(angle, amperes);
+        let begins = self.obey(angle);
+
+        let armed = self.wiring.latch().outputs().bridge == Bridge::Driven;
+        if !armed {
+            self.rest(angle);
+        }
+        let command = self.advance();
+        let voltage = self.voltage(command, angle);
+        finite &= voltage.is_some();
+        let counts = voltage.and_then(|voltage| converters.bridge.counts(voltage));
+        if !finite {
+            self.wiring.trip(Fault::NonFinite);
+            self.state = pid::State::default();
+        }
+        self.wiring.drive(counts.unwrap_or(0));
+
+        let commanded = self.wiring.is_commanded();
+        let held = if commanded {
+            armed.then(|| self.wiring.duty())
+        } else {
+            self.wiring.applied()
+        };
+        self.told = held.map(|counts| converters.bridge.value(counts));
+        let sample = Sample {
+            sequence: self.sequence,
+            command,
+            duty: held.unwrap_or(0),
+            position,
+            current: converters.current.counts(amperes).unwrap_or(0),
+            truth: self.wiring.truth(),
+            marks: Marks {
+                command: begins && armed,
+                fault: self.wiring.latch().is_tripped(),
+                driven: held.is_some(),
+            },
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        // A log has a gap where the processor stood still.
+        if !self.wiring.is_stalled() {
+            self.recorder.push(sample);
+        }
+        let missed = self.wiring.missed();
+        if finite && missed == self.missed {
+            self.wiring.vouch();
+        }
+        self.missed = missed;
+        self.wiring.set_control_due(false);
+    }
+}

@@ -1,0 +1,63 @@
+//! The duty of a PWM signal from a timer that measures it.
+//!
+//! The timer is reset by each rising edge, and catches its count there (the period) and at the falling
+//! edge (the width). A duty of zero or one has no edges: when there was none for longer than the slowest
+//! signal's period, the level of the pin decides.
+
+/// What the timer and the pin tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Edges {
+    /// Counts between the last two rising edges.
+    pub period: u32,
+    /// Counts from a rising edge to the falling one behind it.
+    pub width: u32,
+    /// Counts since the last rising edge.
+    pub since: u32,
+    /// The pin's level.
+    pub high: bool,
+}
+
+/// What judges them.
+///
+/// ```
+/// use firmware::app::operation::duty_input::{DutyInput, Edges};
+///
+/// // A timer of 84 MHz, and signals from 400 Hz up.
+/// let mut input = DutyInput::new(84_000_000, 400);
+/// let edges = Edges { period: 42_000, width: 10_500, since: 7, high: true };
+/// assert_eq!(input.duty(&edges), 0.25);
+/// // The signal stops, high.
+/// assert_eq!(input.duty(&Edges { since: 300_000, ..edges }), 1.0);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DutyInput {
+    longest: u32,
+    last: f32,
+}
+
+impl DutyInput {
+    /// For a timer's clock and the slowest signal, Hz. 0 up to the first signal.
+    pub const fn new(clock: u32, slowest: u32) -> Self {
+        Self {
+            longest: clock / slowest,
+            last: 0.0,
+        }
+    }
+
+    /// The duty, 0 to 1.
+    pub fn duty(&mut self, edges: &Edges) -> f32 {
+        let &Edges {
+            period,
+            width,
+            since,
+            high,
+        } = edges;
+        if since > self.longest {
+            self.last = if high { 1.0 } else { 0.0 };
+        } else if (1..=self.longest).contains(&period) && width <= period {
+            self.last = width as f32 / period as f32;
+        }
+        // Else a signal has just begun, or the width is of a period that is not over: as before.
+        self.last
+    }
+}

@@ -1,0 +1,635 @@
+//! What the console is told, done.
+//!
+//! The operator owns everything that is not an interrupt's: the parameters and their store, the drive's
+//! switch, the capture and the log. [`Operator::poll`] is called every few milliseconds,
+//! [`Operator::take`] for each byte from the terminal; a [`Job`] that it gives away comes back done.
+//!
+//! # Parameters
+//! Those of an emulated body are changed only disarmed, as another body takes its place, and so is the
+//! position's unit; all others at any time. What a refit proposes waits for `save`, which takes it over if the cost went down and
+//! the values are within their bounds, and stores all in one step; a `set` of the same parameter
+//! withdraws the proposal.
+
+use core::fmt::{self, Write};
+
+use embedded_storage_async::nor_flash::NorFlash;
+use heapless::spsc::{Consumer, Producer, Queue};
+use model_core::plant::throttle::Throttle;
+
+use super::drive::{self, Drive};
+use super::evaluation::{Answer, Done, Job, Question};
+use super::kit::Kit;
+use super::order::{self, Receiver, Sender};
+use super::setup::Refused;
+use crate::app::arming::{Armed, Disarmed};
+use crate::app::capture::{Capture, QUANTITIES, Stage};
+use crate::app::console::request::{Mode, Request};
+use crate::app::console::response::{Latched, Refusal, Response, Status};
+use crate::app::console::{self, Console};
+use crate::app::ecu::loopback;
+use crate::app::fault::latch::Latch;
+use crate::app::fault::{Fault, Faults};
+use crate::app::machine::Machine;
+use crate::app::memory::Memory;
+use crate::app::profile::Signal;
+use crate::app::record::{Progress, Recorder, Sample};
+use crate::app::store::candidate::{Candidate, Rejected};
+use crate::app::store::field::{DESCRIPTIONS, Field, Values};
+use crate::app::store::{Loaded, Store};
+use crate::app::timing::{CONTROL_PERIOD_US, QUEUED_SAMPLES};
+use crate::app::wiring::Wiring;
+
+/// How often the operator is polled, ms: the queue holds six times as many samples.
+pub const POLL_PERIOD_MS: u32 = 5;
+
+/// Rows of a capture that are sent in a poll: as many as are recorded in the same time.
+const ROWS: usize = (POLL_PERIOD_MS * 1000 / CONTROL_PERIOD_US) as usize;
+
+/// Orders to the plant that other values take: another body, and its outputs.
+const PLANT_ORDERS: usize = 2;
+
+/// What the operator asks of a board.
+pub trait Station {
+    /// What durations are counted in, in the plural: "cycles".
+    const UNIT: &'static str;
+
+    /// Worst durations of the plant's and the control interrupt.
+    fn worst(&self) -> [u32; 2];
+
+    /// Begins or ends a time in which the processor stands still while flash is written: the watchdog
+    /// has to bear it.
+    fn stall(&mut self, stalled: bool);
+
+    /// Sends what comes before a capture's rows.
+    fn send_head(&mut self, capture: &Capture);
+
+    /// Sends a capture's row, in the order of [`Quantity`](crate::app::capture::Quantity).
+    fn send_row(&mut self, number: u32, values: &[f32; QUANTITIES]);
+}
+
+/// What an image keeps in statics beside its [`Memory`].
+pub struct Cells {
+    samples: Queue<Sample, QUEUED_SAMPLES>,
+    progress: Progress,
+    drive_orders: Queue<drive::Order, { drive::ORDERS }>,
+    plant_orders: Queue<order::Order, { order::ORDERS }>,
+    replaced: Queue<&'static mut Throttle, 2>,
+    capture: Capture,
+}
+
+impl Cells {
+    /// Nothing in there.
+    pub const fn new() -> Self {
+        Self {
+            samples: Queue::new(),
+            progress: Progress::new(),
+            drive_orders: Queue::new(),
+            plant_orders: Queue::new(),
+            replaced: Queue::new(),
+            capture: Capture::new(),
+        }
+    }
+}
+
+impl Default for Cells {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The drive's switch, as a type on either side.
+enum Power {
+    Disarmed(Disarmed<&'static Latch>),
+    Armed(Armed<&'static Latch>),
+}
+
+/// The operator.
+pub struct Operator<F, S> {
+    kit: &'static Kit,
+    wiring: &'static Wiring,
+    station: S,
+    console: Console<'static>,
+    store: Store<F>,
+    values: Values,
+    /// The actuator with them.
+    machine: Machine,
+    proposal: Option<Candidate>,
+    /// None only while it is being switched.
+    power: Option<Power>,
+    mode: Mode,
+    orders: Producer<'static, drive::Order>,
+    plant: Sender,
+    spare: Option<&'static mut Throttle>,
+    samples: Consumer<'static, Sample>,
+    progress: &'static Progress,
+    dropped: u32,
+    capture: &'static mut Capture,
+    /// None while a job has it.
+    memory: Option<&'static mut Memory>,
+    job: Option<Job>,
+    /// Next row to be sent.
+    sending: Option<usize>,
+    /// What was announced of the latch.
+    announced: Faults,
+}
+
+/// What is joined to an operator, once and for all.
+pub struct Joints<F, S> {
+    /// The image.
+    pub kit: &'static Kit,
+    /// Its wires.
+    pub wiring: &'static Wiring,
+    /// Its board.
+    pub station: S,
+    /// Its parameters' place in flash.
+    pub store: Store<F>,
+    /// Where its log is kept.
+    pub memory: &'static mut Memory,
+    /// Its other statics.
+    pub cells: &'static mut Cells,
+    /// For an emulated body: another one, to take the place of the first.
+    pub spare: Option<&'static mut Throttle>,
+}
+
+/// The values to run with: those that were stored, or the image's own, with [`Fault::StoreCorrupt`]
+/// latched if the store is not as it should be.
+pub async fn load<F: NorFlash>(
+    kit: &Kit,
+    store: &mut Store<F>,
+    wiring: &Wiring,
+) -> Result<(Values, Loaded), Refused> {
+    let own = Values::of(&kit.machine)?;
+    let loaded = store.load(&own).await;
+    let usable = kit.drive(&loaded.values).is_ok();
+    if loaded.problem.is_some() || !loaded.refused.is_empty() || !usable {
+        wiring.trip(Fault::StoreCorrupt);
+    }
+    let values = if usable { loaded.values } else { own };
+    Ok((values, loaded))
+}
+
+impl<F: NorFlash, S: Station> Operator<F, S> {
+    /// Joins everything, disarmed: the operator, the work of the control interrupt, and the ends of
+    /// the plant interrupt.
+    ///
+    /// # Errors
+    /// Values that do not go together; those of [`load`] do.
+    pub fn new(joints: Joints<F, S>, values: &Values) -> Result<(Self, Drive, Receiver), Refused> {
+        let Joints {
+            kit,
+            wiring,
+            station,
+            store,
+            memory,
+            cells,
+            spare,
+        } = joints;
+        let Cells {
+            samples,
+            progress,
+            drive_orders,
+            plant_orders,
+            replaced,
+            capture,
+        } = cells;
+        let progress: &'static Progress = progress;
+        let (producer, samples) = samples.split();
+        let (orders, drive_orders) = drive_orders.split();
+        let (plant_sender, plant_receiver) = plant_orders.split();
+        let (replaced_sender, replaced_receiver) = replaced.split();
+        let mode = kit.modes.first().copied().unwrap_or_default();
+        let setup = kit.drive(values)?;
+        let recorder = Recorder::new(producer, progress);
+        let drive = Drive::new(setup, mode, drive_orders, wiring, recorder);
+        let receiver = Receiver {
+            orders: plant_receiver,
+            replaced: replaced_sender,
+        };
+        let operator = Self {
+            kit,
+            wiring,
+            station,
+            console: Console::new(&DESCRIPTIONS),
+            store,
+            values: *values,
+            machine: kit.machine_with(values),
+            proposal: None,
+            power: Some(Power::Disarmed(Disarmed::new(wiring.latch()))),
+            mode,
+            orders,
+            plant: Sender {
+                orders: plant_sender,
+                replaced: replaced_receiver,
+            },
+            spare,
+            samples,
+            progress,
+            dropped: 0,
+            capture,
+            memory: Some(memory),
+            job: None,
+            sending: None,
+            announced: Faults::NONE,
+        };
+        Ok((operator, drive, receiver))
+    }
+
+    /// Says what it is, and how it found the store.
+    pub fn greet(&self, loaded: &Loaded, out: &mut dyn Write) {
+        let parameters = Greeting {
+            kit: self.kit,
+            loaded,
+        };
+        self.console.announce(format_args!("{parameters}"), out);
+        self.console.greet(out);
+    }
+
+    /// Empties the sample queue, tells what was latched, and sends what is to be sent.
+    pub fn poll(&mut self, out: &mut dyn Write) {
+        let converters = self.machine.converters;
+        while let Some(sample) = self.samples.dequeue() {
+            self.capture.push(&sample, &converters);
+            if sample.marks.driven
+                && let Some(memory) = &mut self.memory
+            {
+                memory.push(&sample);
+            }
+        }
+        let dropped = self.progress.dropped();
+        if dropped != self.dropped {
+            self.dropped = dropped;
+            self.wiring.trip(Fault::QueueOverflow);
+        }
+        if let Some(throttle) = self.plant.replaced.dequeue() {
+            self.spare = Some(throttle);
+        }
+        let latched = self.wiring.latch().causes();
+        if latched != self.announced {
+            self.announced = latched;
+            if !latched.is_empty() {
+                let text = format_args!("fault: {latched}; the bridge is off; see `faults`");
+                self.console.announce(text, out);
+            }
+        }
+        self.send();
+    }
+
+    fn send(&mut self) {
+        let Some(next) = self.sending else {
+            return;
+        };
+        for (number, row) in self.capture.rows().enumerate().skip(next).take(ROWS) {
+            self.station.send_row(number as u32, &row);
+        }
+        let next = next + ROWS;
+        self.sending = (next < self.capture.count()).then_some(next);
+    }
+
+    /// Takes a byte from the terminal.
+    pub async fn take(&mut self, byte: u8, out: &mut dyn Write) {
+        if let Some(request) = self.console.take(byte, out) {
+            match request {
+                Request::Status => console::reply(&Response::Status(self.status()), out),
+                Request::Faults => {
+                    let latched = Latched::from(self.wiring.latch());
+                    console::reply(&Response::Faults(latched), out);
+                }
+                Request::ShowAll => {
+                    let all = Response::Parameters(&DESCRIPTIONS, self.values.as_array());
+                    console::reply(&all, out);
+                }
+                Request::Show(place) => match Field::ALL.get(place) {
+                    Some(field) => {
+                        let value = self.values.get(*field);
+                        console::reply(&Response::Parameter(field.description(), value), out);
+                    }
+                    None => console::reply(&Response::Refused(Refusal::Unavailable), out),
+                },
+                _ => {
+                    let response = match self.perform(request).await {
+                        Ok(()) => Response::Done,
+                        Err(refusal) => Response::Refused(refusal),
+                    };
+                    console::reply(&response, out);
+                }
+            }
+        }
+    }
+
+    fn is_armed(&self) -> bool {
+        self.wiring.latch().is_armed()
+    }
+
+    fn status(&self) -> Status {
+        let measured = self.wiring.measurement();
+        let converters = &self.machine.converters;
+        Status {
+            armed: self.is_armed(),
+            mode: self.mode,
+            latched: self.wiring.latch().causes(),
+            position: converters.position.value(measured.position),
+            current: self
+                .kit
+                .measured_current(&self.values)
+                .of(converters.current.value(measured.current)),
+            supply: self.wiring.supply(),
+            ticks: self.wiring.ticks(),
+            missed: self.wiring.missed(),
+            worst: self.station.worst(),
+            unit: S::UNIT,
+            capture: self.capture.stage(),
+        }
+    }
+
+    async fn perform(&mut self, request: Request) -> Result<(), Refusal> {
+        match request {
+            Request::Clear => self.wiring.latch().clear().map_err(Refusal::NotCleared),
+            Request::Arm => self.arm(),
+            Request::Disarm => {
+                self.disarm();
+                Ok(())
+            }
+            Request::Mode(mode) => self.set_mode(mode),
+            Request::Signal(signal) => self.command(signal),
+            Request::Hold => {
+                self.require_commanded()?;
+                self.order(drive::Order::Hold)
+            }
+            Request::Zero => self.zero(),
+            Request::Set { parameter, value } => self.set(parameter, value),
+            Request::Body(command) => self.tell_body(command),
+            Request::Record(settings) => {
+                self.sending = None;
+                self.capture.begin(settings).map_err(Refusal::Invalid)
+            }
+            Request::Dump => self.dump(),
+            Request::Refit => self.ask(Question::Refit),
+            Request::Check => self.ask(Question::Check),
+            Request::Save => self.save().await,
+            // Answered where they are read.
+            Request::Status | Request::Faults | Request::ShowAll | Request::Show(_) => Ok(()),
+        }
+    }
+
+    fn arm(&mut self) -> Result<(), Refusal> {
+        match self.power.take() {
+            Some(Power::Disarmed(disarmed)) => match disarmed.arm() {
+                Ok(armed) => {
+                    self.power = Some(Power::Armed(armed));
+                    Ok(())
+                }
+                Err(refused) => {
+                    self.power = Some(Power::Disarmed(refused.disarmed));
+                    Err(Refusal::Latched(refused.reason))
+                }
+            },
+            power => {
+                self.power = power;
+                // Armed already; but what is latched meanwhile keeps the bridge off.
+                let latched = self.wiring.latch().causes();
+                if latched.is_empty() {
+                    Ok(())
+                } else {
+                    Err(Refusal::Latched(latched))
+                }
+            }
+        }
+    }
+
+    fn disarm(&mut self) {
+        self.power = match self.power.take() {
+            Some(Power::Armed(armed)) => Some(Power::Disarmed(armed.disarm())),
+            power => power,
+        };
+    }
+
+    fn require_disarmed(&self) -> Result<&Disarmed<&'static Latch>, Refusal> {
+        match &self.power {
+            Some(Power::Disarmed(disarmed)) => Ok(disarmed),
+            _ => Err(Refusal::Armed),
+        }
+    }
+
+    /// Armed, sound, and in a mode with a command.
+    fn require_commanded(&self) -> Result<(), Refusal> {
+        if self.mode == Mode::Wires {
+            return Err(Refusal::Followed);
+        }
+        let latched = self.wiring.latch().causes();
+        if !latched.is_empty() {
+            Err(Refusal::Latched(latched))
+        } else if self.is_armed() {
+            Ok(())
+        } else {
+            Err(Refusal::Disarmed)
+        }
+    }
+
+    fn order(&mut self, order: drive::Order) -> Result<(), Refusal> {
+        self.orders.enqueue(order).map_err(|_| Refusal::QueueFull)
+    }
+
+    fn order_plant(&mut self, order: order::Order) -> Result<(), Refusal> {
+        let sent = self.plant.orders.enqueue(order);
+        sent.map_err(|_| Refusal::QueueFull)
+    }
+
+    fn set_mode(&mut self, mode: Mode) -> Result<(), Refusal> {
+        if !self.kit.modes.contains(&mode) {
+            return Err(Refusal::Unavailable);
+        }
+        self.order(drive::Order::Mode(mode))?;
+        self.mode = mode;
+        Ok(())
+    }
+
+    fn command(&mut self, signal: Signal) -> Result<(), Refusal> {
+        self.require_commanded()?;
+        let generator = signal.build().map_err(Refusal::Invalid)?;
+        self.order(drive::Order::Signal(generator))
+    }
+
+    fn zero(&mut self) -> Result<(), Refusal> {
+        if self.kit.is_emulated {
+            return Err(Refusal::Unavailable);
+        }
+        self.require_disarmed()?;
+        self.wiring.ask_zero();
+        Ok(())
+    }
+
+    fn tell_body(&mut self, command: loopback::Command) -> Result<(), Refusal> {
+        if self.kit.is_emulated {
+            self.order_plant(order::Order::Body(command))
+        } else {
+            Err(Refusal::Unavailable)
+        }
+    }
+
+    fn set(&mut self, parameter: usize, value: f32) -> Result<(), Refusal> {
+        let field = *Field::ALL.get(parameter).ok_or(Refusal::Unavailable)?;
+        let mut values = self.values;
+        let set = values.set(field, value);
+        set.map_err(|out| Refusal::NotStored(Rejected::Bounds(out)))?;
+        if field == Field::PositionUnit {
+            // The position jumps.
+            self.require_disarmed()?;
+        }
+        self.use_values(&values, field.is_plant())?;
+        let withdrawn = self.proposal.as_ref().is_some_and(|proposal| {
+            let mut changes = proposal.changes.iter();
+            changes.any(|(changed, _)| *changed == field)
+        });
+        if withdrawn {
+            self.proposal = None;
+        }
+        Ok(())
+    }
+
+    /// Runs with these values from now on. A body with another plant takes the place of the one before.
+    fn use_values(&mut self, values: &Values, another_plant: bool) -> Result<(), Refusal> {
+        let setup = self.kit.drive(values).map_err(Refusal::Setup)?;
+        // All of them or none.
+        let room = self.orders.ready()
+            && self.plant.orders.len() + PLANT_ORDERS <= self.plant.orders.capacity();
+        if !room {
+            return Err(Refusal::QueueFull);
+        }
+        if another_plant && self.kit.is_emulated {
+            self.require_disarmed()?;
+            let throttle = self.kit.throttle(values).map_err(Refusal::Setup)?;
+            let spare = self.spare.take().ok_or(Refusal::QueueFull)?;
+            *spare = throttle;
+            self.order_plant(order::Order::Replace(spare))?;
+        }
+        self.order(drive::Order::Setup(setup))?;
+        self.order_plant(if self.kit.is_emulated {
+            let converters = self.kit.machine_with(values).converters;
+            order::Order::Calibrate(converters, self.kit.calibration(values))
+        } else {
+            order::Order::Actuator(self.kit.actuator(values))
+        })?;
+        self.values = *values;
+        let unit = self.machine.converters.position.unit();
+        self.machine = self.kit.machine_with(values);
+        if self.machine.converters.position.unit() != unit
+            && let Some(memory) = &mut self.memory
+        {
+            // Its positions are counts of another unit.
+            memory.clear();
+        }
+        Ok(())
+    }
+
+    fn dump(&mut self) -> Result<(), Refusal> {
+        let stage = self.capture.stage();
+        if stage != Stage::Complete {
+            return Err(Refusal::NotRecorded(stage));
+        }
+        self.station.send_head(self.capture);
+        self.sending = Some(0);
+        Ok(())
+    }
+
+    fn ask(&mut self, question: Question) -> Result<(), Refusal> {
+        let memory = self.memory.take().ok_or(Refusal::Busy)?;
+        self.job = Some(Job {
+            question,
+            machine: self.machine,
+            memory,
+        });
+        Ok(())
+    }
+
+    /// The work to be done, once.
+    pub fn job(&mut self) -> Option<Job> {
+        self.job.take()
+    }
+
+    /// Takes work back that is done.
+    pub fn finish(&mut self, done: Done, out: &mut dyn Write) {
+        let Done { memory, answer } = done;
+        memory.clear();
+        self.memory = Some(memory);
+        let verdict = self.propose(&answer);
+        self.console
+            .announce(format_args!("{answer}{verdict}"), out);
+    }
+
+    /// Keeps what a refit found for `save`, if it may be taken over.
+    fn propose(&mut self, answer: &Answer) -> Verdict {
+        let Answer::Refit(Ok(estimate)) = answer else {
+            return Verdict::None;
+        };
+        let candidate = Candidate::from(estimate);
+        match candidate.applied_to(&self.values) {
+            Ok(_) => {
+                self.proposal = Some(candidate);
+                Verdict::Proposed
+            }
+            Err(rejected) => Verdict::Rejected(rejected),
+        }
+    }
+
+    async fn save(&mut self) -> Result<(), Refusal> {
+        let Some(Power::Disarmed(disarmed)) = &self.power else {
+            return Err(Refusal::Armed);
+        };
+        self.wiring.set_stalled(true);
+        self.station.stall(true);
+        let saved = match &self.proposal {
+            Some(candidate) => self.store.adopt(&self.values, candidate, disarmed).await,
+            None => {
+                let committed = self.store.commit(&self.values, disarmed).await;
+                committed.map(|_| self.values).map_err(Rejected::Store)
+            }
+        };
+        self.station.stall(false);
+        self.wiring.set_stalled(false);
+        let values = saved.map_err(Refusal::NotStored)?;
+        if self.proposal.take().is_some() {
+            self.use_values(&values, true)?;
+        }
+        Ok(())
+    }
+}
+
+/// What becomes of a refit's result.
+enum Verdict {
+    None,
+    Proposed,
+    Rejected(Rejected),
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => Ok(()),
+            Self::Proposed => formatter.write_str("\n`save` takes it over, disarmed"),
+            Self::Rejected(rejected) => write!(formatter, "\nnot taken over: {rejected}"),
+        }
+    }
+}
+
+/// What an image says of itself when it starts.
+struct Greeting<'a> {
+    kit: &'a Kit,
+    loaded: &'a Loaded,
+}
+
+impl fmt::Display for Greeting<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}: ", self.kit.name)?;
+        match self.loaded.generation {
+            Some(generation) => write!(formatter, "parameters of commit {generation}")?,
+            None => formatter.write_str("nothing stored, its own parameters")?,
+        }
+        if let Some(problem) = self.loaded.problem {
+            write!(formatter, "\nstore: {problem}")?;
+        }
+        for refused in &self.loaded.refused {
+            write!(formatter, "\nstore: {refused}; its own is used")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,134 @@
+//! From stored values to what the interrupts need.
+
+use core::fmt;
+
+use model_core::numeric::invalid_parameter::InvalidParameter;
+use model_core::plant::parameters::ParameterError;
+use model_core::plant::throttle::{BuildError, Throttle};
+
+use super::actuator;
+use super::bridge::MOST_DUTY;
+use super::calibration::{Calibration, Correction};
+use super::drive;
+use super::kit::Kit;
+use crate::app::ecu::loopback;
+use crate::app::fault::back_emf::{Coefficients, Tolerances};
+use crate::app::fault::monitor::Monitors;
+use crate::app::machine::Machine;
+use crate::app::store::field::Values;
+use crate::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
+
+/// Values that do not go together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refused {
+    /// One of the actuator's.
+    Plant(ParameterError),
+    /// Any other.
+    Other(InvalidParameter),
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plant(error) => error.fmt(formatter),
+            Self::Other(error) => error.fmt(formatter),
+        }
+    }
+}
+
+impl core::error::Error for Refused {}
+
+impl From<ParameterError> for Refused {
+    fn from(error: ParameterError) -> Self {
+        Self::Plant(error)
+    }
+}
+
+impl From<InvalidParameter> for Refused {
+    fn from(error: InvalidParameter) -> Self {
+        Self::Other(error)
+    }
+}
+
+impl From<BuildError> for Refused {
+    fn from(error: BuildError) -> Self {
+        match error {
+            BuildError::Actuator(error) => Self::Plant(error),
+            BuildError::Settings(error) => Self::Other(error),
+        }
+    }
+}
+
+impl Kit {
+    /// The actuator with these values: neither bridge nor loop asks for more than the half bridges may.
+    pub fn machine_with(&self, values: &Values) -> Machine {
+        let mut machine = values.applied_to(&self.machine);
+        machine.converters.bridge = machine.converters.bridge.saturating_at(MOST_DUTY);
+        let most = machine.converters.bridge.value(MOST_DUTY);
+        machine.position_loop.output_minimum = -most;
+        machine.position_loop.output_maximum = most;
+        machine
+    }
+
+    /// The drive's numbers.
+    ///
+    /// # Errors
+    /// Values that do not go together.
+    pub fn drive(&self, values: &Values) -> Result<drive::Setup, Refused> {
+        let machine = self.machine_with(values);
+        machine.plant.check()?;
+        // An emulated actuator bears anything; but what is stored for it has to go together too.
+        let encoder = Coefficients::new(
+            &machine.plant,
+            Tolerances::INDUSTRIAL,
+            machine.converters.position.unit(),
+            CONTROL_PERIOD,
+        )?;
+        let monitors = Monitors::new(machine.limits, encoder, CONTROL_PERIOD)?;
+        Ok(drive::Setup {
+            pid: machine.position_loop.build(CONTROL_PERIOD)?,
+            converters: machine.converters,
+            stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
+            current: self.measured_current(values),
+            monitors: (!self.is_emulated).then_some(monitors),
+        })
+    }
+
+    /// What the current sensor is off by: an emulated one by nothing.
+    pub fn measured_current(&self, values: &Values) -> Correction {
+        if self.is_emulated {
+            Correction::NONE
+        } else {
+            Calibration::of(values).current
+        }
+    }
+
+    /// What an emulated body's outputs are off by.
+    pub fn calibration(&self, values: &Values) -> Calibration {
+        Calibration::of(values)
+    }
+
+    /// What a real actuator's tick goes by. Its current's correction is the sensor's, not an output's.
+    pub fn actuator(&self, values: &Values) -> actuator::Numbers {
+        let machine = self.machine_with(values);
+        actuator::Numbers {
+            converters: machine.converters,
+            calibration: Calibration {
+                current: Correction::NONE,
+                ..Calibration::of(values)
+            },
+            peak: machine.limits.peak_current,
+            stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
+        }
+    }
+
+    /// The throttle body, with a complementary second track.
+    ///
+    /// # Errors
+    /// Values that do not go together.
+    pub fn throttle(&self, values: &Values) -> Result<Throttle, Refused> {
+        let machine = self.machine_with(values);
+        let settings = loopback::complementary(machine.plant, loopback::SEED);
+        Ok(Throttle::build(&settings, PLANT_PERIOD)?)
+    }
+}

@@ -1,0 +1,129 @@
+//! An STM32F405RG at 168 MHz from a crystal, logging over RTT.
+//!
+//! | priority | vector | runs |
+//! |---|---|---|
+//! | 0 | TIM7; in the `controller` ADC | the plant, or what reads a real one, every [`PLANT_PERIOD_US`] |
+//! | 4 | PendSV | the control step that a plant tick asks for |
+//! | 8 | TIM5 | embassy's clock |
+//! | 12 | USART1, DMA2 streams 2 and 7 | bytes of the console |
+//! | 14 | CAN2_SCE, a spare line | the executor for tasks that must not wait for long work |
+//! | none | | the executor for long work |
+//!
+//! Three images: the [`demonstration`], the emulated [`throttle`] body and the [`controller`] of a real
+//! actuator. The last two are [operated](crate::app::operation) from a [`terminal`]. What each pin is for
+//! stands in [`pins`]. Whatever ends a run ends in the safe state, see [`end`], and starts the processor
+//! anew; where nothing ends, the [`watchdog`] does.
+
+use cortex_m::peripheral::{DWT, Peripherals};
+use defmt_rtt as _;
+use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::{Config, rcc};
+
+use super::Work;
+use super::interrupts;
+use crate::app::timing::PLANT_PERIOD_US;
+use crate::app::work::ControlWork;
+use pins::Pins;
+
+pub mod controller;
+pub mod demonstration;
+pub mod end;
+mod parameters;
+pub mod pins;
+mod safety;
+pub mod terminal;
+pub mod throttle;
+mod ticker;
+mod tracks;
+mod vector;
+mod watchdog;
+
+/// The crystal, and what divides its frequency to 2 MHz.
+const CRYSTAL: (Hertz, rcc::PllPreDiv) = if cfg!(feature = "crystal-12mhz") {
+    (Hertz(12_000_000), rcc::PllPreDiv::DIV6)
+} else {
+    (Hertz(8_000_000), rcc::PllPreDiv::DIV4)
+};
+
+/// Core clock, Hz.
+const CORE_CLOCK: u32 = 168_000_000;
+
+/// Core cycles in a plant period.
+const PERIOD_CYCLES: u32 = CORE_CLOCK / 1_000_000 * PLANT_PERIOD_US;
+
+/// 2 MHz · 168 / 2 for the core, / 7 = 48 MHz for what needs that; timers at 84 and 168 MHz.
+fn configuration() -> Config {
+    let (freq, prediv) = CRYSTAL;
+    let mut config = Config::default();
+    config.rcc.hsi = false;
+    config.rcc.hse = Some(rcc::Hse {
+        freq,
+        mode: rcc::HseMode::Oscillator,
+    });
+    config.rcc.pll_src = rcc::PllSource::HSE;
+    config.rcc.pll = Some(rcc::Pll {
+        prediv,
+        mul: rcc::PllMul::MUL168,
+        divp: Some(rcc::PllPDiv::DIV2),
+        divq: Some(rcc::PllQDiv::DIV7),
+        divr: None,
+    });
+    config.rcc.sys = rcc::Sysclk::PLL1_P;
+    config.rcc.ahb_pre = rcc::AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
+    config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
+    // The cycle counter, and a probe that reads the log, go on while the core sleeps.
+    config.enable_debug_during_sleep = true;
+    config
+}
+
+defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
+
+/// The processor with its clocks running.
+struct Chip {
+    core: Peripherals,
+}
+
+impl Chip {
+    /// The processor and its pins, the first time they are asked for. Without its crystal it waits here
+    /// for ever.
+    fn take() -> Option<(Self, Pins)> {
+        let mut core = Peripherals::take()?;
+        let pins = Pins::new(embassy_stm32::init(configuration()));
+        interrupt::TIM5.set_priority(Priority::P8);
+        core.DCB.enable_trace();
+        core.DWT.set_cycle_count(0);
+        core.DWT.enable_cycle_counter();
+        Some((Self { core }, pins))
+    }
+
+    /// Gives the control interrupt its work.
+    fn start_control(&mut self, control: Option<&'static mut dyn ControlWork>) {
+        interrupts::start_control(control, DWT::cycle_count, &mut self.core.SCB);
+    }
+
+    /// Starts the executor for tasks that must not wait for long work.
+    fn start_tasks(&mut self) -> SendSpawner {
+        interrupt::CAN2_SCE.set_priority(Priority::P14);
+        TASK_EXECUTOR.start(interrupt::CAN2_SCE)
+    }
+}
+
+/// What the processor has done so far, in cycles.
+fn work() -> Work {
+    let loads = interrupts::loads();
+    Work {
+        all: embassy_time::Instant::now().as_micros() * u64::from(CORE_CLOCK / 1_000_000),
+        interrupts: loads.plant.sum() + loads.control.sum(),
+    }
+}
+
+static TASK_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+#[embassy_stm32::interrupt]
+fn CAN2_SCE() {
+    // SAFETY: this is the executor's own interrupt, which only `start` enables.
+    unsafe { TASK_EXECUTOR.on_interrupt() }
+}

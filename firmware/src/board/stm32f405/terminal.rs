@@ -1,0 +1,284 @@
+//! The operator's tasks: bytes from the terminal and to it, the operator between them, and the long
+//! work below.
+//!
+//! The operator never waits for the terminal: bytes go through pipes, and no further one is taken from
+//! the terminal until there is room for the longest answer.
+
+use core::cell::UnsafeCell;
+use core::fmt::{self, Write};
+use core::mem::MaybeUninit;
+
+use embassy_executor::{Executor, SendSpawner};
+use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::mode::Async;
+use embassy_stm32::peripherals::{DMA2_CH2, DMA2_CH7, FLASH, USART1};
+use embassy_stm32::usart::{self, RingBufferedUartRx, Uart, UartTx};
+use embassy_stm32::{Peri, bind_interrupts, dma};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::pipe::Pipe;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Ticker};
+use static_cell::{ConstStaticCell, StaticCell};
+
+use super::parameters::Region;
+use super::{PERIOD_CYCLES, pins, watchdog};
+use crate::app::capture::{self, Capture, QUANTITIES};
+use crate::app::fault::Faults;
+use crate::app::memory::Memory;
+use crate::app::operation::evaluation::{Done, Job};
+use crate::app::operation::operator::{Cells, Operator, POLL_PERIOD_MS, Station};
+use crate::app::record::log_values;
+use crate::app::store::Loaded;
+use crate::app::wiring::Wiring;
+use crate::board::interrupts;
+
+bind_interrupts!(struct Interrupts {
+    USART1 => usart::InterruptHandler<USART1>;
+    DMA2_STREAM2 => dma::InterruptHandler<DMA2_CH2>;
+    DMA2_STREAM7 => dma::InterruptHandler<DMA2_CH7>;
+});
+
+/// The board as the operator sees it.
+pub struct BoardStation;
+
+impl Station for BoardStation {
+    const UNIT: &'static str = "cycles";
+
+    fn worst(&self) -> [u32; 2] {
+        let loads = interrupts::loads();
+        [loads.plant.worst(), loads.control.worst()]
+    }
+
+    fn stall(&mut self, stalled: bool) {
+        watchdog::stall(stalled);
+    }
+
+    fn send_head(&mut self, capture: &Capture) {
+        capture::log_head(capture);
+    }
+
+    fn send_row(&mut self, number: u32, values: &[f32; QUANTITIES]) {
+        log_values(number, values);
+    }
+}
+
+/// The operator on this board.
+pub type BoardOperator = Operator<Region, BoardStation>;
+
+/// Room for the longest answer, `help`, and for one announcement behind it.
+const ANSWERS: usize = 4096;
+
+/// Room for an answer that must be there before a byte is taken.
+const LONGEST: usize = 3072;
+
+static TYPED: Pipe<CriticalSectionRawMutex, 256> = Pipe::new();
+static ANSWERED: Pipe<CriticalSectionRawMutex, ANSWERS> = Pipe::new();
+static JOBS: Signal<CriticalSectionRawMutex, Job> = Signal::new();
+static DONE: Signal<CriticalSectionRawMutex, Done> = Signal::new();
+
+/// What is written goes to the terminal, as far as there is room.
+struct Answers;
+
+impl Write for Answers {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let mut bytes = text.as_bytes();
+        while !bytes.is_empty() {
+            let written = ANSWERED.try_write(bytes).map_err(|_| fmt::Error)?;
+            bytes = bytes.get(written..).unwrap_or_default();
+        }
+        Ok(())
+    }
+}
+
+/// Core-coupled memory, which no start clears.
+struct CoreCoupled(UnsafeCell<MaybeUninit<Memory>>);
+
+// SAFETY: it is given away once.
+unsafe impl Sync for CoreCoupled {}
+
+/// 60 of the 64 KB.
+#[unsafe(link_section = ".ccm.MEMORY")]
+static MEMORY: CoreCoupled = CoreCoupled(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// The log, empty.
+///
+/// # Panics
+/// If it is called twice.
+pub fn memory() -> &'static mut Memory {
+    static TAKEN: ConstStaticCell<()> = ConstStaticCell::new(());
+    TAKEN.take();
+    let memory = MEMORY.0.get();
+    // SAFETY: nobody else has it. It is made of whole numbers, so zeros are a value of it, the empty log;
+    // a value that is built and then moved would need as much of the stack.
+    unsafe {
+        memory.write_bytes(0, 1);
+        (*memory).assume_init_mut()
+    }
+}
+
+/// The statics of the operator.
+pub fn cells() -> &'static mut Cells {
+    static CELLS: ConstStaticCell<Cells> = ConstStaticCell::new(Cells::new());
+    CELLS.take()
+}
+
+/// The terminal's two directions and the lamp.
+pub struct Terminal {
+    transmit: UartTx<'static, Async>,
+    receive: RingBufferedUartRx<'static>,
+    led: Output<'static>,
+}
+
+impl Terminal {
+    /// At 115,200 baud; and the flash, where the parameters are.
+    ///
+    /// # Panics
+    /// If it is called twice.
+    pub fn new(pins: pins::Terminal) -> (Self, Peri<'static, FLASH>) {
+        static RING: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
+        for line in [
+            interrupt::USART1,
+            interrupt::DMA2_STREAM2,
+            interrupt::DMA2_STREAM7,
+        ] {
+            line.set_priority(Priority::P12);
+        }
+        let mut config = usart::Config::default();
+        // Without a terminal the line is at rest.
+        config.rx_pull = Pull::Up;
+        let uart = Uart::new(
+            pins.uart,
+            pins.receive,
+            pins.transmit,
+            pins.transmit_dma,
+            pins.receive_dma,
+            Interrupts,
+            config,
+        );
+        let (transmit, receive) = defmt::unwrap!(uart).split();
+        let terminal = Self {
+            transmit,
+            receive: receive.into_ring_buffered(RING.take()),
+            led: Output::new(pins.led, Level::Low, Speed::Low),
+        };
+        (terminal, pins.flash)
+    }
+}
+
+/// Runs the operator, for good.
+pub fn run(
+    above: SendSpawner,
+    terminal: Terminal,
+    (operator, loaded): (BoardOperator, Loaded),
+    wiring: &'static Wiring,
+) -> ! {
+    static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+    let Terminal {
+        transmit,
+        receive,
+        led,
+    } = terminal;
+    EXECUTOR.init(Executor::new()).run(|below| {
+        above.spawn(defmt::unwrap!(type_in(receive)));
+        above.spawn(defmt::unwrap!(answer(transmit)));
+        above.spawn(defmt::unwrap!(operate(operator, loaded, led, wiring)));
+        below.spawn(defmt::unwrap!(evaluate()));
+    })
+}
+
+/// A byte that is no text: the line that it is in is refused.
+const NO_TEXT: u8 = 0;
+
+#[embassy_executor::task]
+async fn type_in(mut receive: RingBufferedUartRx<'static>) -> ! {
+    let mut bytes = [0; 32];
+    loop {
+        match receive.read(&mut bytes).await {
+            Ok(read) => TYPED.write_all(bytes.get(..read).unwrap_or_default()).await,
+            // What came with an error, or was lost while flash was written.
+            Err(_) => TYPED.write_all(&[NO_TEXT]).await,
+        }
+    }
+}
+
+#[embassy_executor::task]
+async fn answer(mut transmit: UartTx<'static, Async>) -> ! {
+    let mut bytes = [0; 64];
+    loop {
+        let read = ANSWERED.read(&mut bytes).await;
+        // A terminal that does not take it has lost it.
+        let _ = transmit.write(bytes.get(..read).unwrap_or_default()).await;
+    }
+}
+
+#[embassy_executor::task]
+async fn evaluate() -> ! {
+    loop {
+        let job = JOBS.wait().await;
+        DONE.signal(job.run());
+    }
+}
+
+/// Polls between two lines of the log about the interrupts: 10 s.
+const REPORT: u32 = 10_000 / POLL_PERIOD_MS;
+
+#[embassy_executor::task]
+async fn operate(
+    mut operator: BoardOperator,
+    loaded: Loaded,
+    mut led: Output<'static>,
+    wiring: &'static Wiring,
+) -> ! {
+    let mut answers = Answers;
+    operator.greet(&loaded, &mut answers);
+    let mut ticker = Ticker::every(Duration::from_millis(POLL_PERIOD_MS.into()));
+    let mut logged = Faults::NONE;
+    let mut poll = 0_u32;
+    loop {
+        ticker.next().await;
+        poll = poll.wrapping_add(1);
+        if let Some(done) = DONE.try_take() {
+            operator.finish(done, &mut answers);
+        }
+        operator.poll(&mut answers);
+        let mut byte = [0];
+        while ANSWERED.free_capacity() >= LONGEST && TYPED.try_read(&mut byte) == Ok(1) {
+            operator.take(byte[0], &mut answers).await;
+        }
+        if let Some(job) = operator.job() {
+            JOBS.signal(job);
+        }
+        let latched = wiring.latch().causes();
+        if latched != logged {
+            logged = latched;
+            defmt::error!("faults: {}", latched);
+        }
+        if poll.is_multiple_of(REPORT) {
+            log_loads();
+        }
+        led.set_level(lamp(wiring, poll).into());
+    }
+}
+
+/// Lit while armed; blinking once a second disarmed, five times with a fault.
+fn lamp(wiring: &Wiring, poll: u32) -> bool {
+    let milliseconds = poll.wrapping_mul(POLL_PERIOD_MS);
+    if wiring.latch().is_tripped() {
+        milliseconds % 200 < 100
+    } else {
+        wiring.latch().is_armed() || milliseconds % 1000 < 100
+    }
+}
+
+fn log_loads() {
+    let loads = interrupts::loads();
+    defmt::info!(
+        "load plant_worst_cycles={=u32} plant_mean_cycles={=u32} control_worst_cycles={=u32} control_mean_cycles={=u32} period_cycles={=u32}",
+        loads.plant.worst(),
+        loads.plant.mean(),
+        loads.control.worst(),
+        loads.control.mean(),
+        PERIOD_CYCLES
+    );
+}
