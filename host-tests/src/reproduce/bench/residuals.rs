@@ -42,6 +42,13 @@ const MEAN_OF: usize = 8;
 /// tell an inertia from a spring.
 const FAST: f64 = 0.4;
 
+/// How long it is logged, s: lost motion shows behind a reversal alone, and there are two a period.
+const FAST_SECONDS: f64 = 20.0;
+
+/// Levels of friction at which it is logged. Under the full brake what is lost is much more than the
+/// inertia's torque, and a fit without the loss takes an inertia ten times as large for it.
+const FAST_FRICTION: [FrictionLevel; 2] = [FrictionLevel::Low, FrictionLevel::Medium];
+
 /// Recorded rows by which the drive's filter, of 100 Hz, reports the current late: 1.6 ms.
 const FILTER_LAG: usize = 3;
 
@@ -109,18 +116,23 @@ pub fn run(loss: Loss, seed: u64) -> Result<Residuals, Failure> {
     let traced: Vec<Traced> = BacklashLevel::ALL
         .into_par_iter()
         .map(|backlash| {
-            let logs = |name: &str, program: Program, seed: u64| {
+            let logs = |name: &str, program: Program, seed: u64, frictions: &[FrictionLevel]| {
                 let program = program.sampled_at(TRACED_RATE * MEAN_OF as f64);
-                record(&directory, name, loss, backlash, &program, seed)
+                let program = program.seeded(seed);
+                record(&directory, name, (loss, backlash), &program, frictions)
             };
-            let mut train = logs("train", Program::paper_sine(), seed)?;
-            train.extend(logs("train-fast", Program::sine(10.0, FAST), seed + 300)?);
+            let mut train = logs("train", Program::paper_sine(), seed, &FrictionLevel::ALL)?;
+            let fast = Program {
+                seconds: FAST_SECONDS,
+                ..Program::sine(10.0, FAST)
+            };
+            train.extend(logs("train-fast", fast, seed + 300, &FAST_FRICTION)?);
             let outcome = engine::run(
                 &machine,
                 &train,
                 || {
                     let validation = Program::validation_sine();
-                    logs("validate", validation, seed + 100)
+                    logs("validate", validation, seed + 100, &FrictionLevel::ALL)
                 },
                 |_| (),
             )?
@@ -164,15 +176,14 @@ pub fn run(loss: Loss, seed: u64) -> Result<Residuals, Failure> {
     })
 }
 
-/// The logs of a level of backlash as a user would have them, one for each level of friction. They stay in
-/// `directory` for `cargo hil gap`.
+/// The logs of a level of backlash as a user would have them, one for each of these levels of friction, with
+/// seeds from the program's on. They stay in `directory` for `cargo hil gap`.
 fn record(
     directory: &Path,
     name: &str,
-    loss: Loss,
-    backlash: BacklashLevel,
+    (loss, backlash): (Loss, BacklashLevel),
     program: &Program,
-    seed: u64,
+    frictions: &[FrictionLevel],
 ) -> Result<Vec<Log>, Failure> {
     let kind = match loss {
         Loss::TorqueSaturation { .. } => "saturation",
@@ -180,11 +191,11 @@ fn record(
     };
     let level = BacklashLevel::ALL.iter().position(|it| *it == backlash);
     let level = level.unwrap_or_default();
-    FrictionLevel::ALL
-        .into_iter()
+    frictions
+        .iter()
         .enumerate()
-        .map(|(index, friction)| {
-            let seed = seed + (5 * index + level) as u64;
+        .map(|(index, &friction)| {
+            let seed = program.seed + (5 * index + level) as u64;
             let point = Point { friction, backlash };
             let recording = point.bench(loss).run(&program.clone().seeded(seed));
             let file = format!(

@@ -30,8 +30,9 @@ const AROUND: f64 = 1.2;
 /// Both losses, each the truth once.
 pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
     let mut parts = vec![Part::Note(
-        "Three logs a level of backlash, one for each level of friction, are traced together: quadrature current \
-         in, encoder out, the load cell's torque as `brake`. The machine file knows neither backlash nor \
+        "Five logs a level of backlash are traced together: the paper's sine at each level of friction, and at \
+         the lower two one of 0.4 Hz, without which inertia and spring are one. Quadrature current in, \
+         encoder out, the load cell's torque as `brake`. The machine file knows neither backlash nor \
          loss; the rig shares no code with the tracing. Before: the declared model, its friction refitted. \
          Validation: a sine of 6° at 0.23 Hz. In closed loop: the paper's model with Algorithm 1's backlash, then \
          with what was found, on logs with other noise. The bench's play is narrower than Algorithm 1 reads, for \
