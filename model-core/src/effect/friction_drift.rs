@@ -39,7 +39,12 @@ impl FrictionDrift {
     /// Friction over that at the beginning of the log, `time` seconds ago.
     #[inline]
     pub fn factor(&self, time: f32) -> f32 {
-        (1.0 + self.rate * time).max(0.0).min(MOST_GROWTH)
+        let factor = 1.0 + self.rate * time;
+        if factor > 0.0 {
+            factor.min(MOST_GROWTH)
+        } else {
+            0.0
+        }
     }
 }
 
