@@ -19,6 +19,9 @@ use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
+/// Most that friction grows by: beyond any machine, and what keeps it finite.
+const MOST_GROWTH: f32 = 1e3;
+
 /// Change of friction with time.
 ///
 /// ```
@@ -36,7 +39,12 @@ impl FrictionDrift {
     /// Friction over that at the beginning of the log, `time` seconds ago.
     #[inline]
     pub fn factor(&self, time: f32) -> f32 {
-        (1.0 + self.rate * time).max(0.0)
+        let factor = 1.0 + self.rate * time;
+        if factor > 0.0 {
+            factor.min(MOST_GROWTH)
+        } else {
+            0.0
+        }
     }
 }
 

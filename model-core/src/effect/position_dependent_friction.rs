@@ -25,6 +25,9 @@ use crate::unit::Dimension;
 /// Swings over the stroke that are tried.
 const SWINGS: [f32; 8] = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0];
 
+/// Far below any sensor's count, rad or m: it keeps the phase finite.
+const LEAST_PERIOD: f32 = 1e-9;
+
 /// The two components and the period.
 ///
 /// ```
@@ -87,7 +90,7 @@ impl Effect for PositionDependentFriction {
         Self {
             sine,
             cosine,
-            wavenumber: 1.0 / period.max(f32::MIN_POSITIVE),
+            wavenumber: 1.0 / period.max(LEAST_PERIOD),
         }
     }
 

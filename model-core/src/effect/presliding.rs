@@ -49,6 +49,9 @@ const MOST_STEPS: u32 = 12;
 /// Share of the displacement that is left of a step to the root when it is found.
 const FOUND: f32 = 1e-6;
 
+/// Most time of a radian of the swing, s: slower than any log, and what keeps the damping finite.
+const MOST_TIME: f32 = 1e6;
+
 /// Bristles between the moving part and what it slides on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bristles {
@@ -206,7 +209,7 @@ impl Effect for Presliding {
         chain.bristles = Some(Bristles {
             compliance: self.compliance,
             inverse_velocity: 1.0 / self.velocity.max(f32::MIN_POSITIVE),
-            time: libm::sqrtf(plant.inertia * self.compliance),
+            time: libm::sqrtf(plant.inertia * self.compliance).min(MOST_TIME),
         });
     }
 
