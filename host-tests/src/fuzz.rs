@@ -1,7 +1,7 @@
 //! The fuzz targets for a bounded time, where cargo-fuzz is installed.
 //!
 //! A machine without it has not failed: what the targets run is in [`crate::exercise`] and
-//! [`crate::console_on_host`], and the host tests run that too, on bytes of proptest's.
+//! [`crate::console_on_host`], and the host tests run that too, on damaged examples.
 
 use std::process::{Command, Output};
 

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_tests::error::InputError;
+use host_tests::exercise;
 use host_tests::log::Log;
 use host_tests::machine::{Coordinate, Machine};
 use proptest::prelude::*;
@@ -459,6 +460,7 @@ mod log {
             let start = at.min(bytes.len());
             let end = (at + length).min(bytes.len());
             bytes.splice(start..end, patch.into_bytes());
+            exercise::log(&bytes);
             let file = given("log.csv", bytes);
             if let Err(error) = Log::read(&file.path) {
                 assert_error(&error, &file.path, error.line, &[]);
@@ -931,6 +933,7 @@ mod machine {
             let start = at.min(bytes.len());
             let end = (at + length).min(bytes.len());
             bytes.splice(start..end, patch.into_bytes());
+            exercise::machine(&bytes);
             let file = given("machine.toml", bytes);
             if let Err(error) = Machine::read(&file.path) {
                 assert_error(&error, &file.path, error.line, &[]);

@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 
 use board_image::{frame, image};
 use host_tests::board_log::{BoardLog, Dictionary};
+use host_tests::exercise;
 use object::write::Object;
 use object::{Architecture, BinaryFormat, Endianness};
 use tempfile::TempDir;
@@ -238,6 +239,7 @@ fn a_damaged_byte_costs_at_most_the_two_frames_around_it() {
         for received in [sent ^ 1, sent ^ 0x80, !sent, 0] {
             let mut damaged = log.clone();
             damaged[position] = received;
+            exercise::board_log(&dictionary, &damaged);
             let decoded = dictionary.decode(&damaged);
             let found = numbers
                 .iter()

@@ -3,4 +3,4 @@
 
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| host_tests::console_on_host::exercise(bytes));
+fuzz_target!(|bytes: &[u8]| fuzz::console_on_host::exercise(bytes));

@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use host_tests::board_log::Dictionary;
-use host_tests::exercise;
+use fuzz::board_log::Dictionary;
+use fuzz::exercise;
 use libfuzzer_sys::fuzz_target;
 
 #[expect(dead_code, reason = "the fuzzer makes its own frames")]

@@ -3,4 +3,4 @@
 
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| host_tests::exercise::log(bytes));
+fuzz_target!(|bytes: &[u8]| fuzz::exercise::log(bytes));
