@@ -139,8 +139,13 @@ fn the_machine_gets_what_is_stored_and_keeps_the_rest() {
         machine.position_loop.derivative,
         values.get(Field::Derivative)
     );
-    assert_eq!(machine.converters, EMA.converters);
-    assert_eq!(machine.plant.upper_stop, EMA.plant.upper_stop);
+    let position = machine.converters.position;
+    assert_eq!(position.unit(), values.get(Field::PositionUnit));
+    assert_eq!(machine.plant.upper_stop, values.get(Field::UpperStop));
+    assert_eq!(machine.limits.peak_current, values.get(Field::PeakCurrent));
+    assert_eq!(machine.limits.peak_time, EMA.limits.peak_time);
+    assert_eq!(machine.converters.current, EMA.converters.current);
+    assert_eq!(machine.converters.bridge, EMA.converters.bridge);
 }
 
 /// What an operation may leave behind, as many variants as it takes.
