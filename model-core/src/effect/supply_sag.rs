@@ -38,7 +38,7 @@ impl SupplySag {
     #[inline]
     pub fn left_of(&self, voltage: f32, current: f32) -> f32 {
         let lost = self.share * voltage * current;
-        voltage * (1.0 - lost.max(-1.0).min(1.0))
+        voltage * (1.0 - lost.clamp(-1.0, 1.0))
     }
 }
 
