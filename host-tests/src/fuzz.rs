@@ -3,6 +3,7 @@
 //! A machine without it has not failed: what the targets run is in [`crate::exercise`] and
 //! [`crate::console_on_host`], and the host tests run that too, on damaged examples.
 
+use std::fs;
 use std::process::{Command, Output};
 
 use crate::failure::Failure;
@@ -20,8 +21,8 @@ const TARGETS: [(&str, Option<&str>); 4] = [
 /// Time for a target, s.
 const SECONDS: u32 = 10;
 
-/// What libFuzzer ends a run without a finding with.
-const DONE: &str = "Done ";
+/// What libFuzzer puts before the number of its runs.
+const RUNS: &str = "stat::number_of_executed_units: ";
 
 /// What became of the targets, for the user to read.
 ///
@@ -47,10 +48,14 @@ pub fn run() -> Result<Vec<String>, Failure> {
 }
 
 fn fuzz(target: &str, examples: Option<&str>) -> Result<String, Failure> {
+    // What it finds worth keeping goes into the first directory.
+    let corpus = workspace::root()
+        .join("host-tests/fuzz/corpus")
+        .join(target);
+    fs::create_dir_all(&corpus).map_err(|error| Failure::system(corpus.display(), &error))?;
     let output = with_settings("run")
         .arg(target)
-        // What it finds worth keeping goes into the first directory.
-        .arg(format!("fuzz/corpus/{target}"))
+        .arg(corpus)
         .args(examples)
         .arg("--")
         .args([
@@ -64,7 +69,10 @@ fn fuzz(target: &str, examples: Option<&str>) -> Result<String, Failure> {
         .map_err(|error| Failure::system("cargo cannot be run", &error))?;
     let said = String::from_utf8_lossy(&output.stderr);
     if output.status.success() {
-        Ok(format!("{target}: {}", runs(&said)))
+        Ok(format!(
+            "{target}: {} runs in {SECONDS} s, nothing found",
+            runs(&said)
+        ))
     } else {
         Err(Failure::Other(format!(
             "the fuzz target {target} found something\n{}",
@@ -96,8 +104,8 @@ fn succeeds(command: &mut Command) -> bool {
 /// What libFuzzer says of its runs.
 fn runs(said: &str) -> &str {
     said.lines()
-        .find_map(|line| line.strip_prefix(DONE))
-        .unwrap_or("no count")
+        .find_map(|line| line.strip_prefix(RUNS))
+        .map_or("uncounted", str::trim)
 }
 
 /// The last lines, in which the panic and the file that reproduces it are.
@@ -112,9 +120,9 @@ mod tests {
 
     #[test]
     fn the_number_of_runs_is_read() {
-        let said = "INFO: Seed: 1\nDone 102 runs in 11 second(s)\nstat::new_units_added: 3\n";
-        assert_eq!(runs(said), "102 runs in 11 second(s)");
-        assert_eq!(runs("INFO: Seed: 1\n"), "no count");
+        let said = "INFO: Seed: 1\nstat::number_of_executed_units: 102\nstat::new_units_added: 3\n";
+        assert_eq!(runs(said), "102");
+        assert_eq!(runs("INFO: Seed: 1\n"), "uncounted");
     }
 
     #[test]

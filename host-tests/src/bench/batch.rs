@@ -58,7 +58,10 @@ impl Vectors {
             if is_x86_feature_detected!("avx2") {
                 present.push(Self::Avx2);
             }
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
+            let wide = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl");
+            let masked =
+                is_x86_feature_detected!("avx512dq") && is_x86_feature_detected!("avx512bw");
+            if wide && masked {
                 present.push(Self::Avx512);
             }
         }
@@ -103,7 +106,7 @@ fn follow_avx2(batch: &mut Batch<&Modes, LANES>, inputs: &[f32]) -> Result<(), I
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
 fn follow_avx512(batch: &mut Batch<&Modes, LANES>, inputs: &[f32]) -> Result<(), InputRefused> {
     follow(batch, inputs)
 }
