@@ -463,6 +463,7 @@ fn the_command_gives_table_report_and_json() {
         "Harmonics of the load cell",
         "Map of the backlash",
         "Fifteen points of friction and backlash",
+        "The two residuals that the paper left open",
         "Cost of a simulated second",
         "Stick-slip",
         "The paper's own numbers",
