@@ -46,8 +46,12 @@ const LEAST_DAMPING: f32 = 0.5;
 /// Steps to the root, each of which at least halves what is left once it is near.
 const MOST_STEPS: u32 = 12;
 
-/// Share of the displacement that is left of a step to the root when it is found.
-const FOUND: f32 = 1e-6;
+/// Share of the displacement at which a step to the root is the last: what is left behind it goes with its
+/// square.
+const FOUND: f32 = 1e-4;
+
+/// Share of the travel that a step to the root loses to rounding: no smaller one comes nearer.
+const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 /// Most time of a radian of the swing, s: slower than any log, and what keeps the damping finite.
 const MOST_TIME: f32 = 1e6;
@@ -147,7 +151,7 @@ impl Bristles {
             let missing = target - free.give * force - displacement;
             let step = missing / (1.0 + free.give * slope);
             displacement = (displacement + step).max(0.0);
-            if step.abs() <= FOUND * displacement {
+            if step.abs() <= FOUND * displacement + ROUNDING * target.abs() {
                 break;
             }
         }
