@@ -126,7 +126,8 @@ pub fn all(extent: Extent) -> Vec<Case> {
         for kind in EffectKind::ALL.into_iter().filter(possible) {
             let named = kind
                 .id()
-                .is_some_and(|id| model_core::effect::Id::from_id(id).is_some());
+                .and_then(model_core::effect::Id::from_id)
+                .is_some_and(model_core::effect::Id::is_traced);
             for _ in 0..seeds {
                 if named {
                     for strength in STRENGTHS {

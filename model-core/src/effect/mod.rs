@@ -162,6 +162,9 @@ pub trait Effect: Copy {
     /// Whether it has a memory, which a measured state does not restore: its replays run in.
     const REMEMBERS: bool = false;
 
+    /// Whether the tracing looks for it. Else it is there for those who declare it.
+    const TRACED: bool = true;
+
     /// Whether it is the first terms of any law of its variable, so that a learned map may be the
     /// better answer.
     const EXPANSION: bool = false;
@@ -259,6 +262,11 @@ macro_rules! catalogue {
             /// Whether it has a memory, which a measured state does not restore.
             pub fn remembers(self) -> bool {
                 match self { $(Self::$name => $module::$name::REMEMBERS),* }
+            }
+
+            /// Whether the tracing looks for it.
+            pub fn is_traced(self) -> bool {
+                match self { $(Self::$name => $module::$name::TRACED),* }
             }
 
             /// Whether it is the first terms of any law of its variable.

@@ -28,6 +28,9 @@
 //! and without current, does not have it. What lies between small and large compliances is not
 //! linear, so that it is screened at several. Replays carry the bristles' force from the last clear
 //! motion on, behind which it was that of sliding.
+//!
+//! It may be declared; the tracing does not look for it. Root and run-in make a replay so much slower that a
+//! minute of a throttle's log took more than three to trace.
 
 use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::Directional;
@@ -190,6 +193,7 @@ impl Effect for Presliding {
         rotary_only: false,
     };
     const REMEMBERS: bool = true;
+    const TRACED: bool = false;
 
     fn new([compliance, velocity, _]: [f32; MOST_PARAMETERS]) -> Self {
         Self {

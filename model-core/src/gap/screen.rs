@@ -260,7 +260,7 @@ fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Activ
     Id::ALL
         .iter()
         .copied()
-        .filter(|id| !model.has(*id))
+        .filter(|id| id.is_traced() && !model.has(*id))
         .filter(|id| scope.rotary || !id.description().rotary_only)
         .filter(move |id| has_winding || !id.needs_winding())
         .flat_map(move |id| {
