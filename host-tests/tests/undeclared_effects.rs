@@ -281,16 +281,6 @@ fn position_dependent_friction() {
 }
 
 #[test]
-fn external_load() {
-    is_named(EffectKind::ExternalLoad, 4501, 0.05, |_, effect| {
-        let Effect::ExternalLoad { torque, .. } = effect else {
-            unreachable!()
-        };
-        vec![("torque", torque)]
-    });
-}
-
-#[test]
 fn supply_sag() {
     is_named(EffectKind::SupplySag, 5001, 0.05, |_, effect| {
         let Effect::SupplySag {
