@@ -790,7 +790,9 @@ impl Plant {
                     duration,
                     ramp,
                 } => {
-                    let risen = |since: f64| ((self.time - since) / ramp + 0.5).clamp(0.0, 1.0);
+                    // It is held over a step, so it is that of the step's middle.
+                    let middle = self.time + 0.5 * STEP;
+                    let risen = |since: f64| ((middle - since) / ramp + 0.5).clamp(0.0, 1.0);
                     torque * (risen(*begin) - risen(begin + duration))
                 }
                 _ => 0.0,
