@@ -147,7 +147,7 @@ pub fn trace(
                        expected a machine in SI units that can move as the logs do";
         return Err(InputError::new(&machine.path, None, message).into());
     }
-    let train_evidence = evidence(&series, &judged, &trace)?;
+    let train_evidence = evidence(&series, &judged, &declared, &trace)?;
 
     let held_back = validate()?;
     let (validate_errors, validate_evidence) = if held_back.is_empty() {
@@ -168,7 +168,7 @@ pub fn trace(
         check_logs(&held_back[0].path, &data, &declared, LEAST_VALIDATE_WINDOWS)?;
         (
             Some(stages(&data, &schedule, models)?),
-            evidence(&series, &data, &trace)?,
+            evidence(&series, &data, &declared, &trace)?,
         )
     };
 

@@ -3,18 +3,22 @@
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, Row, Runner};
 use model_core::gap::select::Trace;
+use model_core::plant::parameters::ParameterError;
 
+use super::component::components;
 use super::metrics::{decimal, torque_balance};
 use super::outcome::Evidence;
 use super::series::Series;
 use crate::failure::Failure;
 
+fn refused(error: ParameterError) -> Failure {
+    Failure::other(error.to_string())
+}
+
 /// Positions of a model replayed in windows; the measurement where no window reaches.
 fn windowed(data: &Data, log: usize, model: &Model) -> Result<(Vec<f32>, Vec<usize>), Failure> {
     let series = &data.logs[log];
-    let simulator = model
-        .build(series.period)
-        .map_err(|error| Failure::other(error.to_string()))?;
+    let simulator = model.build(series.period).map_err(refused)?;
     let mut positions: Vec<f32> = series.position.iter().collect();
     let mut starts = Vec::new();
     for number in 0..data.windows() {
@@ -35,6 +39,7 @@ fn windowed(data: &Data, log: usize, model: &Model) -> Result<(Vec<f32>, Vec<usi
 pub(super) fn evidence(
     series: &[Series],
     data: &Data,
+    declared: &Model,
     trace: &Trace,
 ) -> Result<Vec<Evidence>, Failure> {
     series
@@ -45,8 +50,7 @@ pub(super) fn evidence(
             let (before, window_starts) = windowed(data, index, &trace.before.model)?;
             let (after, _) = windowed(data, index, &trace.after.model)?;
             let balance = |model: &Model| {
-                torque_balance(&log, model, f64::from(data.settings.resolution))
-                    .map_err(|error| Failure::other(error.to_string()))
+                torque_balance(&log, model, f64::from(data.settings.resolution)).map_err(refused)
             };
             let (torque_before, torque_after) =
                 (balance(&trace.before.model)?, balance(&trace.after.model)?);
@@ -76,6 +80,8 @@ pub(super) fn evidence(
                 torque_velocity: narrow(&torque_before.velocity),
                 torque_position: narrow(&torque_before.position),
                 window_starts,
+                components: components(data, index, declared, &trace.after.model)
+                    .map_err(refused)?,
             })
         })
         .collect()

@@ -59,6 +59,11 @@ fn differentiate(series: &[f64], period: f64) -> Vec<f64> {
         .collect()
 }
 
+/// Speed below which a sensor of this resolution does not tell motion from rest, rad/s or m/s.
+pub fn standstill(log: &Log, resolution: f64) -> f64 {
+    resolution / (2.0 * DECIMATE as f64 * f64::from(log.period))
+}
+
 /// The torque balance of a model on filtered, decimated data with the held input aligned.
 ///
 /// The position is filtered (Butterworth, 4th order, a tenth of the sampling rate, forward and
@@ -152,8 +157,7 @@ pub fn torque_balance(
             (Drive::Torque, _) => f64::from(plant.gain) * held(index),
         })
         .collect();
-    // Below this speed the sensor does not tell motion from rest.
-    let rest = resolution / (2.0 * DECIMATE as f64 * period);
+    let rest = standstill(log, resolution);
     let residual: Vec<f64> = (0..samples)
         .map(|index| {
             let per_current = plant.torque_per_current();

@@ -2,6 +2,7 @@
 
 mod answer;
 pub mod command;
+pub mod component;
 pub mod declared;
 pub mod engine;
 mod evidence;

@@ -3,6 +3,8 @@
 use model_core::gap::select::Verdict;
 use serde::{Serialize, Serializer};
 
+use super::component::Component;
+
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
 #[derive(Debug, Clone, Serialize)]
 pub struct Outcome {
@@ -188,7 +190,7 @@ pub struct Cost {
 }
 
 /// Sample-by-sample evidence for the report's plots, one entry a log. All series of one
-/// `Evidence` have the same length. Windowed replays: restarted every `ErrorSet::window_s`.
+/// `Evidence` have the same length, but for those of its components. Windowed replays: restarted every `ErrorSet::window_s`.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// The file it came from, as the user named it.
@@ -220,6 +222,8 @@ pub struct Evidence {
     pub torque_position: Vec<f32>,
     /// Start rows of the replay windows.
     pub window_starts: Vec<usize>,
+    /// What each found effect does in it, in the order of the answer.
+    pub components: Vec<Component>,
 }
 
 /// Everything that the report shows.

@@ -1,5 +1,6 @@
 //! The result as a page: one HTML file that needs nothing beside it, with the evidence drawn.
 
+mod component_figure;
 mod figures;
 
 use std::fmt::Write as _;
@@ -31,7 +32,7 @@ fn page(report: &Report) -> io::Result<String> {
     let outcome = &report.outcome;
     let mut body = header(report);
     body += &errors(report);
-    body += &effects(outcome);
+    body += &effects(report)?;
     body += &parameters(outcome);
     for (title, note, logs) in [
         (
@@ -135,13 +136,24 @@ fn errors(report: &Report) -> String {
     text + "</p>\n</section>\n"
 }
 
-fn effects(outcome: &Outcome) -> String {
+fn effects(report: &Report) -> io::Result<String> {
+    let outcome = &report.outcome;
     if !is_extended(outcome) {
-        return String::new();
+        return Ok(String::new());
     }
     let mut text = String::from("<section>\n<h2>What was missing</h2>\n");
+    // On unseen data where there are some.
+    let log = report.validate.first().or(report.train.first());
     for effect in &outcome.effects {
         text += &found(effect);
+        let shown = log.and_then(|log| {
+            let component = log.components.iter().find(|shown| shown.id == effect.id);
+            component.map(|component| (log, component))
+        });
+        if let Some((log, component)) = shown {
+            let figure = component_figure::of_effect(report, log, component)?;
+            text += &figure.map_or(String::new(), |figure| figure.html());
+        }
     }
     if let Some(unknown) = &outcome.unknown {
         let _ = write!(
@@ -153,7 +165,7 @@ fn effects(outcome: &Outcome) -> String {
             Scale::percent().quantity(unknown.score)
         );
     }
-    text + "</section>\n"
+    Ok(text + "</section>\n")
 }
 
 fn found(effect: &FoundEffect) -> String {

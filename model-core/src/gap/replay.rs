@@ -328,6 +328,11 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     pub fn reported(&self) -> f32 {
         self.simulator.reported(&self.course)
     }
+
+    /// The position of its drive, before play and sensor.
+    pub fn drive(&self) -> f32 {
+        self.course.state.position.value()
+    }
 }
 
 /// The last clear motion before a restart.
