@@ -8,8 +8,8 @@
 //! brushless permanent-magnet motors*, 1994). The period is scanned: in cycles a stroke, and on a
 //! rotary actuator in whole cycles a turn too.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
-use crate::numeric::sine::ripple;
+use super::harmonic::Harmonic;
+use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -23,51 +23,23 @@ const STROKE_TRIES: usize = 80;
 /// Whole cycles a turn that a rotary actuator's scan ends at.
 const TURN_TRIES: usize = 48;
 
-/// The two components and the period.
+/// The torque.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cogging {
-    sine: f32,
-    cosine: f32,
-    wavenumber: f32,
-}
+pub struct Cogging(Harmonic);
 
 impl Effect for Cogging {
     const DESCRIPTION: Description = Description {
         id: "cogging",
         summary: "a torque periodic in position",
         source: "Hendershot, Miller 1994",
-        parameters: &[
-            Parameter {
-                name: "sine",
-                dimension: Dimension::Torque,
-                role: Role::SignedStrength,
-            },
-            Parameter {
-                name: "cosine",
-                dimension: Dimension::Torque,
-                role: Role::SignedStrength,
-            },
-            Parameter {
-                name: "period",
-                dimension: Dimension::Position,
-                role: Role::Shape,
-            },
-        ],
-        reported: &[
-            ("amplitude", Dimension::Torque),
-            ("phase", Dimension::Phase),
-            ("period", Dimension::Position),
-        ],
+        parameters: &Harmonic::parameters(Dimension::Torque),
+        reported: &Harmonic::reported(Dimension::Torque),
         rotary_only: false,
     };
     const HELD: bool = true;
 
-    fn new([sine, cosine, period]: [f32; MOST_PARAMETERS]) -> Self {
-        Self {
-            sine,
-            cosine,
-            wavenumber: 1.0 / period.max(f32::MIN_POSITIVE),
-        }
+    fn new(values: [f32; MOST_PARAMETERS]) -> Self {
+        Self(Harmonic::new(values))
     }
 
     fn scale(scope: &Scope, _index: usize) -> f32 {
@@ -92,15 +64,10 @@ impl Effect for Cogging {
 
     #[inline]
     fn hold(&self, middle: &Middle, load: &mut Load) {
-        let cycles = middle.position * self.wavenumber;
-        load.torque += ripple(self.sine, cycles) + ripple(self.cosine, cycles + 0.25);
+        load.torque += self.0.at(middle.position);
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [
-            libm::hypotf(self.sine, self.cosine),
-            libm::atan2f(self.cosine, self.sine),
-            1.0 / self.wavenumber,
-        ]
+        self.0.report()
     }
 }

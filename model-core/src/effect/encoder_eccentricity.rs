@@ -17,8 +17,8 @@
 //! speed, one of the torque moves the inertia the less the faster it passes. An error that does not come
 //! once round on the stroke is a scale that is off, and nothing in the log shows that.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
-use crate::numeric::sine::ripple;
+use super::harmonic::Harmonic;
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 use core::f32::consts::TAU;
@@ -31,39 +31,29 @@ const FIRST_CYCLES: f32 = 1.5;
 const CYCLES_STEP: f32 = 0.5;
 const STROKE_TRIES: usize = 32;
 
-/// Far below any sensor's count, rad or m: it keeps the phase finite.
-const LEAST_PERIOD: f32 = 1e-9;
-
 /// Largest slope of the error: beyond 1 a position would be reported twice.
 const MOST_SLOPE: f32 = 0.5;
 
-/// The two components and the period.
+/// What is reported beyond the true position.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct EncoderEccentricity {
-    sine: f32,
-    cosine: f32,
-    wavenumber: f32,
-}
+pub struct EncoderEccentricity(Harmonic);
 
 impl EncoderEccentricity {
     /// Whether it reports what is there.
     #[inline]
     pub fn is_nothing(&self) -> bool {
-        self.sine == 0.0 && self.cosine == 0.0
+        self.0.is_nothing()
     }
 
     /// What is reported beyond a true position, rad or m.
     #[inline]
     pub fn error(&self, position: f32) -> f32 {
-        let cycles = position * self.wavenumber;
-        ripple(self.sine, cycles) + ripple(self.cosine, cycles + 0.25)
+        self.0.at(position)
     }
 
     /// Reported velocity for a true one of 1 at a true position.
     pub fn gain(&self, position: f32) -> f32 {
-        let cycles = position * self.wavenumber;
-        let slope = ripple(self.sine, cycles + 0.25) - ripple(self.cosine, cycles);
-        1.0 + TAU * self.wavenumber * slope
+        1.0 + self.0.slope(position)
     }
 
     /// The true position behind a reported one.
@@ -95,45 +85,14 @@ impl Effect for EncoderEccentricity {
         id: "encoder_eccentricity",
         summary: "a reading error periodic in position",
         source: "Lu, Trumper 2007",
-        parameters: &[
-            Parameter {
-                name: "sine",
-                dimension: Dimension::Position,
-                role: Role::SignedStrength,
-            },
-            Parameter {
-                name: "cosine",
-                dimension: Dimension::Position,
-                role: Role::SignedStrength,
-            },
-            Parameter {
-                name: "period",
-                dimension: Dimension::Position,
-                role: Role::Shape,
-            },
-        ],
-        reported: &[
-            ("amplitude", Dimension::Position),
-            ("phase", Dimension::Phase),
-            ("period", Dimension::Position),
-        ],
+        parameters: &Harmonic::parameters(Dimension::Position),
+        reported: &Harmonic::reported(Dimension::Position),
         rotary_only: false,
     };
     const MISREADS: bool = true;
 
-    fn new([sine, cosine, period]: [f32; MOST_PARAMETERS]) -> Self {
-        let wavenumber = 1.0 / period.max(LEAST_PERIOD);
-        let slope = TAU * wavenumber * libm::hypotf(sine, cosine);
-        let share = if slope > MOST_SLOPE {
-            MOST_SLOPE / slope
-        } else {
-            1.0
-        };
-        Self {
-            sine: share * sine,
-            cosine: share * cosine,
-            wavenumber,
-        }
+    fn new(values: [f32; MOST_PARAMETERS]) -> Self {
+        Self(Harmonic::new(values).with_slope_within(MOST_SLOPE))
     }
 
     fn scale(scope: &Scope, _index: usize) -> f32 {
@@ -160,10 +119,6 @@ impl Effect for EncoderEccentricity {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [
-            libm::hypotf(self.sine, self.cosine),
-            libm::atan2f(self.cosine, self.sine),
-            1.0 / self.wavenumber,
-        ]
+        self.0.report()
     }
 }

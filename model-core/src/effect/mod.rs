@@ -8,6 +8,7 @@
 //! are worked out, it keeps every mode affine and the step exact. *Held* over a step as a torque, a
 //! friction level or a voltage, evaluated in the middle of the step, it is of second order in the step.
 
+pub mod harmonic;
 pub mod learned_map;
 
 use self::encoder_eccentricity::EncoderEccentricity;

@@ -16,8 +16,8 @@
 //! motion both ways over the same place, and from [`friction_drift`](super::friction_drift) by
 //! coming back to it.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
-use crate::numeric::sine::ripple;
+use super::harmonic::Harmonic;
+use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -25,73 +25,24 @@ use crate::unit::Dimension;
 /// Swings over the stroke that are tried.
 const SWINGS: [f32; 8] = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0];
 
-/// Far below any sensor's count, rad or m: it keeps the phase finite.
-const LEAST_PERIOD: f32 = 1e-9;
-
-/// The two components and the period.
-///
-/// ```
-/// use model_core::effect::position_dependent_friction::PositionDependentFriction;
-/// use model_core::effect::Effect;
-/// // 0.02 N·m more at a quarter of the period of 2 rad, and as much less half a period further on.
-/// let effect = PositionDependentFriction::new([0.02, 0.0, 2.0]);
-/// assert!((effect.extra(0.5) - 0.02).abs() < 1e-6);
-/// assert!((effect.extra(1.5) + 0.02).abs() < 1e-6);
-/// ```
+/// What is added to friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PositionDependentFriction {
-    sine: f32,
-    cosine: f32,
-    wavenumber: f32,
-}
-
-impl PositionDependentFriction {
-    /// What it adds to friction at a position.
-    #[inline]
-    pub fn extra(&self, position: f32) -> f32 {
-        let cycles = position * self.wavenumber;
-        ripple(self.sine, cycles) + ripple(self.cosine, cycles + 0.25)
-    }
-}
+pub struct PositionDependentFriction(Harmonic);
 
 impl Effect for PositionDependentFriction {
     const DESCRIPTION: Description = Description {
         id: "position_dependent_friction",
         summary: "friction varies along the stroke",
         source: "Armstrong 1988",
-        parameters: &[
-            Parameter {
-                name: "sine",
-                dimension: Dimension::Torque,
-                role: Role::SignedStrength,
-            },
-            Parameter {
-                name: "cosine",
-                dimension: Dimension::Torque,
-                role: Role::SignedStrength,
-            },
-            Parameter {
-                name: "period",
-                dimension: Dimension::Position,
-                role: Role::Shape,
-            },
-        ],
-        reported: &[
-            ("amplitude", Dimension::Torque),
-            ("phase", Dimension::Phase),
-            ("period", Dimension::Position),
-        ],
+        parameters: &Harmonic::parameters(Dimension::Torque),
+        reported: &Harmonic::reported(Dimension::Torque),
         rotary_only: false,
     };
     const HELD: bool = true;
     const EXPANSION: bool = true;
 
-    fn new([sine, cosine, period]: [f32; MOST_PARAMETERS]) -> Self {
-        Self {
-            sine,
-            cosine,
-            wavenumber: 1.0 / period.max(LEAST_PERIOD),
-        }
+    fn new(values: [f32; MOST_PARAMETERS]) -> Self {
+        Self(Harmonic::new(values))
     }
 
     fn scale(scope: &Scope, _index: usize) -> f32 {
@@ -104,7 +55,7 @@ impl Effect for PositionDependentFriction {
 
     #[inline]
     fn hold(&self, middle: &Middle, load: &mut Load) {
-        let extra = self.extra(middle.position);
+        let extra = self.0.at(middle.position);
         for friction in [&mut load.coulomb, &mut load.breakaway] {
             friction.forward = (friction.forward + extra).max(0.0);
             friction.backward = (friction.backward + extra).max(0.0);
@@ -112,10 +63,6 @@ impl Effect for PositionDependentFriction {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [
-            libm::hypotf(self.sine, self.cosine),
-            libm::atan2f(self.cosine, self.sine),
-            1.0 / self.wavenumber,
-        ]
+        self.0.report()
     }
 }

@@ -1,0 +1,114 @@
+//! One harmonic over the position, which several effects add to what they act on.
+
+use super::{MOST_PARAMETERS, Parameter, Role};
+use crate::numeric::sine::ripple;
+use crate::unit::Dimension;
+use core::f32::consts::TAU;
+
+/// Far below any sensor's count, rad or m: it keeps the phase finite.
+const LEAST_PERIOD: f32 = 1e-9;
+
+/// Beyond so many cycles a phase has long lost its meaning; it stays a number.
+const MOST_CYCLES: f32 = 1e30;
+
+/// a sin(2π θ / P) + b cos(2π θ / P).
+///
+/// ```
+/// use model_core::effect::harmonic::Harmonic;
+/// // 0.02 at a quarter of the period of 2 rad, and as much less half a period further on.
+/// let harmonic = Harmonic::new([0.02, 0.0, 2.0]);
+/// assert!((harmonic.at(0.5) - 0.02).abs() < 1e-6);
+/// assert!((harmonic.at(1.5) + 0.02).abs() < 1e-6);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Harmonic {
+    sine: f32,
+    cosine: f32,
+    wavenumber: f32,
+}
+
+impl Harmonic {
+    /// The parameters of an effect that is one, whose strengths have this dimension.
+    pub(super) const fn parameters(strength: Dimension) -> [Parameter; 3] {
+        [
+            Parameter {
+                name: "sine",
+                dimension: strength,
+                role: Role::SignedStrength,
+            },
+            Parameter {
+                name: "cosine",
+                dimension: strength,
+                role: Role::SignedStrength,
+            },
+            Parameter {
+                name: "period",
+                dimension: Dimension::Position,
+                role: Role::Shape,
+            },
+        ]
+    }
+
+    /// What is reported of such an effect.
+    pub(super) const fn reported(strength: Dimension) -> [(&'static str, Dimension); 3] {
+        [
+            ("amplitude", strength),
+            ("phase", Dimension::Phase),
+            ("period", Dimension::Position),
+        ]
+    }
+
+    /// From the two components and the period.
+    pub fn new([sine, cosine, period]: [f32; MOST_PARAMETERS]) -> Self {
+        Self {
+            sine,
+            cosine,
+            wavenumber: 1.0 / period.max(LEAST_PERIOD),
+        }
+    }
+
+    /// The same with a slope of no more than `most`.
+    pub fn with_slope_within(self, most: f32) -> Self {
+        let slope = TAU * self.wavenumber * libm::hypotf(self.sine, self.cosine);
+        let share = if slope > most { most / slope } else { 1.0 };
+        Self {
+            sine: share * self.sine,
+            cosine: share * self.cosine,
+            ..self
+        }
+    }
+
+    /// Whether it is zero everywhere.
+    #[inline]
+    pub fn is_nothing(&self) -> bool {
+        self.sine == 0.0 && self.cosine == 0.0
+    }
+
+    #[inline]
+    fn cycles(&self, position: f32) -> f32 {
+        (position * self.wavenumber).clamp(-MOST_CYCLES, MOST_CYCLES)
+    }
+
+    /// Its value at a position.
+    #[inline]
+    pub fn at(&self, position: f32) -> f32 {
+        let cycles = self.cycles(position);
+        ripple(self.sine, cycles) + ripple(self.cosine, cycles + 0.25)
+    }
+
+    /// Its slope over the position.
+    pub fn slope(&self, position: f32) -> f32 {
+        let cycles = self.cycles(position);
+        let slope = ripple(self.sine, cycles + 0.25) - ripple(self.cosine, cycles);
+        TAU * self.wavenumber * slope
+    }
+
+    /// Amplitude, phase and period.
+    pub(super) fn report(&self) -> [f32; MOST_PARAMETERS] {
+        [
+            libm::hypotf(self.sine, self.cosine),
+            libm::atan2f(self.cosine, self.sine),
+            1.0 / self.wavenumber,
+        ]
+    }
+}
