@@ -14,6 +14,14 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Half the difference between the two directions' Coulomb levels.
+///
+/// ```
+/// use model_core::effect::{Chain, Effect, asymmetric_coulomb::AsymmetricCoulomb};
+/// use model_core::plant::{Directional, parameters::Parameters};
+/// let mut plant = Parameters { coulomb: Directional::both(0.5), ..Parameters::free(1e-4) };
+/// AsymmetricCoulomb::new([0.125, 0.0, 0.0]).bind(&mut plant, &mut Chain::default());
+/// assert_eq!(plant.coulomb, Directional { forward: 0.625, backward: 0.375 });
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AsymmetricCoulomb {
     difference: f32,

@@ -13,6 +13,15 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Half the difference between the two directions' viscous coefficients.
+///
+/// ```
+/// use model_core::effect::{Chain, Effect, asymmetric_viscous::AsymmetricViscous};
+/// use model_core::plant::{Directional, parameters::Parameters};
+/// let mut plant = Parameters { viscous: Directional::both(0.5), ..Parameters::free(1e-4) };
+/// AsymmetricViscous::new([0.75, 0.0, 0.0]).bind(&mut plant, &mut Chain::default());
+/// // Friction never drives: the smaller one ends at nothing.
+/// assert_eq!(plant.viscous, Directional { forward: 1.25, backward: 0.0 });
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AsymmetricViscous {
     difference: f32,

@@ -24,6 +24,18 @@ const STROKE_TRIES: usize = 80;
 const TURN_TRIES: usize = 48;
 
 /// The torque.
+///
+/// ```
+/// use model_core::effect::{Effect, Middle, cogging::Cogging};
+/// use model_core::plant::actuator::Load;
+/// // 0.02 N·m at a quarter of the period of 0.8 rad, and as much the other way half a period on.
+/// let effect = Cogging::new([0.02, 0.0, 0.8]);
+/// for (position, torque) in [(0.2, 0.02), (0.6, -0.02)] {
+///     let mut load = Load::default();
+///     effect.hold(&Middle { position, ..Middle::default() }, &mut load);
+///     assert!((load.torque - torque).abs() < 1e-7);
+/// }
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cogging(Harmonic);
 

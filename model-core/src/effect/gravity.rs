@@ -14,6 +14,17 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// The two components of the torque.
+///
+/// ```
+/// use model_core::effect::{Effect, Middle, gravity::Gravity};
+/// use model_core::plant::actuator::Load;
+/// // A load of 0.5 N·m at a right angle, hanging at 0.3 rad, pulls back from a quarter of a turn on.
+/// let effect = Gravity::new(Gravity::values(0.5, 0.3));
+/// let middle = Middle { position: 0.3 + core::f32::consts::FRAC_PI_2, ..Middle::default() };
+/// let mut load = Load::default();
+/// effect.hold(&middle, &mut load);
+/// assert!((load.torque + 0.5).abs() < 1e-6);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gravity {
     sine: f32,

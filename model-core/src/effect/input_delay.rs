@@ -13,6 +13,14 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Time by which the drive acts late.
+///
+/// ```
+/// use model_core::effect::{Chain, Effect, input_delay::InputDelay};
+/// use model_core::plant::parameters::Parameters;
+/// let mut chain = Chain::default();
+/// InputDelay::new([2e-3, 0.0, 0.0]).bind(&mut Parameters::free(1e-4), &mut chain);
+/// assert_eq!((chain.input_delay, chain.sensor_delay), (2e-3, 0.0));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InputDelay {
     delay: f32,

@@ -15,6 +15,16 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Share of the motor torque that friction takes.
+///
+/// ```
+/// use model_core::effect::{Effect, Middle, load_dependent_friction::LoadDependentFriction};
+/// use model_core::plant::{Directional, actuator::Load};
+/// // A quarter of what the motor gives, whichever way.
+/// let mut load = Load::default();
+/// let middle = Middle { motor_torque: -2.0, ..Middle::default() };
+/// LoadDependentFriction::new([0.25, 0.0, 0.0]).hold(&middle, &mut load);
+/// assert_eq!((load.coulomb, load.breakaway), (Directional::both(0.5), Directional::both(0.5)));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadDependentFriction {
     share: f32,

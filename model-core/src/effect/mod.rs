@@ -119,7 +119,7 @@ pub struct Memory {
 }
 
 /// The actuator in the middle of a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Middle {
     /// Motor torque or force, as the declared torque constant has it.
     pub motor_torque: f32,

@@ -14,6 +14,14 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// A constant torque, positive towards larger positions.
+///
+/// ```
+/// use model_core::effect::{Chain, Effect, offset_torque::OffsetTorque};
+/// use model_core::plant::parameters::Parameters;
+/// let mut plant = Parameters::free(1e-4);
+/// OffsetTorque::new([-0.03, 0.0, 0.0]).bind(&mut plant, &mut Chain::default());
+/// assert_eq!(plant.offset, -0.03);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OffsetTorque {
     torque: f32,

@@ -13,6 +13,18 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Drag coefficient.
+///
+/// ```
+/// use model_core::effect::{Effect, Middle, quadratic_drag::QuadraticDrag};
+/// use model_core::plant::actuator::Load;
+/// // Twice as fast, four times the drag, and always against the motion.
+/// let effect = QuadraticDrag::new([0.5, 0.0, 0.0]);
+/// for (velocity, torque) in [(1.0, -0.5), (2.0, -2.0), (-2.0, 2.0)] {
+///     let mut load = Load::default();
+///     effect.hold(&Middle { velocity, ..Middle::default() }, &mut load);
+///     assert_eq!(load.torque, torque);
+/// }
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuadraticDrag {
     coefficient: f32,

@@ -14,6 +14,14 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Time by which the sensor reports late.
+///
+/// ```
+/// use model_core::effect::{Chain, Effect, sensor_delay::SensorDelay};
+/// use model_core::plant::parameters::Parameters;
+/// let mut chain = Chain::default();
+/// SensorDelay::new([2e-3, 0.0, 0.0]).bind(&mut Parameters::free(1e-4), &mut chain);
+/// assert_eq!((chain.input_delay, chain.sensor_delay), (0.0, 2e-3));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorDelay {
     delay: f32,

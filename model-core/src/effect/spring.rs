@@ -13,6 +13,17 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Stiffness, and torque at position 0.
+///
+/// ```
+/// use model_core::effect::{Chain, Effect, spring::Spring};
+/// use model_core::plant::parameters::Parameters;
+/// let mut plant = Parameters::free(1e-4);
+/// let effect = Spring::new([0.5, 0.125, 0.0]);
+/// effect.bind(&mut plant, &mut Chain::default());
+/// // Its rest is where stiffness and torque balance: 0.125 / 0.5.
+/// assert_eq!(effect.report(&plant), [0.5, 0.25, 0.0]);
+/// assert_eq!(plant.spring * 0.25, plant.offset);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spring {
     stiffness: f32,

@@ -14,6 +14,18 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Fall of friction from rest to fast motion, and the speed over which it falls.
+///
+/// ```
+/// use model_core::effect::{Effect, Middle, stribeck::Stribeck};
+/// use model_core::plant::actuator::Load;
+/// // 0.04 N·m more at rest than fast; at ω_S a share of 1/e is left.
+/// let effect = Stribeck::new([0.04, 2.0, 0.0]);
+/// for (velocity, extra) in [(0.0, 0.04), (-2.0, 0.04 / core::f32::consts::E), (100.0, 0.0)] {
+///     let mut load = Load::default();
+///     effect.hold(&Middle { velocity, ..Middle::default() }, &mut load);
+///     assert!((load.coulomb.forward - extra).abs() < 1e-8);
+/// }
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stribeck {
     drop: f32,

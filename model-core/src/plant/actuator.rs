@@ -13,7 +13,7 @@ pub const INPUT_LIMIT: f32 = 1e6;
 const EVENTS: u32 = 8;
 
 /// Torques and friction levels held over a step, next to the input.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Load {
     /// Torque or force on the mechanism, positive towards larger positions.
     pub torque: f32,
@@ -87,17 +87,10 @@ impl Load {
 /// use model_core::plant::{State, Directional, actuator::Actuator, parameters::{Drive, Parameters}};
 /// let parameters = Parameters {
 ///     drive: Drive::Voltage { resistance: 1.0, inductance: 1e-3, torque_constant: 0.06 },
-///     gain: 1.0,
-///     inertia: 1.2e-4,
 ///     viscous: Directional::both(2e-4),
 ///     coulomb: Directional::both(0.12),
 ///     breakaway: Directional::both(0.15),
-///     spring: 0.0,
-///     spring_rest: 0.0,
-///     spring_preload: 0.0,
-///     offset: 0.0,
-///     lower_stop: f32::NEG_INFINITY,
-///     upper_stop: f32::INFINITY,
+///     ..Parameters::free(1.2e-4)
 /// };
 /// let actuator = Actuator::build(&parameters, 1e-4)?;
 /// let mut state = State::new(0.0, 0.0);

@@ -89,6 +89,25 @@ impl core::error::Error for ParameterError {}
 const LARGEST: f32 = 1e12;
 
 impl Parameters {
+    /// An inertia, kg·m² or kg, that nothing but the input's torque or force moves: what others build
+    /// on, field by field.
+    pub const fn free(inertia: f32) -> Self {
+        Self {
+            drive: Drive::Torque,
+            gain: 1.0,
+            inertia,
+            viscous: Directional::both(0.0),
+            coulomb: Directional::both(0.0),
+            breakaway: Directional::both(0.0),
+            spring: 0.0,
+            spring_rest: 0.0,
+            spring_preload: 0.0,
+            offset: 0.0,
+            lower_stop: f32::NEG_INFINITY,
+            upper_stop: f32::INFINITY,
+        }
+    }
+
     /// The same actuator with its winding's inductance neglected: the reduced motor.
     pub fn reduced(self) -> Self {
         let drive = match self.drive {
