@@ -179,17 +179,10 @@ fn ema(breakaway: f32) -> Parameters {
             inductance: 1e-3,
             torque_constant: 0.06,
         },
-        gain: 1.0,
-        inertia: 1.2e-4,
         viscous: Directional::both(2e-4),
         coulomb: Directional::both(0.12),
         breakaway: Directional::both(breakaway),
-        spring: 0.0,
-        spring_rest: 0.0,
-        spring_preload: 0.0,
-        offset: 0.0,
-        lower_stop: f32::NEG_INFINITY,
-        upper_stop: f32::INFINITY,
+        ..Parameters::free(1.2e-4)
     }
 }
 

@@ -77,17 +77,15 @@ const DRIVE: Drive = Drive::Voltage {
 /// A throttle plate between its stops, with a spring that starts with a step.
 const THROTTLE: Parameters = Parameters {
     drive: DRIVE,
-    gain: 1.0,
-    inertia: 1.6e-3,
     viscous: Directional::both(8e-3),
     coulomb: Directional::both(0.24),
     breakaway: Directional::both(0.28),
     spring: 0.25,
     spring_rest: 0.2,
     spring_preload: 0.3,
-    offset: 0.0,
     lower_stop: 0.02,
     upper_stop: 1.57,
+    ..Parameters::free(1.6e-3)
 };
 
 /// A motor with friction and nothing else.

@@ -1,5 +1,8 @@
 //! Long runs and long ways: energy does not drift, no increment of the angle is lost.
 
+mod machines;
+
+use machines::{MOTOR, energy};
 use model_core::plant::actuator::Actuator;
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -10,48 +13,7 @@ use proptest::prelude::*;
 use std::f64::consts::TAU;
 
 /// A mass of 2 kg or kg·m² under a torque or force, without friction, spring or stop.
-const BARE: Parameters = Parameters {
-    drive: Drive::Torque,
-    gain: 1.0,
-    inertia: 2.0,
-    viscous: Directional::both(0.0),
-    coulomb: Directional::both(0.0),
-    breakaway: Directional::both(0.0),
-    spring: 0.0,
-    spring_rest: 0.0,
-    spring_preload: 0.0,
-    offset: 0.0,
-    lower_stop: f32::NEG_INFINITY,
-    upper_stop: f32::INFINITY,
-};
-
-/// A 24 V motor with friction.
-const MOTOR: Parameters = Parameters {
-    drive: Drive::Voltage {
-        resistance: 1.0,
-        inductance: 1e-3,
-        torque_constant: 0.06,
-    },
-    inertia: 1.2e-4,
-    viscous: Directional::both(2e-4),
-    coulomb: Directional::both(0.12),
-    breakaway: Directional::both(0.15),
-    ..BARE
-};
-
-/// Kinetic energy, that in the spring and that in the winding.
-fn energy(parameters: &Parameters, state: &State) -> f64 {
-    let square = |value: f32| f64::from(value) * f64::from(value);
-    let deflection = state.position.from(parameters.spring_rest);
-    let magnetic = match parameters.drive {
-        Drive::Voltage { inductance, .. } => f64::from(inductance) * square(state.current),
-        Drive::Torque => 0.0,
-    };
-    0.5 * (f64::from(parameters.inertia) * square(state.velocity.value())
-        + f64::from(parameters.spring) * square(deflection)
-        + magnetic)
-        + f64::from(parameters.spring_preload) * f64::from(deflection.abs())
-}
+const BARE: Parameters = Parameters::free(2.0);
 
 /// Springs and inertias without any friction: their energy after so many steps, as a share of that at
 /// the start, beside the radians of their swing in a step.

@@ -4,7 +4,7 @@
 use model_core::effect::{Active, Id};
 use model_core::gap::model::Model;
 use model_core::gap::simulator::{Course, Given};
-use model_core::plant::parameters::{Drive, Parameters};
+use model_core::plant::parameters::Parameters;
 use model_core::plant::{Directional, State};
 
 const PERIOD: f32 = 1e-3;
@@ -14,18 +14,10 @@ const COULOMB: f32 = 1.0;
 fn model(breakaway: f32, effect: [f32; 3]) -> Model {
     Model {
         plant: Parameters {
-            drive: Drive::Torque,
-            gain: 1.0,
-            inertia: 1.0,
             viscous: Directional::both(0.5),
             coulomb: Directional::both(COULOMB),
             breakaway: Directional::both(breakaway),
-            spring: 0.0,
-            spring_rest: 0.0,
-            spring_preload: 0.0,
-            offset: 0.0,
-            lower_stop: f32::NEG_INFINITY,
-            upper_stop: f32::INFINITY,
+            ..Parameters::free(1.0)
         },
         gravity_torque: 0.0,
         gravity_rest: 0.0,

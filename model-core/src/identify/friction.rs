@@ -149,17 +149,10 @@ impl core::error::Error for Refusal {}
 ///
 /// let declared = Parameters {
 ///     drive: Drive::Voltage { resistance: 1.0, inductance: 1e-3, torque_constant: 0.06 },
-///     gain: 1.0,
-///     inertia: 1.2e-4,
 ///     viscous: Directional::both(2e-4),
 ///     coulomb: Directional::both(0.12),
 ///     breakaway: Directional::both(0.15),
-///     spring: 0.0,
-///     spring_rest: 0.0,
-///     spring_preload: 0.0,
-///     offset: 0.0,
-///     lower_stop: f32::NEG_INFINITY,
-///     upper_stop: f32::INFINITY,
+///     ..Parameters::free(1.2e-4)
 /// };
 /// // Worn: half as much again.
 /// let mut worn = Actuator::build(&declared, 1e-3)?;
@@ -651,17 +644,10 @@ mod tests {
             inductance: 1e-3,
             torque_constant: 0.06,
         },
-        gain: 1.0,
-        inertia: 1.2e-4,
         viscous: Directional::both(2e-4),
         coulomb: Directional::both(0.12),
         breakaway: Directional::both(0.15),
-        spring: 0.0,
-        spring_rest: 0.0,
-        spring_preload: 0.0,
-        offset: 0.0,
-        lower_stop: f32::NEG_INFINITY,
-        upper_stop: f32::INFINITY,
+        ..Parameters::free(1.2e-4)
     };
 
     const SAMPLES: usize = 2100;

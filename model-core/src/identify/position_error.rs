@@ -50,18 +50,9 @@ pub struct Levels {
 ///
 /// // 1 kg, pushed by 3 N against 1 N of friction: x = t².
 /// let declared = Parameters {
-///     drive: Drive::Torque,
-///     gain: 1.0,
-///     inertia: 1.0,
-///     viscous: Directional::both(0.0),
 ///     coulomb: Directional::both(1.0),
 ///     breakaway: Directional::both(1.0),
-///     spring: 0.0,
-///     spring_rest: 0.0,
-///     spring_preload: 0.0,
-///     offset: 0.0,
-///     lower_stop: f32::NEG_INFINITY,
-///     upper_stop: f32::INFINITY,
+///     ..Parameters::free(1.0)
 /// };
 /// let input = [3.0; 1017];
 /// let position: [f32; 1017] = core::array::from_fn(|i| (i as f32 * 1e-3) * (i as f32 * 1e-3));
@@ -208,17 +199,10 @@ mod tests {
             inductance: 1e-3,
             torque_constant: 0.06,
         },
-        gain: 1.0,
-        inertia: 1.2e-4,
         viscous: Directional::both(2e-4),
         coulomb: Directional::both(0.12),
         breakaway: Directional::both(0.15),
-        spring: 0.0,
-        spring_rest: 0.0,
-        spring_preload: 0.0,
-        offset: 0.0,
-        lower_stop: f32::NEG_INFINITY,
-        upper_stop: f32::INFINITY,
+        ..Parameters::free(1.2e-4)
     };
 
     const WORN: Levels = Levels {

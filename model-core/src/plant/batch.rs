@@ -284,17 +284,10 @@ fn bits(sum: Compensated) -> [u32; 2] {
 /// # use model_core::plant::parameters::{Drive, Parameters};
 /// # let declared = Parameters {
 /// #     drive: Drive::Voltage { resistance: 1.0, inductance: 1e-3, torque_constant: 0.06 },
-/// #     gain: 1.0,
-/// #     inertia: 1.2e-4,
 /// #     viscous: Directional::both(2e-4),
 /// #     coulomb: Directional::both(0.12),
 /// #     breakaway: Directional::both(0.15),
-/// #     spring: 0.0,
-/// #     spring_rest: 0.0,
-/// #     spring_preload: 0.0,
-/// #     offset: 0.0,
-/// #     lower_stop: f32::NEG_INFINITY,
-/// #     upper_stop: f32::INFINITY,
+/// #     ..Parameters::free(1.2e-4)
 /// # };
 /// let actuators = [0.10, 0.12, 0.14, 0.16].map(|coulomb| {
 ///     let plant = Parameters { coulomb: Directional::both(coulomb), ..declared };

@@ -11,18 +11,10 @@ use core::cell::OnceCell;
 /// use model_core::plant::{Directional, State, actuator::Actuator, modes::Basis};
 /// use model_core::plant::parameters::{Drive, Parameters};
 /// # let declared = Parameters {
-/// #     drive: Drive::Torque,
-/// #     gain: 1.0,
-/// #     inertia: 1.2e-4,
 /// #     viscous: Directional::both(2e-4),
 /// #     coulomb: Directional::both(0.12),
 /// #     breakaway: Directional::both(0.15),
-/// #     spring: 0.0,
-/// #     spring_rest: 0.0,
-/// #     spring_preload: 0.0,
-/// #     offset: 0.0,
-/// #     lower_stop: f32::NEG_INFINITY,
-/// #     upper_stop: f32::INFINITY,
+/// #     ..Parameters::free(1.2e-4)
 /// # };
 /// let rough = Parameters { coulomb: Directional::both(0.14), ..declared };
 /// let store = ModeStore::<1>::new();

@@ -17,7 +17,7 @@
 use crate::plant::actuator::Actuator;
 use crate::plant::borello::Borello;
 use crate::plant::ema::friction::{Parameters as Friction, by_euler};
-use crate::plant::parameters::{Drive, ParameterError, Parameters as Plant};
+use crate::plant::parameters::{ParameterError, Parameters as Plant};
 use crate::plant::{Directional, InputRefused, State};
 
 /// How motion and friction are stepped.
@@ -59,18 +59,12 @@ impl Parameters {
     pub fn plant(&self, ratio: f32) -> Plant {
         let square = ratio * ratio;
         Plant {
-            drive: Drive::Torque,
-            gain: 1.0,
-            inertia: self.motor_inertia + self.load_inertia / square,
             viscous: Directional::both(self.motor_viscous + self.load_viscous / square),
             coulomb: Directional::both(self.tare.coulomb),
             breakaway: Directional::both(self.tare.breakaway),
-            spring: 0.0,
-            spring_rest: 0.0,
-            spring_preload: 0.0,
-            offset: 0.0,
             lower_stop: self.lower_stop * ratio,
             upper_stop: self.upper_stop * ratio,
+            ..Plant::free(self.motor_inertia + self.load_inertia / square)
         }
     }
 }

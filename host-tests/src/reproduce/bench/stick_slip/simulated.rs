@@ -9,7 +9,7 @@ use model_core::plant::actuator::Actuator;
 use model_core::plant::borello::Borello;
 use model_core::plant::euler::{Euler, FrictionRule};
 use model_core::plant::karnopp::Karnopp;
-use model_core::plant::parameters::{Drive, Parameters};
+use model_core::plant::parameters::Parameters;
 use model_core::plant::{Compensated, Directional, Motion, State, euler};
 
 use super::{Cycle, Example, closed_form};
@@ -126,18 +126,10 @@ fn parameters(example: &Example) -> Parameters {
     let friction =
         |coefficient: f64| Directional::both((coefficient * example.normal_force()) as f32);
     Parameters {
-        drive: Drive::Torque,
-        gain: 1.0,
-        inertia: example.mass as f32,
-        viscous: Directional::both(0.0),
         coulomb: friction(example.dynamic_coefficient),
         breakaway: friction(example.static_coefficient),
         spring: example.stiffness as f32,
-        spring_rest: 0.0,
-        spring_preload: 0.0,
-        offset: 0.0,
-        lower_stop: f32::NEG_INFINITY,
-        upper_stop: f32::INFINITY,
+        ..Parameters::free(example.mass as f32)
     }
 }
 
