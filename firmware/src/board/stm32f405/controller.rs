@@ -24,19 +24,18 @@ use embassy_stm32::timer::{Ch1, Ch2, Channel};
 use static_cell::StaticCell;
 
 use super::safety::Safety;
-use super::terminal::{self, BoardStation, Terminal};
+use super::terminal::{self, Beginning};
 use super::tracks::Tracks;
 use super::vector::{self, Edge};
-use super::{Chip, PERIOD_CYCLES, end, parameters, pins, watchdog};
+use super::{Chip, PERIOD_CYCLES, pins, watchdog};
 use crate::app::fault::output::Bridge;
 use crate::app::machine::FULL_DUTY;
 use crate::app::operation::actuator::{Actuator, Inputs, Readings};
 use crate::app::operation::bridge;
 use crate::app::operation::drive::Drive;
 use crate::app::operation::kit::{ACTUATOR, Kit};
-use crate::app::operation::operator::{self, Joints, Operator};
+use crate::app::operation::operator::Operator;
 use crate::app::wiring::Wiring;
-use crate::board::now;
 
 static WIRING: Wiring = Wiring::new();
 static INPUTS: Inputs = Inputs::new();
@@ -238,22 +237,12 @@ pub fn run() -> ! {
     let (mut chip, pins) = defmt::unwrap!(Chip::take());
     let safety = Safety::new(pins.safety.bridge_enable, pins.safety.brake_release);
     let (edge, converter) = edge(pins.actuator, safety, Tracks::new(pins.tracks));
-    if let Some(fault) = end::cause() {
-        WIRING.trip(fault);
-    }
-    let (terminal, flash) = Terminal::new(pins.terminal);
-    let mut store = defmt::unwrap!(parameters::store(flash).ok(), "store");
-    let loaded = now(operator::load(KIT, &mut store, &WIRING));
-    let (values, loaded) = defmt::unwrap!(loaded.ok(), "parameters");
-    let joints = Joints {
-        kit: KIT,
-        wiring: &WIRING,
-        station: BoardStation,
-        store,
-        memory: terminal::memory(),
-        cells: terminal::cells(),
-        spare: None,
-    };
+    let Beginning {
+        terminal,
+        joints,
+        values,
+        loaded,
+    } = terminal::begin(KIT, &WIRING, pins.terminal);
     let (operator, drive, receiver) = defmt::unwrap!(Operator::new(joints, &values).ok());
     let actuator = Actuator::new(receiver, (&INPUTS, &WIRING), &KIT.actuator(&values));
     start(&mut chip, drive, actuator, edge);

@@ -14,7 +14,7 @@ use crate::app::record::Recording;
 use crate::app::session::{self, Session};
 use crate::app::wiring::Wiring;
 use crate::app::work::{ControlWork, PlantWork};
-use crate::board::{Board, Work, interrupts};
+use crate::board::{Board, Work};
 
 /// The board as the experiments see it. Their actuators are emulated, so the bridge is never enabled.
 struct Demonstration {
@@ -97,14 +97,6 @@ async fn record(recording: Recording) -> ! {
 #[embassy_executor::task]
 async fn perform(mut session: Session, experiments: &'static [Experiment]) {
     let sound = session.run::<Demonstration>(experiments).await;
-    let loads = interrupts::loads();
-    defmt::info!(
-        "load plant_worst_cycles={=u32} plant_mean_cycles={=u32} control_worst_cycles={=u32} control_mean_cycles={=u32} period_cycles={=u32}",
-        loads.plant.worst(),
-        loads.plant.mean(),
-        loads.control.worst(),
-        loads.control.mean(),
-        PERIOD_CYCLES
-    );
+    super::log_loads();
     end::exit(sound)
 }

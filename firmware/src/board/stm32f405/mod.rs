@@ -120,6 +120,19 @@ fn work() -> Work {
     }
 }
 
+/// Tells how long the interrupts have taken.
+fn log_loads() {
+    let loads = interrupts::loads();
+    defmt::info!(
+        "load plant_worst_cycles={=u32} plant_mean_cycles={=u32} control_worst_cycles={=u32} control_mean_cycles={=u32} period_cycles={=u32}",
+        loads.plant.worst(),
+        loads.plant.mean(),
+        loads.control.worst(),
+        loads.control.mean(),
+        PERIOD_CYCLES
+    );
+}
+
 static TASK_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
 #[embassy_stm32::interrupt]

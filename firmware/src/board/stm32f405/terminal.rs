@@ -22,16 +22,18 @@ use embassy_time::{Duration, Ticker};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::parameters::Region;
-use super::{PERIOD_CYCLES, pins, watchdog};
+use super::{end, parameters, pins, watchdog};
 use crate::app::capture::{self, Capture, QUANTITIES};
 use crate::app::fault::Faults;
 use crate::app::memory::Memory;
 use crate::app::operation::evaluation::{Done, Job};
-use crate::app::operation::operator::{Cells, Operator, POLL_PERIOD_MS, Station};
+use crate::app::operation::kit::Kit;
+use crate::app::operation::operator::{self, Cells, Joints, Operator, POLL_PERIOD_MS, Station};
 use crate::app::record::log_values;
 use crate::app::store::Loaded;
+use crate::app::store::field::Values;
 use crate::app::wiring::Wiring;
-use crate::board::interrupts;
+use crate::board::{interrupts, now};
 
 bind_interrupts!(struct Interrupts {
     USART1 => usart::InterruptHandler<USART1>;
@@ -105,7 +107,7 @@ static MEMORY: CoreCoupled = CoreCoupled(UnsafeCell::new(MaybeUninit::uninit()))
 ///
 /// # Panics
 /// If it is called twice.
-pub fn memory() -> &'static mut Memory {
+fn memory() -> &'static mut Memory {
     static TAKEN: ConstStaticCell<()> = ConstStaticCell::new(());
     TAKEN.take();
     let memory = MEMORY.0.get();
@@ -118,7 +120,7 @@ pub fn memory() -> &'static mut Memory {
 }
 
 /// The statics of the operator.
-pub fn cells() -> &'static mut Cells {
+fn cells() -> &'static mut Cells {
     static CELLS: ConstStaticCell<Cells> = ConstStaticCell::new(Cells::new());
     CELLS.take()
 }
@@ -135,7 +137,7 @@ impl Terminal {
     ///
     /// # Panics
     /// If it is called twice.
-    pub fn new(pins: pins::Terminal) -> (Self, Peri<'static, FLASH>) {
+    fn new(pins: pins::Terminal) -> (Self, Peri<'static, FLASH>) {
         static RING: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
         for line in [
             interrupt::USART1,
@@ -163,6 +165,47 @@ impl Terminal {
             led: Output::new(pins.led, Level::Low, Speed::Low),
         };
         (terminal, pins.flash)
+    }
+}
+
+/// What the operator of an image begins with.
+pub struct Beginning {
+    /// The terminal that it answers on.
+    pub terminal: Terminal,
+    /// All but the spare body.
+    pub joints: Joints<Region, BoardStation>,
+    /// The values to run with.
+    pub values: Values,
+    /// Where they come from.
+    pub loaded: Loaded,
+}
+
+/// Latches what ended the run before, and reads the stored parameters.
+///
+/// # Panics
+/// If it is called twice.
+pub fn begin(kit: &'static Kit, wiring: &'static Wiring, pins: pins::Terminal) -> Beginning {
+    if let Some(fault) = end::cause() {
+        wiring.trip(fault);
+    }
+    let (terminal, flash) = Terminal::new(pins);
+    let mut store = defmt::unwrap!(parameters::store(flash).ok(), "store");
+    let loaded = now(operator::load(kit, &mut store, wiring));
+    let (values, loaded) = defmt::unwrap!(loaded.ok(), "parameters");
+    let joints = Joints {
+        kit,
+        wiring,
+        station: BoardStation,
+        store,
+        memory: memory(),
+        cells: cells(),
+        spare: None,
+    };
+    Beginning {
+        terminal,
+        joints,
+        values,
+        loaded,
     }
 }
 
@@ -255,7 +298,7 @@ async fn operate(
             defmt::error!("faults: {}", latched);
         }
         if poll.is_multiple_of(REPORT) {
-            log_loads();
+            super::log_loads();
         }
         led.set_level(lamp(wiring, poll).into());
     }
@@ -269,16 +312,4 @@ fn lamp(wiring: &Wiring, poll: u32) -> bool {
     } else {
         wiring.latch().is_armed() || milliseconds % 1000 < 100
     }
-}
-
-fn log_loads() {
-    let loads = interrupts::loads();
-    defmt::info!(
-        "load plant_worst_cycles={=u32} plant_mean_cycles={=u32} control_worst_cycles={=u32} control_mean_cycles={=u32} period_cycles={=u32}",
-        loads.plant.worst(),
-        loads.plant.mean(),
-        loads.control.worst(),
-        loads.control.mean(),
-        PERIOD_CYCLES
-    );
 }

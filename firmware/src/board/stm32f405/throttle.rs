@@ -16,19 +16,18 @@ use model_core::plant::bridge::Bridge;
 use model_core::plant::throttle::Throttle;
 use static_cell::StaticCell;
 
-use super::terminal::{self, BoardStation, Terminal};
+use super::terminal::{self, Beginning};
 use super::tracks::Tracks;
 use super::vector::{self, Edge};
-use super::{Chip, PERIOD_CYCLES, end, parameters, pins, safety, ticker, watchdog};
+use super::{Chip, PERIOD_CYCLES, pins, safety, ticker, watchdog};
 use crate::app::ecu::loopback::Wires;
 use crate::app::operation::body::Body;
 use crate::app::operation::calibration::CURRENT_FULL_SCALE;
 use crate::app::operation::drive::Drive;
 use crate::app::operation::duty_input::{DutyInput, Edges};
 use crate::app::operation::kit::{Kit, THROTTLE_BODY};
-use crate::app::operation::operator::{self, Joints, Operator};
+use crate::app::operation::operator::Operator;
 use crate::app::wiring::Wiring;
-use crate::board::now;
 
 static WIRING: Wiring = Wiring::new();
 static WIRES: Wires = Wires::new();
@@ -161,24 +160,15 @@ pub fn run() -> ! {
     // Neither bridge nor brake is there, but what is should be held.
     let _safety = safety::Safety::new(pins.safety.bridge_enable, pins.safety.brake_release);
     let edge = edge(pins.body, Tracks::new(pins.tracks));
-    if let Some(fault) = end::cause() {
-        WIRING.trip(fault);
-    }
-    let (terminal, flash) = Terminal::new(pins.terminal);
-    let mut store = defmt::unwrap!(parameters::store(flash).ok(), "store");
-    let loaded = now(operator::load(KIT, &mut store, &WIRING));
-    let (values, loaded) = defmt::unwrap!(loaded.ok(), "parameters");
+    let Beginning {
+        terminal,
+        mut joints,
+        values,
+        loaded,
+    } = terminal::begin(KIT, &WIRING, pins.terminal);
     let bodies = [(); 2].map(|()| defmt::unwrap!(KIT.throttle(&values).ok(), "throttle"));
     let [throttle, spare] = place(bodies);
-    let joints = Joints {
-        kit: KIT,
-        wiring: &WIRING,
-        station: BoardStation,
-        store,
-        memory: terminal::memory(),
-        cells: terminal::cells(),
-        spare: Some(spare),
-    };
+    joints.spare = Some(spare);
     let (operator, drive, receiver) = defmt::unwrap!(Operator::new(joints, &values).ok());
     let calibration = KIT.calibration(&values);
     let converters = KIT.machine_with(&values).converters;
