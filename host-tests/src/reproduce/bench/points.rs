@@ -54,6 +54,28 @@ pub struct Compared {
     pub model: Simulated,
 }
 
+impl Compared {
+    /// NRMSE of the position, %.
+    pub fn position_percent(&self) -> f64 {
+        100.0 * self.position.nrmse
+    }
+
+    /// NRMSE of the velocity, %.
+    pub fn velocity_percent(&self) -> f64 {
+        100.0 * self.velocity.nrmse
+    }
+
+    /// NRMSE of the quadrature current, %.
+    pub fn current_percent(&self) -> f64 {
+        100.0 * self.current.nrmse
+    }
+
+    /// How much lower the model's current in motion is, % of the log's.
+    pub fn shortfall_percent(&self) -> f64 {
+        100.0 * self.current_shortfall
+    }
+}
+
 /// Runs the model over a log.
 ///
 /// It passes one period of the command before the first row, with the friction of the log's first

@@ -45,34 +45,21 @@ fn worst(points: &[Compared], value: fn(&Compared) -> f64) -> usize {
         .map_or(0, |(number, _)| number)
 }
 
-fn position(point: &Compared) -> f64 {
-    100.0 * point.position.nrmse
-}
-
-fn velocity(point: &Compared) -> f64 {
-    100.0 * point.velocity.nrmse
-}
-
-fn current(point: &Compared) -> f64 {
-    100.0 * point.current.nrmse
-}
-
-fn shortfall(point: &Compared) -> f64 {
-    100.0 * point.current_shortfall
-}
-
 /// The paper's model on the bench.
 pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
     let points = run(Loss::load_dependent(), &Program::paper_sine().seeded(SEED))?;
-    let worst = largest(&points, position);
-    let within = points.iter().filter(|p| position(p) <= ASKED).count();
+    let worst = largest(&points, Compared::position_percent);
+    let within = points
+        .iter()
+        .filter(|p| p.position_percent() <= ASKED)
+        .count();
     let late = largest(&points, |point| point.lateness);
     let finding = format!(
         "The plain model of the paper on a bench that has more than it: position within {worst:.2} % \
          (at most {ASKED} % at {within} of 15 points), velocity within {:.1} %; it leaves the dead band \
          up to {late:.2} s late, and its current is up to {:.0} % low.",
-        largest(&points, velocity),
-        largest(&points, shortfall),
+        largest(&points, Compared::velocity_percent),
+        largest(&points, Compared::shortfall_percent),
     );
     let mut entries = vec![
         entry(
@@ -85,21 +72,21 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
         entry(
             "fifteen points, velocity NRMSE, largest",
             None,
-            largest(&points, velocity),
+            largest(&points, Compared::velocity_percent),
             None,
             "%",
         ),
         entry(
             "fifteen points, current NRMSE, largest",
             None,
-            largest(&points, current),
+            largest(&points, Compared::current_percent),
             None,
             "%",
         ),
         entry(
             "fifteen points, shortfall of the model's current, largest",
             Some(PAPER_SHORTFALL),
-            largest(&points, shortfall),
+            largest(&points, Compared::shortfall_percent),
             None,
             "%",
         ),
@@ -112,7 +99,10 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
         ),
     ];
     for (index, point) in points.iter().enumerate() {
-        for (what, value) in [("position", position(point)), ("velocity", velocity(point))] {
+        for (what, value) in [
+            ("position", point.position_percent()),
+            ("velocity", point.velocity_percent()),
+        ] {
             let what = format!("sample {}, {what} NRMSE", index + 1);
             entries.push(entry(&what, None, value, None, "%"));
         }
@@ -164,10 +154,10 @@ fn cells(points: &[Compared]) -> Cells {
             // The noise of a load cell without load has either sign.
             format!("{:.3}", point.given.mean_friction.max(0.0)),
             format!("{:.3}", point.given.backlash.to_degrees()),
-            format!("{:.3}", position(point)),
-            format!("{:.2}", velocity(point)),
-            format!("{:.1}", current(point)),
-            format!("{:.1}", shortfall(point)),
+            format!("{:.3}", point.position_percent()),
+            format!("{:.2}", point.velocity_percent()),
+            format!("{:.1}", point.current_percent()),
+            format!("{:.1}", point.shortfall_percent()),
             format!("{:+.3}", point.lateness),
         ]);
     }
@@ -199,14 +189,18 @@ fn maps(points: &[Compared]) -> Result<Figure, Failure> {
         decimals: 2,
     };
     let maps = [
-        map("position NRMSE, %", position, ASKED),
-        map("velocity NRMSE, %", velocity, largest(points, velocity)),
+        map("position NRMSE, %", Compared::position_percent, ASKED),
+        map(
+            "velocity NRMSE, %",
+            Compared::velocity_percent,
+            largest(points, Compared::velocity_percent),
+        ),
     ];
     Ok(Figure {
         statement: format!(
             "The position is off most at sample {}, the velocity at sample {}.",
-            worst(points, position),
-            worst(points, velocity)
+            worst(points, Compared::position_percent),
+            worst(points, Compared::velocity_percent)
         ),
         method: format!(
             "As the paper's Figs. 6.6 and 6.7. The deepest colour of the position is {ASKED} %, that of \
@@ -280,8 +274,8 @@ fn traces(sample: usize, compared: &Compared) -> Result<Figure, Failure> {
     Ok(Figure {
         statement: format!(
             "Sample {sample}: position within {:.2} %, velocity within {:.1} %.",
-            position(compared),
-            velocity(compared)
+            compared.position_percent(),
+            compared.velocity_percent()
         ),
         method: "The log and the paper's plain model under the command, backlash and friction \
                  that the log gives."

@@ -50,8 +50,8 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
         findings.push(format!(
             "With {name} as its loss, the model's current is at most {:.0} % off after the tracing ({:.0} % \
              before), and it leaves the dead band within {:.0} ms of the bench ({:.0} ms)",
-            worst(points, |it| &it.after, shortfall),
-            worst(points, |it| &it.before, shortfall),
+            worst(points, |it| &it.after, Compared::shortfall_percent),
+            worst(points, |it| &it.before, Compared::shortfall_percent),
             worst(points, |it| &it.after, lateness),
             worst(points, |it| &it.before, lateness),
         ));
@@ -62,14 +62,14 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
             for (what, value, unit, scale, paper_value) in [
                 (
                     "position NRMSE",
-                    position as fn(&Compared) -> f64,
+                    Compared::position_percent as fn(&Compared) -> f64,
                     "%",
                     1.0,
                     1.5,
                 ),
                 (
                     "error of the current in motion",
-                    shortfall,
+                    Compared::shortfall_percent,
                     "%",
                     1.0,
                     PAPER_SHORTFALL,
@@ -124,22 +124,6 @@ fn worst(
 ) -> f64 {
     let values = points.iter().map(|point| value(of(point)).abs());
     values.fold(0.0, f64::max)
-}
-
-fn position(compared: &Compared) -> f64 {
-    100.0 * compared.position.nrmse
-}
-
-fn velocity(compared: &Compared) -> f64 {
-    100.0 * compared.velocity.nrmse
-}
-
-fn current(compared: &Compared) -> f64 {
-    100.0 * compared.current.nrmse
-}
-
-fn shortfall(compared: &Compared) -> f64 {
-    100.0 * compared.current_shortfall
 }
 
 fn lateness(compared: &Compared) -> f64 {
@@ -207,10 +191,10 @@ fn point_cells(points: &[BeforeAfter]) -> Cells {
         };
         cells.push(vec![
             (index + 1).to_string(),
-            pair(position, 3),
-            pair(velocity, 2),
-            pair(current, 1),
-            pair(shortfall, 1),
+            pair(Compared::position_percent, 3),
+            pair(Compared::velocity_percent, 2),
+            pair(Compared::current_percent, 1),
+            pair(Compared::shortfall_percent, 1),
             pair(lateness, 0),
         ]);
     }
