@@ -42,6 +42,20 @@ pub struct Args {
     /// One seed instead of several: a first impression within a minute or two
     #[arg(long)]
     pub quick: bool,
+    /// Seed of the first log; the others follow. Of another one, other motions, noise and wrong numbers
+    #[arg(long, value_name = "N", default_value_t = cases::FIRST_SEED)]
+    pub seed: u64,
+}
+
+/// A fitted number beside the truth.
+#[derive(Debug, Clone, Serialize)]
+pub struct Deviation {
+    /// Its name in the answer.
+    pub name: String,
+    /// (estimate − truth) / standard deviation.
+    pub deviation: f64,
+    /// The same over the truth.
+    pub relative: f64,
 }
 
 /// One traced log.
@@ -62,8 +76,8 @@ pub struct Traced {
     pub after_over_before: Option<f64>,
     /// Windowed position error after, over that of a fit that was told the true effect.
     pub after_over_oracle: Option<f64>,
-    /// Fitted numbers with what they should be, in their standard deviations: (estimate − truth)/std.
-    pub deviations: Vec<f64>,
+    /// Fitted numbers of a right answer beside what they should be.
+    pub deviations: Vec<Deviation>,
     /// Wall-clock seconds of the tracing, beside others.
     pub seconds: f64,
 }
@@ -75,11 +89,12 @@ pub struct Traced {
 pub fn run(args: &Args) -> Result<(), Failure> {
     whole_file::check_place(args.json.as_deref())?;
     let started = Instant::now();
-    let cases = cases::all(if args.quick {
+    let extent = if args.quick {
         Extent::Quick
     } else {
         Extent::Full
-    });
+    };
+    let cases = cases::all(extent, args.seed);
     // Hidden by itself where standard error is no terminal.
     let progress = ProgressBar::new(cases.len() as u64);
     let directory = workspace::results().join("bench-gap");
@@ -186,8 +201,8 @@ fn oracle(
     Ok((error > 0.0).then_some(after / error))
 }
 
-/// (estimate − truth)/std of what the answer says and the rig knows.
-fn deviations(case: &Case, outcome: &Outcome) -> Vec<f64> {
+/// What the answer says and the rig knows.
+fn deviations(case: &Case, outcome: &Outcome) -> Vec<Deviation> {
     let effects = outcome.effects.iter().flat_map(|found| &found.parameters);
     let estimates = effects
         .map(|estimate| (estimate.name.as_str(), estimate.value, Some(estimate.std)))
@@ -202,7 +217,11 @@ fn deviations(case: &Case, outcome: &Outcome) -> Vec<f64> {
         .filter_map(|(name, value, std)| {
             let (_, truth) = truths.iter().find(|(known, _)| *known == name)?;
             let std = std.filter(|std| std.is_finite() && *std > 0.0)?;
-            Some((value - truth) / std)
+            Some(Deviation {
+                name: name.to_owned(),
+                deviation: (value - truth) / std,
+                relative: (value - truth) / truth,
+            })
         })
         .collect()
 }

@@ -99,7 +99,7 @@ impl Summary {
             .collect();
         let deviations: Vec<f64> = traced
             .iter()
-            .flat_map(|traced| traced.deviations.iter().copied())
+            .flat_map(|traced| traced.deviations.iter().map(|it| it.deviation))
             .collect();
         let held = deviations
             .iter()
