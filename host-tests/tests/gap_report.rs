@@ -157,6 +157,7 @@ fn example() -> Report {
                 after: errors(1.062e-4, 0.0368),
             }),
         },
+        next_experiment: None,
         candidates: vec![
             Candidate {
                 held_out_ratio: Some(0.153),

@@ -98,7 +98,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
 }
 
 /// A learned map among the candidates.
-fn map_name(kind: Kind) -> String {
+pub(super) fn map_name(kind: Kind) -> String {
     let what = if kind.is_friction() {
         "friction"
     } else {

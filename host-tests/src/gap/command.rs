@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 
-use super::{engine, report, table};
+use super::{engine, experiment, report, table};
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;
@@ -33,7 +33,14 @@ pub struct Args {
     /// Write a report with plots to this directory
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Write the input of the next experiment to this file, CSV with time_s,input, where the logs
+    /// leave something in doubt; without it, it goes into the report's directory
+    #[arg(long, value_name = "FILE")]
+    pub experiment: Option<PathBuf>,
 }
+
+/// The next experiment's input in the report's directory.
+const NEXT_EXPERIMENT: &str = "next-experiment.csv";
 
 /// Finds the effects that the declared machine lacks, prints the table, writes what was asked for.
 ///
@@ -41,6 +48,7 @@ pub struct Args {
 /// A wrong file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     whole_file::check_place(args.json.as_deref())?;
+    whole_file::check_place(args.experiment.as_deref())?;
     let machine = Machine::read(&args.machine)?;
     let train = read_all(&args.train)?;
     // A name that is wrong is better said now than after the fit; what is inside stays unread.
@@ -54,14 +62,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     progress.enable_steady_tick(Duration::from_millis(100));
     progress.set_message("tracing the residual");
-    let result = engine::run(
+    let result = engine::trace(
         &machine,
         &train,
         || Ok(read_all(&args.validate)?),
         |message| progress.set_message(message.to_owned()),
-    );
+    )
+    .and_then(|found| {
+        progress.set_message("looking for the next experiment");
+        let next = experiment::next(&machine, &train, &found)?;
+        Ok((found.report, next))
+    });
     progress.finish_and_clear();
-    let found = result?;
+    let (mut found, mut next) = result?;
+    if let Some(next) = &mut next {
+        write_input(args, next)?;
+    }
+    found.outcome.next_experiment = next;
 
     if let Some(path) = &args.json {
         whole_file::write_json(path, &found.outcome)
@@ -75,6 +92,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let text = table::render(&found, out.is_terminal());
     out.write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
+}
+
+/// Writes the next experiment's input where it was asked for, or to the report.
+fn write_input(args: &Args, next: &mut experiment::NextExperiment) -> Result<(), Failure> {
+    let beside = args.report.as_ref();
+    let beside = beside.map(|directory| directory.join(NEXT_EXPERIMENT));
+    for path in beside.iter().chain(&args.experiment) {
+        let failed = |error: io::Error| Failure::system(path.display(), &error);
+        if Some(path) == beside.as_ref()
+            && let Some(directory) = &args.report
+        {
+            fs::create_dir_all(directory).map_err(failed)?;
+        }
+        next.write(path).map_err(failed)?;
+    }
+    Ok(())
 }
 
 /// Refuses a path that leads to nothing, or to a directory.

@@ -6,7 +6,7 @@ use std::time::Instant;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, MARGIN, Schedule, Settings};
-use model_core::gap::select::{self, LEAST_WINDOWS};
+use model_core::gap::select::{self, Consideration, LEAST_WINDOWS, Trace};
 use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
@@ -60,6 +60,9 @@ pub struct Found {
     pub model: Model,
     /// How the logs were cut and weighed for that.
     pub settings: Settings,
+    /// What the selection took, and every look at a candidate, in their order.
+    pub trace: Trace,
+    pub(super) looks: Vec<Consideration>,
 }
 
 /// Traces the training logs, then opens the validation logs.
@@ -115,7 +118,9 @@ pub fn trace(
     let options = Options::new(&data, &declared, &base, rotary).ok_or_else(left_range)?;
     let schedule = AllCores;
     let mut candidates: Vec<Candidate> = Vec::new();
+    let mut looks = Vec::new();
     let trace = select::trace(&data, &schedule, &declared, &options, |look| {
+        looks.push(*look);
         let entry = candidate(look);
         // An effect that was taken in an earlier round and is not any more: that look gets the last
         // word on it.
@@ -186,6 +191,7 @@ pub fn trace(
             validate: validate_errors,
         },
         candidates,
+        next_experiment: None,
         whiteness: whiteness(&judged, &trace.before.model)?,
         cost: Cost {
             seconds,
@@ -202,8 +208,10 @@ pub fn trace(
     };
     Ok(Found {
         report,
-        model: trace.after.model,
+        model: trace.after.model.clone(),
         settings: trace.settings,
+        trace,
+        looks,
     })
 }
 
@@ -251,7 +259,7 @@ pub fn refit(
 
 /// Lays out the logs for fits of models of a machine. `None` of `work` is a fit without a window in
 /// range.
-fn with_workbench<T>(
+pub(super) fn with_workbench<T>(
     machine: &Machine,
     train: &[Log],
     work: impl FnOnce(&mut Workbench<AllCores>) -> Option<T>,

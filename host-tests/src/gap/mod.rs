@@ -6,6 +6,7 @@ pub mod component;
 pub mod declared;
 pub mod engine;
 mod evidence;
+pub mod experiment;
 pub mod metrics;
 pub mod outcome;
 pub mod report;

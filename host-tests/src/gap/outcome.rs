@@ -4,6 +4,7 @@ use model_core::gap::select::Verdict;
 use serde::{Serialize, Serializer};
 
 use super::component::Component;
+use super::experiment::NextExperiment;
 
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
 #[derive(Debug, Clone, Serialize)]
@@ -23,6 +24,9 @@ pub struct Outcome {
     pub errors: Errors,
     /// Every effect that was looked at, round by round, and why it was taken or refused.
     pub candidates: Vec<Candidate>,
+    /// What would tell apart what the training logs do not; null where nothing is in doubt, or
+    /// nobody asked.
+    pub next_experiment: Option<NextExperiment>,
     /// Whiteness of the residual of the base fit, as evidence.
     pub whiteness: Whiteness,
     /// What the run cost.

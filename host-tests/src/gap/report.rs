@@ -1,6 +1,7 @@
 //! The result as a page: one HTML file that needs nothing beside it, with the evidence drawn.
 
 mod component_figure;
+mod experiment;
 mod figures;
 
 use std::fmt::Write as _;
@@ -33,6 +34,7 @@ fn page(report: &Report) -> io::Result<String> {
     let mut body = header(report);
     body += &errors(report);
     body += &effects(report)?;
+    body += &experiment::section(report)?;
     body += &parameters(outcome);
     for (title, note, logs) in [
         (

@@ -33,6 +33,7 @@ pub fn render(report: &Report, colour: bool) -> String {
     page.wrapped(&headline.evidence, 0, Style::Plain);
     errors(&mut page, &outcome.errors, &report.coordinate);
     effects(&mut page, outcome);
+    experiment(&mut page, report);
     parameters(&mut page, outcome);
     selection(&mut page, &outcome.candidates);
     page.line("", Style::Plain);
@@ -357,6 +358,22 @@ fn effects(page: &mut Page, outcome: &Outcome) {
             0,
             Style::Warning,
         );
+    }
+}
+
+fn experiment(page: &mut Page, report: &Report) {
+    let Some(next) = &report.outcome.next_experiment else {
+        return;
+    };
+    page.section("Next experiment");
+    page.wrapped(&next.sentences(&report.coordinate), 0, Style::Plain);
+    match &next.file {
+        Some(file) => page.line(&format!("input        {}", printable(file)), Style::Plain),
+        None if next.plan.is_some() => page.line(
+            "--experiment FILE writes its input, --report DIR too",
+            Style::Faint,
+        ),
+        None => {}
     }
 }
 
