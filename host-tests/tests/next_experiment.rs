@@ -331,6 +331,7 @@ fn the_command_writes_nothing_where_nothing_is_in_doubt() {
         &["--json", "gap.json", "--experiment", "next.csv"],
     );
     assert!(!text.contains("Next experiment"), "{text}");
+    assert!(text.contains("next.csv was not written"), "{text}");
     assert!(!directory.join("next.csv").exists());
     let json = fs::read_to_string(directory.join("gap.json")).unwrap();
     let json: Value = serde_json::from_str(&json).unwrap();

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 
-use super::{engine, experiment, report, table};
+use super::experiment::{self, NextExperiment};
+use super::{engine, report, table};
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;
@@ -74,11 +75,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Ok((found.report, next))
     });
     progress.finish_and_clear();
-    let (mut found, mut next) = result?;
-    if let Some(next) = &mut next {
-        write_input(args, next)?;
-    }
-    found.outcome.next_experiment = next;
+    let (mut found, next) = result?;
+    found.outcome.next_experiment = write_input(args, next)?;
 
     if let Some(path) = &args.json {
         whole_file::write_json(path, &found.outcome)
@@ -89,25 +87,46 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .map_err(|error| Failure::system(directory.display(), &error))?;
     }
     let mut out = io::stdout();
-    let text = table::render(&found, out.is_terminal());
+    let mut text = table::render(&found, out.is_terminal());
+    let next = found.outcome.next_experiment.as_ref();
+    if let Some(path) = &args.experiment
+        && next.is_none_or(|next| next.plan.is_none())
+    {
+        text += &format!(
+            "\nThere is no experiment to propose: {} was not written.\n",
+            path.display()
+        );
+    }
     out.write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
 }
 
-/// Writes the next experiment's input where it was asked for, or to the report.
-fn write_input(args: &Args, next: &mut experiment::NextExperiment) -> Result<(), Failure> {
+/// Writes the next experiment's input into the report and where it was asked for. A report without one
+/// keeps none from before.
+fn write_input(
+    args: &Args,
+    mut next: Option<NextExperiment>,
+) -> Result<Option<NextExperiment>, Failure> {
+    let planned = next.as_mut().filter(|next| next.plan.is_some());
     let beside = args.report.as_ref();
     let beside = beside.map(|directory| directory.join(NEXT_EXPERIMENT));
-    for path in beside.iter().chain(&args.experiment) {
-        let failed = |error: io::Error| Failure::system(path.display(), &error);
-        if Some(path) == beside.as_ref()
-            && let Some(directory) = &args.report
-        {
-            fs::create_dir_all(directory).map_err(failed)?;
+    let failed = |path: &Path| {
+        let name = path.display().to_string();
+        move |error: io::Error| Failure::system(name, &error)
+    };
+    let Some(next_one) = planned else {
+        if let Some(old) = beside.filter(|old| old.exists()) {
+            fs::remove_file(&old).map_err(failed(&old))?;
         }
-        next.write(path).map_err(failed)?;
+        return Ok(next);
+    };
+    if let Some(directory) = &args.report {
+        fs::create_dir_all(directory).map_err(failed(directory))?;
     }
-    Ok(())
+    for path in beside.iter().chain(&args.experiment) {
+        next_one.write(path).map_err(failed(path))?;
+    }
+    Ok(next)
 }
 
 /// Refuses a path that leads to nothing, or to a directory.

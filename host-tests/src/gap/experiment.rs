@@ -38,7 +38,7 @@ use crate::whole_file;
 
 /// Excitations that are judged by linear theory, those that set the candidates furthest apart before
 /// anything is refitted; and of these, those that are judged by refits.
-const LINEARISED: usize = 32;
+const LINEARISED: usize = 16;
 const REFITTED: usize = 3;
 
 /// The experiment that would tell candidates apart, or that none was found that would.
@@ -195,8 +195,7 @@ pub fn next(
 
 /// The trial that separates best: those that promise most by linear theory, judged by refits.
 fn best(bench: &Bench, trials: Vec<Trial>) -> Option<(Trial, Separation)> {
-    let far_apart = bench.unfitted(trials).into_iter();
-    let far_apart = best_of(far_apart.collect(), LINEARISED);
+    let far_apart = best_of(bench.unfitted(trials), LINEARISED);
     let far_apart = far_apart.into_iter().map(|(trial, _)| trial);
     let promising = best_of(bench.linear(far_apart.collect()), REFITTED);
     let mut best: Option<(Trial, Separation)> = None;
