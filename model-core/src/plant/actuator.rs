@@ -411,13 +411,16 @@ impl<M: Borrow<Modes>> Actuator<M> {
         if accepted && state.motion != Motion::Rest {
             let change = self.change(state, 0, input, load);
             let end = state.position.after(change.position);
+            let velocity = state.velocity.after(change.velocity);
+            // As in a slide: zero, or no number.
+            let spoilt = 0.0 * (state.current + change.current + velocity + end);
             let deflection = state.position.from(self.spring_rest);
             let push = match state.motion {
                 Motion::Backward => self.push::<false>(deflection),
                 Motion::Forward | Motion::Rest => self.push::<true>(deflection),
             };
             let passes = self.sprung && (deflection + change.position) * push < 0.0;
-            if end <= self.upper_stop && end >= self.lower_stop && !passes {
+            if end + spoilt <= self.upper_stop && end >= self.lower_stop && !passes {
                 commit(state, &change);
                 state.motion = Motion::of(state.velocity.value());
                 return Ok(change.position);
