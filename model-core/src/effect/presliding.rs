@@ -59,6 +59,16 @@ const ROUNDING: f32 = 4.0 * f32::EPSILON;
 /// Most time of a radian of the swing, s: slower than any log, and what keeps the damping finite.
 const MOST_TIME: f32 = 1e6;
 
+/// Decay that leaves less than the rounding of what it is beside.
+const FORGOTTEN: f32 = 17.5;
+
+/// What a decay leaves, exp(−x): nothing where that is lost beside 1. Hardware is slow on numbers near the
+/// smallest.
+#[inline]
+fn left(x: f32) -> f32 {
+    if x < FORGOTTEN { libm::expf(-x) } else { 0.0 }
+}
+
 /// Bristles between the moving part and what it slides on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bristles {
@@ -86,7 +96,7 @@ impl Bristles {
     #[inline]
     pub fn level(&self, coulomb: f32, breakaway: f32, velocity: f32) -> f32 {
         let slow = velocity * self.inverse_velocity;
-        coulomb + (breakaway - coulomb).max(0.0) * libm::expf(-slow * slow)
+        coulomb + (breakaway - coulomb).max(0.0) * left(slow * slow)
     }
 
     /// Their force after a displacement, from `force` on; positive against forward motion.
@@ -105,7 +115,7 @@ impl Bristles {
     pub fn after(&self, force: f32, displacement: f32, level: f32) -> f32 {
         let sign = if displacement < 0.0 { -1.0 } else { 1.0 };
         let force = force.max(-level).min(level);
-        let left = libm::expf(-displacement.abs() / self.length(level));
+        let left = left(displacement.abs() / self.length(level));
         sign * level - (sign * level - force) * left
     }
 
@@ -125,13 +135,16 @@ impl Bristles {
         };
         // Where the level has fallen below the force, bristles let go.
         let start = (sign * force).max(-level).min(level);
+        if level - start <= f32::EPSILON * level {
+            return sign * level;
+        }
         let target = sign * free.travel;
         let length = self.length(level);
         let damping = (self.time / free.length).max(LEAST_DAMPING);
         // Mean force and damping after a displacement, and their slope.
         let law = |displacement: f32| {
             let share = displacement / length;
-            let left = libm::expf(-share);
+            let left = left(share);
             let end = level - (level - start) * left;
             let slope = (level - start) * left / length;
             let (mean, rise) = if share > 1e-2 {
