@@ -126,8 +126,7 @@ pub fn all(extent: Extent, first_seed: u64) -> Vec<Case> {
         for kind in EffectKind::ALL.into_iter().filter(possible) {
             let named = kind
                 .id()
-                .and_then(model_core::effect::Id::from_id)
-                .is_some_and(model_core::effect::Id::is_traced);
+                .is_some_and(|id| model_core::effect::Id::from_id(id).is_some());
             for _ in 0..seeds {
                 if named {
                     for strength in STRENGTHS {

@@ -273,9 +273,7 @@ fn confusion(traced: &[Traced]) -> Confusion {
             truths.push(truth.clone());
         }
     }
-    let catalogued = |name: &String| {
-        model_core::effect::Id::from_id(name).is_some_and(model_core::effect::Id::is_traced)
-    };
+    let catalogued = |name: &String| model_core::effect::Id::from_id(name).is_some();
     truths.sort_by_key(|truth| !catalogued(truth));
     let mut answers: Vec<String> = truths
         .iter()

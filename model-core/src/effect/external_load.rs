@@ -14,9 +14,6 @@
 //! comes to that place once only. It is held against the part of the log in which it acts, in short
 //! windows: elsewhere it says nothing. Less than about a second of it, at rest throughout, stays
 //! unseen.
-//!
-//! It may be declared; the tracing does not look for it. Its edges are searched for by so many replays that a
-//! log took five times as long to trace.
 
 use super::{Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
@@ -85,7 +82,6 @@ impl Effect for ExternalLoad {
         rotary_only: false,
     };
     const HELD: bool = true;
-    const TRACED: bool = false;
 
     fn new([torque, end, duration]: [f32; MOST_PARAMETERS]) -> Self {
         Self {

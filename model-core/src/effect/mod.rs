@@ -163,8 +163,9 @@ pub trait Effect: Copy {
     /// Whether it has a memory, which a measured state does not restore: its replays run in.
     const REMEMBERS: bool = false;
 
-    /// Whether the tracing looks for it. Else it is there for those who declare it.
-    const TRACED: bool = true;
+    /// Whether a base that is fitted without it bends to it, so that a screening may not see it: it is
+    /// refitted whatever its score.
+    const BENDS_BASE: bool = false;
 
     /// Whether it is the first terms of any law of its variable, so that a learned map may be the
     /// better answer.
@@ -265,9 +266,9 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::REMEMBERS),* }
             }
 
-            /// Whether the tracing looks for it.
-            pub fn is_traced(self) -> bool {
-                match self { $(Self::$name => $module::$name::TRACED),* }
+            /// Whether a base that is fitted without it bends to it.
+            pub fn bends_base(self) -> bool {
+                match self { $(Self::$name => $module::$name::BENDS_BASE),* }
             }
 
             /// Whether it is the first terms of any law of its variable.

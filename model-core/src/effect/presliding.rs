@@ -28,9 +28,6 @@
 //! and without current, does not have it. What lies between small and large compliances is not
 //! linear, so that it is screened at several. Replays carry the bristles' force from the last clear
 //! motion on, behind which it was that of sliding.
-//!
-//! It may be declared; the tracing does not look for it. Root and run-in make a replay so much slower that a
-//! minute of a throttle's log took more than three to trace.
 
 use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::Directional;
@@ -97,6 +94,19 @@ impl Bristles {
     pub fn level(&self, coulomb: f32, breakaway: f32, velocity: f32) -> f32 {
         let slow = velocity * self.inverse_velocity;
         coulomb + (breakaway - coulomb).max(0.0) * left(slow * slow)
+    }
+
+    /// Whether they slide at the Coulomb level: bent all the way towards a motion that is too fast for the
+    /// breakaway level to count.
+    #[inline]
+    pub fn slide(&self, force: f32, coulomb: Directional, velocity: f32) -> bool {
+        let slow = velocity * self.inverse_velocity;
+        let bent = if velocity > 0.0 {
+            coulomb.forward - force
+        } else {
+            coulomb.backward + force
+        };
+        slow * slow >= FORGOTTEN && bent.abs() <= f32::EPSILON * force.abs()
     }
 
     /// Their force after a displacement, from `force` on; positive against forward motion.
@@ -206,7 +216,6 @@ impl Effect for Presliding {
         rotary_only: false,
     };
     const REMEMBERS: bool = true;
-    const TRACED: bool = false;
 
     fn new([compliance, velocity, _]: [f32; MOST_PARAMETERS]) -> Self {
         Self {

@@ -12,6 +12,7 @@
 //! * [`fit`]: Levenberg–Marquardt on these sums, and [`covariance`] of what it finds;
 //! * [`screen`]: score, identifiability and equivalence of the candidates, base projected out;
 //! * [`held_out`]: errors on data that a fit has not seen, and whether a model is better there;
+//! * [`span`]: when an effect acts that comes and goes;
 //! * [`workbench`]: data, schedule and declared model, as the steps below use them;
 //! * [`select`]: rounds of screening, refitting and judging, to the verdict;
 //! * [`unknown`]: which variable carries what no effect of the catalogue explains.
@@ -39,5 +40,6 @@ pub mod scope;
 pub mod screen;
 pub mod select;
 pub mod simulator;
+pub mod span;
 pub mod unknown;
 pub mod workbench;

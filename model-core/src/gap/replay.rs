@@ -105,6 +105,20 @@ impl<'a> Data<'a> {
         log.samples().saturating_sub(2 * MARGIN + 1) / self.settings.window
     }
 
+    /// Whole windows in the longest log.
+    pub fn longest(&self) -> usize {
+        let windows = self.logs.iter().map(|log| self.windows_in(log));
+        windows.max().unwrap_or(0)
+    }
+
+    /// The windows that lie at this place in their logs, 0 the first.
+    pub fn windows_at(&self, place: usize) -> impl Iterator<Item = Window> + '_ {
+        let start = MARGIN + place * self.settings.window;
+        let logs = self.logs.iter().enumerate();
+        let there = logs.filter(move |(_, log)| place < self.windows_in(log));
+        there.map(move |(log, _)| Window { log, start })
+    }
+
     /// Whole windows in all logs.
     pub fn windows(&self) -> usize {
         self.logs.iter().map(|log| self.windows_in(log)).sum()
@@ -685,7 +699,7 @@ impl Fold {
 }
 
 /// Replays one window and sums its squared weighted residuals: the first of its sums.
-fn window_cost(data: &Data, window: Window, simulator: &Simulator) -> f32 {
+pub(super) fn window_cost(data: &Data, window: Window, simulator: &Simulator) -> f32 {
     let log = &data.logs[window.log];
     let settings = &data.settings;
     let mut runner = Runner::new(simulator, log, window.start, settings);

@@ -260,7 +260,7 @@ fn options<'a>(model: &'a Model, scope: &'a Scope) -> impl Iterator<Item = Activ
     Id::ALL
         .iter()
         .copied()
-        .filter(|id| id.is_traced() && !model.has(*id))
+        .filter(|id| !model.has(*id))
         .filter(|id| scope.rotary || !id.description().rotary_only)
         .filter(move |id| has_winding || !id.needs_winding())
         .flat_map(move |id| {
@@ -323,14 +323,14 @@ impl Ranking {
             }
             known.tries = tries;
         } else {
-            self.close(scope, passed_over);
+            self.close(passed_over);
             self.current = Some(candidate);
         }
     }
 
     /// No shape of the effect of which shapes were being tried comes any more. Where there are too many
     /// effects, the one that is the least likely to be refitted is passed over.
-    fn close(&mut self, scope: &Scope, mut passed_over: impl FnMut(&Candidate)) {
+    fn close(&mut self, mut passed_over: impl FnMut(&Candidate)) {
         let Some(current) = self.current.take() else {
             return;
         };
@@ -338,10 +338,9 @@ impl Ranking {
         let Err(mut current) = self.best.push(current) else {
             return;
         };
-        // What a small strength scores says nothing of what is tried at several.
         let hope = |candidate: &Candidate| {
-            let tried = candidate.effect.id.trial(scope, 0).is_some();
-            (tried, candidate.allowed, candidate.score)
+            let bends_base = candidate.effect.id.bends_base();
+            (bends_base, candidate.allowed, candidate.score)
         };
         let least = |a: &&mut Candidate, b: &&mut Candidate| {
             let (a, b) = (hope(a), hope(b));
@@ -400,7 +399,7 @@ pub fn screen(
             &mut passed_over,
         );
     }
-    ranking.close(scope, passed_over);
+    ranking.close(passed_over);
     let Ranking {
         mut best, screened, ..
     } = ranking;

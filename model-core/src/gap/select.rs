@@ -15,7 +15,7 @@ use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
 use super::workbench::{Options, Workbench};
 use crate::effect::learned_map::Kind;
-use crate::effect::{Active, Id, Scope};
+use crate::effect::{Active, Id};
 use heapless::Vec;
 
 /// Rounds of the selection: most effects that one run adds.
@@ -27,9 +27,8 @@ pub const LEAST_WINDOWS: usize = 4;
 /// Candidates refitted in a round for their scores.
 const SHORTLIST: usize = 8;
 
-/// Room for those that are tried at several strengths, and refitted besides.
-const MOST_TRIED: usize = 2;
-const MOST_REFITTED: usize = SHORTLIST + MOST_TRIED;
+/// Room for one that is refitted whatever its score, besides.
+const MOST_REFITTED: usize = SHORTLIST + 1;
 
 /// A candidate under this score is not refitted.
 const LEAST_SCORE: f32 = 0.01;
@@ -391,12 +390,11 @@ impl Candidate {
     }
 
     /// What its scores say: whether it is worth a refit.
-    fn first_look(&self, round: usize, scope: &Scope, resolution: f32) -> Consideration {
+    fn first_look(&self, round: usize, resolution: f32) -> Consideration {
         let strengths = &self.effect.values[..self.effect.id.strengths()];
         let square: f32 = strengths.iter().map(|strength| strength * strength).sum();
         let rounding = LEAST_COUNTS * resolution;
-        let decision = if self.effect.id.trial(scope, 0).is_some() {
-            // What a small play does says nothing of a large one.
+        let decision = if self.effect.id.bends_base() {
             Decision::NotShortlisted
         } else if self.identifiability < LEAST_IDENTIFIABILITY {
             Decision::Absorbed
@@ -474,10 +472,8 @@ fn consider(
     found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<Judgement> {
-    let scope = workbench.options.scope;
     let resolution = workbench.data.settings.resolution;
-    let passed_over =
-        |candidate: &Candidate| observe(&candidate.first_look(round, &scope, resolution));
+    let passed_over = |candidate: &Candidate| observe(&candidate.first_look(round, resolution));
     let screened = workbench.screen(&found.after.model, passed_over)?;
     refit(workbench, round, found, &screened)
 }
@@ -534,15 +530,17 @@ fn compare_where_it_shows(
     slot: usize,
 ) -> Option<Comparison> {
     let effect = with.effects[slot];
-    let Some(span) = effect.law().span() else {
-        let mask = workbench.blocks_of(effect.id);
-        return Some(compare_within(smaller, larger, &mask));
+    let mask = workbench.blocks_of(effect.id);
+    let whole = compare_within(smaller, larger, &mask);
+    // What gains too little on the whole is refused, however well it does while it acts.
+    let Some(span) = effect.law().span().filter(|_| whole.ratio <= LARGEST_RATIO) else {
+        return Some(whole);
     };
     let (mut before, mut after) = (HeldOut::new(), HeldOut::new());
     workbench.held_out_in(without, span, &mut before)?;
     workbench.held_out_in(with, span, &mut after)?;
     Some(Comparison {
-        ratio: compare(smaller, larger).ratio,
+        ratio: whole.ratio,
         ..compare(&before, &after)
     })
 }
@@ -578,16 +576,16 @@ fn refit(
     let resolution = workbench.data.settings.resolution;
     let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
         .iter()
-        .map(|candidate| candidate.first_look(round, &workbench.options.scope, resolution))
+        .map(|candidate| candidate.first_look(round, resolution))
         .collect();
     let model = &found.after.model;
     let mut shortlist: Vec<usize, MOST_REFITTED> = Vec::new();
     let mut scored = 0;
     for index in 0..looks.len() {
-        let tried = workbench.is_tried(candidates[index].effect.id);
-        if looks[index].decision == Decision::NotShortlisted && (tried || scored < SHORTLIST) {
+        let bends_base = candidates[index].effect.id.bends_base();
+        if looks[index].decision == Decision::NotShortlisted && (bends_base || scored < SHORTLIST) {
             let _ = shortlist.push(index);
-            scored += usize::from(!tried);
+            scored += usize::from(!bends_base);
         }
     }
     let smaller = judge(workbench, &mut found.held_out, model)?;
@@ -595,7 +593,7 @@ fn refit(
         let own = candidates[index].effect;
         let ahead = shortlist.iter().find(|&&other| {
             looks[other].decision == Decision::Accepted
-                && !workbench.is_tried(own.id)
+                && !own.id.bends_base()
                 && candidates[index].score < FAR_BEHIND * candidates[other].score
         });
         if let Some(&other) = ahead {

@@ -383,6 +383,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         given: &Given,
     ) -> Result<(), InputRefused> {
         let Course { state, memory } = course;
+        let slides_on = |state: &mut State, fed: f32, load: &Load| {
+            slide_on((actuator, bristles), (state, memory.friction), fed, load)
+        };
+        let alone = self.held.is_nothing();
+        if alone && slides_on(state, input, &actuator.load().braked(given.brake)) {
+            return Ok(());
+        }
         let mut start = self.start((state, memory), input, given);
         let load = self.load_at(&start, given.brake).against(memory.friction);
         start.excess = self.excess(actuator, state, input, &load);
@@ -393,6 +400,9 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let against = load.against(memory.friction);
         middle.excess = self.excess(actuator, state, input, &against);
         let fed = self.fed(input, &middle);
+        if !alone && slides_on(state, fed, &load) {
+            return Ok(());
+        }
         let level = |coulomb, breakaway| bristles.level(coulomb, breakaway, middle.velocity);
         let levels = Directional {
             forward: level(load.coulomb.forward, load.breakaway.forward),
@@ -514,4 +524,22 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         };
         current + self.voltage_at(&middle) / resistance
     }
+}
+
+/// One step of bristles with this force that slide all through it: as rigid friction, without a search for
+/// what they hold. Whether they do; else the state is unchanged.
+#[inline]
+fn slide_on(
+    (actuator, bristles): (&Actuator<impl Borrow<Modes>>, &Bristles),
+    (state, force): (&mut State, f32),
+    input: f32,
+    load: &Load,
+) -> bool {
+    let slide = |state: &State| bristles.slide(force, load.coulomb, state.velocity.value());
+    let mut end = *state;
+    let slides = slide(state) && actuator.step_on(&mut end, input, load) && slide(&end);
+    if slides {
+        *state = end;
+    }
+    slides
 }

@@ -9,6 +9,7 @@ use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
+use super::span::best_span;
 use crate::effect::learned_map::Ranges;
 use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
 
@@ -49,8 +50,8 @@ const BENT: f32 = 2.0;
 /// Samples under which an edge in time is left to a fit.
 const FINEST_EDGE: f32 = 4.0;
 
-/// Most turns of moving edges and fitting to them.
-const MOST_TURNS: u32 = 6;
+/// Most turns of looking for edges and fitting to them.
+const MOST_TURNS: u32 = 3;
 
 /// Length of a held-out block, s.
 const BLOCK: f32 = 0.5;
@@ -327,11 +328,6 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(measured)
     }
 
-    /// Whether an effect is judged by what it does at several strengths, not by its slope at none.
-    pub fn is_tried(&self, id: Id) -> bool {
-        id.trial(&self.options.scope, 0).is_some()
-    }
-
     /// The model with an effect, fitted from the strength at which it follows the log best. Each is
     /// tried beside the fitted base and beside the declared one: a base that was fitted without a
     /// large play has bent to it, and leaves the play nothing to explain.
@@ -388,14 +384,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// `None` inside if it is hopeless or the model is full.
     #[inline(never)]
     pub fn start(&mut self, model: &Model, effect: Active) -> Option<Option<Model>> {
-        if self.is_tried(effect.id) {
+        if effect.id.bends_base() {
             return self.try_strengths(model, effect.id);
         }
         let Some(larger) = screen::with_effect(model, effect) else {
             return Some(None);
         };
         if effect.law().span().is_some() {
-            return Some(Some(self.settle_span(&larger)?));
+            return self.settle_span(&larger);
         }
         if !self.is_bent(model) {
             return Some(Some(larger));
@@ -405,34 +401,74 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// A model whose last effect acts for a while, fitted from where that while follows the log best.
+    /// `None` inside if no window is followed better.
     ///
     /// A derivative does not carry an edge beyond the window that it is in: near the window's end an
-    /// edge changes nothing that the window sees. So edges are moved by ever smaller steps, and
-    /// everything is fitted to them, in turns.
+    /// edge changes nothing that the window sees. So the edges are looked for, and everything is fitted
+    /// to them, in turns.
     #[inline(never)]
-    fn settle_span(&mut self, model: &Model) -> Option<Model> {
-        let mut best = self.fit(model)?;
+    fn settle_span(&mut self, model: &Model) -> Option<Option<Model>> {
+        let mut best: Option<Fit> = None;
         for _ in 0..MOST_TURNS {
-            let moved = self.move_edges(&best.model)?;
-            let fit = self.fit(&moved)?;
-            if fit.cost > best.cost * (1.0 - FULL.converged) {
+            let last = best.as_ref().map_or(model, |fit| &fit.model);
+            let Some(found) = self.find_span(last)? else {
+                break;
+            };
+            if best.is_some() && self.is_near(&found, last) {
                 break;
             }
-            best = fit;
+            let moved = self.move_edges(found)?;
+            let fit = self.fit(&moved)?;
+            if best.as_ref().is_some_and(|best| fit.cost >= best.cost) {
+                break;
+            }
+            best = Some(fit);
         }
-        Some(best.model)
+        Some(best.map(|fit| fit.model))
     }
 
-    /// The model with the edges of its last effect's span moved to where the log is followed best.
+    /// The model with its last effect acting where the log is followed best by that, to a window.
+    fn find_span(&mut self, model: &Model) -> Option<Option<Model>> {
+        let data = self.data;
+        let period = data.logs.first()?.period;
+        let mut without = model.clone();
+        let effect = without.effects.pop()?;
+        let acting = |(begin, end): (f32, f32)| {
+            let mut acting = effect;
+            let shapes = &mut acting.values[effect.id.strengths()..];
+            (shapes[0], shapes[1]) = (end, end - begin);
+            screen::with_effect(&without, acting)
+        };
+        let throughout = acting((0.0, 2.0 * self.options.scope.seconds))?;
+        let (without, throughout) = (without.build(period).ok()?, throughout.build(period).ok()?);
+        let (span, windows) = best_span(&data, self.schedule, (&without, &throughout));
+        self.count(windows, data.settings.window);
+        Some(span.and_then(acting))
+    }
+
+    /// Whether the last effects of two models act at the same time, to a window.
+    fn is_near(&self, a: &Model, b: &Model) -> bool {
+        let span = |model: &Model| model.effects.last().and_then(|effect| effect.law().span());
+        let window = self.data.settings.window as f32 * self.options.scope.period;
+        span(a).zip(span(b)).is_some_and(|(a, b)| {
+            let apart = (a.0 - b.0).abs().max((a.1 - b.1).abs());
+            apart <= window
+        })
+    }
+
+    /// The model with the edges of its last effect's span moved, within a window, to where the log is
+    /// followed best. Elsewhere they change nothing.
     #[inline(never)]
-    fn move_edges(&mut self, model: &Model) -> Option<Model> {
-        let mut best = model.clone();
-        let mut least = self.cost(&best)?;
+    fn move_edges(&mut self, mut best: Model) -> Option<Model> {
         let slot = best.effects.len() - 1;
         let shapes = best.effects[slot].id.strengths();
-        let mut step = 0.5 * best.effects[slot].values[shapes + 1];
+        let (begin, end) = best.effects[slot].law().span()?;
+        let window = self.data.settings.window as f32 * self.options.scope.period;
+        let near = |edge: f32| (edge - window, edge + window);
+        let edges = [near(begin), near(end)];
+        let mut least = self.cost_within(&best, edges)?;
+        let mut step = 0.5 * window;
         while step > FINEST_EDGE * self.options.scope.period {
-            let mut moved = false;
             for (begin, end) in [(-step, 0.0), (step, 0.0), (0.0, -step), (0.0, step)] {
                 let mut tried = best.clone();
                 let values = &mut tried.effects[slot].values;
@@ -441,16 +477,39 @@ impl<'a, S: Schedule> Workbench<'a, S> {
                 if values[shapes] <= 0.0 || values[shapes + 1] <= 0.0 {
                     continue;
                 }
-                let cost = self.cost(&tried)?;
+                let cost = self.cost_within(&tried, edges)?;
                 if cost < least {
-                    (best, least, moved) = (tried, cost, true);
+                    (best, least) = (tried, cost);
                 }
             }
-            if !moved {
-                step *= 0.5;
-            }
+            step *= 0.5;
         }
         Some(best)
+    }
+
+    /// Sum of a model's squared weighted residuals in the windows that have something in common with one
+    /// of two spans.
+    fn cost_within(&mut self, model: &Model, spans: [(f32, f32); 2]) -> Option<f64> {
+        let data = self.data;
+        let simulator = model.build(data.logs.first()?.period).ok()?;
+        let within = |number: usize| {
+            let window = data.window(number)?;
+            let overlaps = |span: &(f32, f32)| data.overlaps(window, *span);
+            spans.iter().any(overlaps).then_some(window)
+        };
+        let (mut total, mut windows) = (0.0, 0);
+        self.schedule.run(
+            data.windows(),
+            |number, cost| {
+                *cost = within(number).map(|window| replay::window_cost(&data, window, &simulator));
+            },
+            |_, cost: &Option<f32>| {
+                total += f64::from(cost.unwrap_or(0.0));
+                windows += u64::from(cost.is_some());
+            },
+        );
+        self.count(windows, data.settings.window);
+        Some(total)
     }
 
     /// Held-out errors of the model with an effect, and that model; `None` inside if it is not worth

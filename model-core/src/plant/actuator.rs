@@ -432,6 +432,13 @@ impl<M: Borrow<Modes>> Actuator<M> {
         Ok(state.position.from(origin) - before)
     }
 
+    /// One step in the mode as it is, unless an event ends that before the step does: the state is then
+    /// unchanged. Whether it was taken.
+    #[inline]
+    pub fn step_on(&self, state: &mut State, input: f32, load: &Load) -> bool {
+        input.abs() <= INPUT_LIMIT && self.advance(state, 0, input, load)
+    }
+
     /// The input that brings the current to zero at the end of the step, with the mode as it is.
     pub fn input_that_ends_current(&self, state: &State, load: &Load) -> f32 {
         let unfed = state.current + self.change(state, 0, 0.0, load).current;
