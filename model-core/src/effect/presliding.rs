@@ -31,6 +31,7 @@
 
 use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::Directional;
+use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -49,6 +50,9 @@ const MOST_STEPS: u32 = 12;
 /// Share of the displacement at which a step to the root is the last: what is left behind it goes with its
 /// square.
 const FOUND: f32 = 1e-4;
+
+/// Displacement, in shares of the length over which bristles bend, behind which the way to the level counts no more.
+const SATURATED: f32 = 1e6;
 
 /// Share of the travel that a step to the root loses to rounding: no smaller one comes nearer.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
@@ -89,11 +93,16 @@ pub struct Free {
 }
 
 impl Bristles {
-    /// Friction g that they tend to, between these levels.
+    /// Friction g that they tend to in each direction, between these levels.
     #[inline]
-    pub fn level(&self, coulomb: f32, breakaway: f32, velocity: f32) -> f32 {
+    pub fn levels(&self, load: &Load, velocity: f32) -> Directional {
         let slow = velocity * self.inverse_velocity;
-        coulomb + (breakaway - coulomb).max(0.0) * left(slow * slow)
+        let share = left(slow * slow);
+        let level = |coulomb: f32, breakaway: f32| coulomb + (breakaway - coulomb).max(0.0) * share;
+        Directional {
+            forward: level(load.coulomb.forward, load.breakaway.forward),
+            backward: level(load.coulomb.backward, load.breakaway.backward),
+        }
     }
 
     /// Whether they slide at the Coulomb level: bent all the way towards a motion that is too fast for the
@@ -148,40 +157,49 @@ impl Bristles {
         if level - start <= f32::EPSILON * level {
             return sign * level;
         }
-        let target = sign * free.travel;
-        let length = self.length(level);
+        let bend = level - start;
         let damping = (self.time / free.length).max(LEAST_DAMPING);
-        // Mean force and damping after a displacement, and their slope.
-        let law = |displacement: f32| {
-            let share = displacement / length;
+        // Mean force and damping after a displacement, and their slope; displacements in shares of the
+        // length over which bristles bend.
+        let law = |share: f32| {
             let left = left(share);
-            let end = level - (level - start) * left;
-            let slope = (level - start) * left / length;
-            let (mean, rise) = if share > 1e-2 {
-                let mean = level - (level - start) * (1.0 - left) / share;
-                (mean, (end - mean) / displacement)
+            let (way, rise) = if share > 1e-2 {
+                let inverse = 1.0 / share;
+                let way = (1.0 - left) * inverse;
+                (way, (way - left) * inverse)
             } else {
-                let mean = start + 0.5 * (level - start) * share;
-                (mean, 0.5 * slope)
+                (1.0 - 0.5 * share, 0.5 * left)
             };
             (
-                mean + damping * (end - start),
-                rise + damping * slope,
+                level - bend * way + damping * bend * (1.0 - left),
+                bend * (rise + damping * left),
             )
         };
-        // The force is concave in the displacement: Newton's method comes from below and stays there.
-        let most = level + damping * (level - start);
-        let mut displacement = (target - free.give * most).max(0.0);
+        // The force is concave in the displacement: Newton's method comes from below and stays there. It
+        // starts from the nearer of two that are below: what the largest force leaves, and where the
+        // slope at no displacement leads.
+        let target = sign * free.travel;
+        let length = self.length(level);
+        let most = level + damping * bend;
+        let slope = bend * (0.5 + damping);
+        let rough = (target - free.give * start) / (length + free.give * slope);
+        let mut share = rough.max((target - free.give * most) / length).max(0.0);
+        if share >= SATURATED {
+            return sign * most;
+        }
+        let rounding = ROUNDING * target.abs() / length;
+        let mut held = start;
         for _ in 0..MOST_STEPS {
-            let (force, slope) = law(displacement);
-            let missing = target - free.give * force - displacement;
-            let step = missing / (1.0 + free.give * slope);
-            displacement = (displacement + step).max(0.0);
-            if step.abs() <= FOUND * displacement + ROUNDING * target.abs() {
+            let (force, slope) = law(share);
+            let missing = target - free.give * force - share * length;
+            let step = (missing / (length + free.give * slope)).max(-share);
+            share += step;
+            held = force + slope * step;
+            if step.abs() <= FOUND * share + rounding {
                 break;
             }
         }
-        sign * law(displacement).0
+        sign * held
     }
 }
 

@@ -10,7 +10,7 @@ use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load};
 use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError};
-use crate::plant::{Compensated, Directional, InputRefused, Motion, State};
+use crate::plant::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
 /// Parts of a step in which a model with held effects is stepped. An effect that varies within a
@@ -403,19 +403,15 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         if !alone && slides_on(state, fed, &load) {
             return Ok(());
         }
-        let level = |coulomb, breakaway| bristles.level(coulomb, breakaway, middle.velocity);
-        let levels = Directional {
-            forward: level(load.coulomb.forward, load.breakaway.forward),
-            backward: level(load.coulomb.backward, load.breakaway.backward),
-        };
-        let (travel, give) = actuator.travel(state, fed, &load.against(0.0));
+        let levels = bristles.levels(&load, middle.velocity);
+        let unheld = actuator.unheld(state, fed, &load);
         let free = Free {
-            travel,
-            give,
+            travel: unheld.travel(),
+            give: unheld.give(),
             length,
         };
         let friction = bristles.held(memory.friction, &free, &levels);
-        let moved = actuator.step_unheld(state, fed, &load.against(friction))?;
+        let moved = actuator.step_unheld((state, &unheld), fed, &load, friction)?;
         memory.friction = bristles.after(memory.friction, moved, levels.of(moved));
         Ok(())
     }

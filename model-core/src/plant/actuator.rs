@@ -160,6 +160,34 @@ struct Change {
     position: f32,
 }
 
+/// What a step without friction comes to.
+#[derive(Clone, Copy)]
+pub struct Unheld {
+    change: Change,
+    /// What a torque held over the step adds to that.
+    give: Change,
+}
+
+impl Unheld {
+    /// Its displacement, rad or m.
+    pub fn travel(&self) -> f32 {
+        self.change.position
+    }
+
+    /// What a torque held over it adds to that, rad/(N·m) or m/N.
+    pub fn give(&self) -> f32 {
+        self.give.position
+    }
+
+    fn against(&self, friction: f32) -> Change {
+        Change {
+            current: self.change.current - friction * self.give.current,
+            velocity: self.change.velocity - friction * self.give.velocity,
+            position: self.change.position - friction * self.give.position,
+        }
+    }
+}
+
 /// The finest cell as a parabola through its start, its end and the end of the next one.
 struct Cell {
     first: Change,
@@ -385,41 +413,54 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
     }
 
-    /// How far a step carries with the mode as it is, and what a torque held over it adds to that.
-    pub fn travel(&self, state: &State, input: f32, load: &Load) -> (f32, f32) {
+    /// What a step without friction comes to, with the mode as it is.
+    #[inline]
+    pub fn unheld(&self, state: &State, input: f32, load: &Load) -> Unheld {
         let modes = self.modes.borrow();
         let ladder = match state.motion {
             Motion::Backward => &modes.backward,
             Motion::Forward | Motion::Rest => &modes.forward,
         };
-        let travel = self.change(state, 0, input, load).position;
-        (travel, ladder[0].position[4])
+        let by_torque = |row: &[f32; 5]| row[4];
+        Unheld {
+            change: self.change(state, 0, input, &load.against(0.0)),
+            give: Change {
+                current: by_torque(&ladder[0].current),
+                velocity: by_torque(&ladder[0].velocity),
+                position: by_torque(&ladder[0].position),
+            },
+        }
     }
 
-    /// One step under a load without friction levels; gives the displacement. To turn is no event
-    /// then: viscous friction that differs by direction goes on as it was until the step's end.
+    /// That step with this friction held over it, positive against forward motion, instead of the load's
+    /// levels; gives the displacement. To turn is no event then: viscous friction that differs by
+    /// direction goes on as it was until the step's end.
     ///
     /// # Errors
     /// As [`Actuator::step`].
+    #[inline]
     pub fn step_unheld(
         &self,
-        state: &mut State,
+        (state, unheld): (&mut State, &Unheld),
         input: f32,
         load: &Load,
+        friction: f32,
     ) -> Result<f32, InputRefused> {
         let accepted = input.abs() <= INPUT_LIMIT;
         if accepted && state.motion != Motion::Rest {
-            let change = self.change(state, 0, input, load);
+            let change = unheld.against(friction);
             let end = state.position.after(change.position);
             let velocity = state.velocity.after(change.velocity);
             // As in a slide: zero, or no number.
             let spoilt = 0.0 * (state.current + change.current + velocity + end);
-            let deflection = state.position.from(self.spring_rest);
-            let push = match state.motion {
-                Motion::Backward => self.push::<false>(deflection),
-                Motion::Forward | Motion::Rest => self.push::<true>(deflection),
+            let passes = self.sprung && {
+                let deflection = state.position.from(self.spring_rest);
+                let push = match state.motion {
+                    Motion::Backward => self.push::<false>(deflection),
+                    Motion::Forward | Motion::Rest => self.push::<true>(deflection),
+                };
+                (deflection + change.position) * push < 0.0
             };
-            let passes = self.sprung && (deflection + change.position) * push < 0.0;
             if end + spoilt <= self.upper_stop && end >= self.lower_stop && !passes {
                 commit(state, &change);
                 state.motion = Motion::of(state.velocity.value());
@@ -428,7 +469,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
         let origin = state.position.value();
         let before = state.position.from(origin);
-        self.step_under(state, input, load)?;
+        self.step_under(state, input, &load.against(friction))?;
         Ok(state.position.from(origin) - before)
     }
 
