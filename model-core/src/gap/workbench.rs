@@ -428,6 +428,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// The model with its last effect acting where the log is followed best by that, to a window.
+    // Two simulators, which are not to lie below a fit.
+    #[inline(never)]
     fn find_span(&mut self, model: &Model) -> Option<Option<Model>> {
         let data = self.data;
         let period = data.logs.first()?.period;
@@ -489,6 +491,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
 
     /// Sum of a model's squared weighted residuals in the windows that have something in common with one
     /// of two spans.
+    #[inline(never)]
     fn cost_within(&mut self, model: &Model, spans: [(f32, f32); 2]) -> Option<f64> {
         let data = self.data;
         let simulator = model.build(data.logs.first()?.period).ok()?;
