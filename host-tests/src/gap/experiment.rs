@@ -38,8 +38,12 @@ use crate::whole_file;
 
 /// Excitations that are judged by linear theory, those that set the candidates furthest apart before
 /// anything is refitted; and of these, those that are judged by refits.
-const LINEARISED: usize = 16;
+const LINEARISED: usize = 24;
 const REFITTED: usize = 3;
+
+/// Distance, in multiples of the noise, from which on nothing better is looked for where every pair is
+/// separated.
+const CLEAR: f64 = 5.0;
 
 /// The experiment that would tell candidates apart, or that none was found that would.
 #[derive(Debug, Clone, Serialize)]
@@ -195,38 +199,30 @@ pub fn next(
 
 /// The trial that separates best: those that promise most by linear theory, judged by refits.
 fn best(bench: &Bench, trials: Vec<Trial>) -> Option<(Trial, Separation)> {
-    let far_apart = best_of(bench.unfitted(trials), LINEARISED);
-    let far_apart = far_apart.into_iter().map(|(trial, _)| trial);
-    let promising = best_of(bench.linear(far_apart.collect()), REFITTED);
+    let far_apart = most_promising(bench.unfitted(trials), LINEARISED);
+    let promising = most_promising(bench.linear(far_apart), REFITTED);
     let mut best: Option<(Trial, Separation)> = None;
-    for (trial, promised) in promising {
-        // No more pairs than it has already.
-        if let Some((_, known)) = &best
-            && promised.rank().0 <= known.rank().0
-        {
-            break;
-        }
+    for trial in promising {
         let Some(separation) = bench.refitted(&trial) else {
             continue;
         };
-        if best
-            .as_ref()
-            .is_none_or(|(_, known)| separation.rank() > known.rank())
-        {
+        let known = best.as_ref().map(|(_, known)| known.rank());
+        if known.is_none_or(|known| separation.rank() > known) {
+            let clear = separation.is_complete() && separation.least() >= CLEAR;
             best = Some((trial, separation));
+            if clear {
+                break;
+            }
         }
     }
     best.filter(|(_, separation)| separation.separates_any())
 }
 
-/// So many of the trials that separate best.
-fn best_of(mut judged: Vec<(Trial, Separation)>, count: usize) -> Vec<(Trial, Separation)> {
-    judged.sort_by(|(_, a), (_, b)| {
-        let (a, b) = (a.rank(), b.rank());
-        b.0.cmp(&a.0).then(b.1.total_cmp(&a.1))
-    });
+/// So many of the trials that promise most, the best first.
+fn most_promising(mut judged: Vec<(Trial, Separation)>, count: usize) -> Vec<Trial> {
+    judged.sort_by(|(_, a), (_, b)| b.promise().total_cmp(&a.promise()));
     judged.truncate(count);
-    judged
+    judged.into_iter().map(|(trial, _)| trial).collect()
 }
 
 fn proposal(

@@ -92,6 +92,18 @@ impl Separation {
         (separated.count(), self.least())
     }
 
+    /// By how far it separates all pairs together, before refits have the last word: a pair that just
+    /// passes the limit counts for little beside one that is far beyond it.
+    pub fn promise(&self) -> f64 {
+        let logarithm = |(a, b)| (self.distance(a, b).powi(2) / self.limit).ln_1p();
+        self.pairs().map(logarithm).sum()
+    }
+
+    /// Whether it separates every pair.
+    pub fn is_complete(&self) -> bool {
+        self.left().next().is_none()
+    }
+
     /// Whether it separates any pair.
     pub fn separates_any(&self) -> bool {
         self.pairs().any(|(a, b)| self.is_separated(a, b))
