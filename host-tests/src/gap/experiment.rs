@@ -2,9 +2,9 @@
 //!
 //! A log may leave several explanations standing: effects that are one model on its motion, an effect
 //! that a fitted parameter imitates, several learned maps that come equally near. Then each of them is
-//! fitted to the logs ([`candidates`]), the usual excitations of the field ([`excitation`]) are scaled
-//! to what the machine has been shown to take ([`limits`]), and the one that sets the candidates apart
-//! best is proposed ([`separation`]): the one whose log, were one candidate true, every other one would
+//! fitted to the logs (`candidates`), the usual excitations of the field (`excitation`) are scaled
+//! to what the machine has been shown to take (`limits`), and the one that sets the candidates apart
+//! best is proposed (`separation`): the one whose log, were one candidate true, every other one would
 //! follow worst however it were refitted. That is T-optimality (A. C. Atkinson, V. V. Fedorov, *The
 //! Design of Experiments for Discriminating Between Two Rival Models*, Biometrika 62, 1975), over a
 //! list of excitations instead of all inputs.
