@@ -16,7 +16,7 @@ use model_core::unit::Dimension;
 use super::engine::AllCores;
 use super::metrics::decimal;
 use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect};
-use crate::quantity::probability;
+use crate::quantity::{probability, significant};
 
 /// Why a candidate was taken or refused, in words.
 pub(super) fn candidate(look: &Consideration) -> Candidate {
@@ -38,6 +38,12 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             probability(held_out.p_value),
             probability(required)
         ),
+        (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) if held_out.ratio > 1.0 => {
+            let times = significant(held_out.ratio, 2);
+            format!(
+                "most held-out blocks gain, but their error as a whole is {times} times as large"
+            )
+        }
         (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) => format!(
             "held-out error falls by {} only, 10 % is required",
             share(held_out.ratio)
