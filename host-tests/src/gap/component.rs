@@ -10,7 +10,8 @@ use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, Row, Runner};
 use model_core::plant::parameters::ParameterError;
 
-use super::metrics::{standstill, torque_balance};
+use super::metrics::{differentiate, standstill, torque_balance};
+use crate::page::series::extent;
 
 /// What an effect is shown over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +87,7 @@ fn view(id: Id) -> (Variable, Quantity) {
 }
 
 /// Periods in the stroke from which they are laid over each other.
-const FOLDED: f32 = 2.0;
+const FOLDED: f64 = 2.0;
 
 /// Entries of the torque balance on either side of a turn or a standstill that are left out: there its
 /// filters smear friction, which changes its sign, over what the effect does.
@@ -116,7 +117,9 @@ pub(super) fn components(
                 }
             };
             let period = period_of(model, id).filter(|_| variable == Variable::Position);
-            if let Some(period) = period.filter(|period| spread(&x) > FOLDED * period) {
+            let ends = extent(x.iter().map(|&x| f64::from(x))).unwrap_or_default();
+            let passes = |period: &f32| ends.1 - ends.0 > FOLDED * f64::from(*period);
+            if let Some(period) = period.filter(passes) {
                 variable = Variable::PositionInPeriod;
                 for x in &mut x {
                     *x = x.rem_euclid(period);
@@ -145,13 +148,6 @@ fn period_of(model: &Model, id: Id) -> Option<f32> {
     effect.values.get(index).copied()
 }
 
-/// From the smallest to the largest value.
-fn spread(series: &[f32]) -> f32 {
-    let low = series.iter().copied().fold(f32::INFINITY, f32::min);
-    let high = series.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    high - low
-}
-
 /// Variable, component and partial residual.
 type Columns = (Vec<f32>, Vec<f32>, Vec<f32>);
 
@@ -173,14 +169,10 @@ fn of_torque(
     let standstill = standstill(log, resolution);
     let time = |entry: usize| whole.sample[entry] as f64 * period;
     let entries = whole.sample.len();
-    let rate = |entry: usize| {
-        let (before, after) = (entry.saturating_sub(1), (entry + 1).min(entries - 1));
-        let change = whole.torque[after] - whole.torque[before];
-        if after > before {
-            change / (time(after) - time(before))
-        } else {
-            0.0
-        }
+    let rate = if entries > 1 {
+        differentiate(&whole.torque, time(1) - time(0))
+    } else {
+        vec![0.0; entries]
     };
     let moves = |entry: usize| {
         let direction = whole.velocity[entry].signum();
@@ -203,7 +195,7 @@ fn of_torque(
             whole.position[entry]
         }
         Variable::MotorTorque => whole.torque[entry],
-        Variable::TorqueRate => rate(entry),
+        Variable::TorqueRate => rate[entry],
         Variable::Time => time(entry),
     });
     let component =

@@ -48,8 +48,8 @@ pub fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }
 
-/// Central differences, one-sided at the ends.
-fn differentiate(series: &[f64], period: f64) -> Vec<f64> {
+/// Central differences of two samples or more, one-sided at the ends.
+pub(super) fn differentiate(series: &[f64], period: f64) -> Vec<f64> {
     let last = series.len() - 1;
     (0..=last)
         .map(|index| {

@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use super::candidates::Candidate;
 use super::limits::{Course, Trial};
 use crate::gap::engine::AllCores;
+use crate::gap::metrics::differentiate;
 use crate::gap::series::Series;
 
 /// Counts of the sensor below which the selection tells nothing apart: they are a part of the noise.
@@ -198,7 +199,11 @@ impl<'b, 'a> Bench<'b, 'a> {
             0.0
         };
         let period = data.logs[0].period;
-        let velocity = has_velocity.then(|| slopes(&course.position, period));
+        let velocity = has_velocity.then(|| {
+            let position: Vec<f64> = course.position.iter().map(|&it| f64::from(it)).collect();
+            let slopes = differentiate(&position, f64::from(period));
+            slopes.into_iter().map(|slope| slope as f32).collect()
+        });
         Series {
             label: String::new(),
             period,
@@ -235,16 +240,17 @@ impl<'b, 'a> Bench<'b, 'a> {
         cost: impl Fn(&Data, usize) -> Option<f64> + Sync,
     ) -> Vec<(Trial, Separation)> {
         let judged = trials.into_par_iter().filter_map(|trial| {
-            let separation = self.separation(&trial, &cost)?;
+            let separation = self.separation(&trial, &[], &cost)?;
             Some((trial, separation))
         });
         judged.collect()
     }
 
-    /// By what the candidates cost on each other's logs of a trial.
+    /// By what the candidates cost on each other's logs of a trial, beside logs that are known.
     fn separation(
         &self,
         trial: &Trial,
+        known: &[CoreLog],
         cost: impl Fn(&Data, usize) -> Option<f64>,
     ) -> Option<Separation> {
         let count = self.candidates.len();
@@ -252,12 +258,13 @@ impl<'b, 'a> Bench<'b, 'a> {
         let mut windows = 0;
         for (truth, course) in trial.courses.iter().enumerate() {
             let series = self.log_of(trial, course, truth as u64);
-            let logs = [series.log()];
-            let data = Data {
-                logs: &logs,
+            let logs: Vec<CoreLog> = known.iter().copied().chain([series.log()]).collect();
+            let on = |logs| Data {
+                logs,
                 ..self.workbench.data
             };
-            windows = data.windows();
+            let data = on(&logs);
+            windows = data.windows() - on(known).windows();
             let samples = (windows * data.settings.window) as f64;
             let own = cost(&data, truth)?;
             for other in (0..count).filter(|other| *other != truth) {
@@ -290,35 +297,14 @@ impl<'b, 'a> Bench<'b, 'a> {
         Some(sums.products.at(0, 0) - taken)
     }
 
-    /// How far a trial sets the candidates apart, by refits.
+    /// How far a trial sets the candidates apart, by refits to the training logs and its own.
     pub fn refitted(&self, trial: &Trial) -> Option<Separation> {
-        let workbench = self.workbench;
-        let count = self.candidates.len();
-        let mut squares = vec![vec![0.0; count]; count];
-        let mut windows = 0;
-        for (truth, course) in trial.courses.iter().enumerate() {
-            let series = self.log_of(trial, course, truth as u64);
-            let mut logs: Vec<CoreLog> = workbench.data.logs.to_vec();
-            logs.push(series.log());
-            let data = Data {
-                logs: &logs,
-                ..workbench.data
-            };
-            windows = data.windows() - workbench.data.windows();
-            let samples = (windows * data.settings.window) as f64;
-            let cost = |place: usize| -> Option<f64> {
-                let model = &self.candidates[place].model;
-                let variables = workbench.variables(model);
-                let fit = fit::fit(&data, &AllCores, ALL, model, &variables, EFFORT)?;
-                Some(fit.cost)
-            };
-            let own = cost(truth)?;
-            for other in (0..count).filter(|other| *other != truth) {
-                squares[truth][other] = (cost(other)? - own) / samples;
-            }
-        }
-        let limit = self.limit(windows);
-        Some(Separation { squares, limit })
+        self.separation(trial, self.workbench.data.logs, |data, place| {
+            let model = &self.candidates[place].model;
+            let variables = self.workbench.variables(model);
+            let fit = fit::fit(data, &AllCores, ALL, model, &variables, EFFORT)?;
+            Some(fit.cost)
+        })
     }
 
     /// The squared distance from which two candidates are separated by an experiment of so many
@@ -337,15 +323,4 @@ fn normal(sums: &Sums, count: usize) -> Matrix {
         normal.row_mut(row).copy_from_slice(products);
     }
     normal
-}
-
-/// Central differences.
-fn slopes(position: &[f32], period: f32) -> Vec<f32> {
-    let last = position.len() - 1;
-    (0..=last)
-        .map(|index| {
-            let (before, after) = (index.saturating_sub(1), (index + 1).min(last));
-            (position[after] - position[before]) / ((after - before) as f32 * period)
-        })
-        .collect()
 }
