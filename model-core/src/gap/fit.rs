@@ -2,7 +2,7 @@
 
 use super::ensemble::{Ensemble, Store};
 use super::model::{Base, Model};
-use super::replay::{self, Data, Fold, Schedule, Sums, WindowSums};
+use super::replay::{self, Data, Fold, Schedule, Sums};
 use crate::effect::learned_map::KNOTS;
 use crate::effect::{Id, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
@@ -270,22 +270,29 @@ pub(super) struct Problem<'a, S> {
 }
 
 impl<S: Schedule> Problem<'_, S> {
-    /// The sums at a model, sensitivities per scale of each variable, with the weight of the declared
-    /// values. `observe` is told the sums of each window.
+    /// Calls `work` with a model and its perturbed copies, one a variable.
+    ///
+    /// `None` if one of them cannot be built.
     #[inline(never)]
-    pub fn linearise(
+    pub fn with_copies(
         &mut self,
-        sums: &mut Sums,
         model: &Model,
-        observe: impl FnMut(&WindowSums),
+        work: impl FnOnce(&mut Self, &Ensemble),
     ) -> Option<()> {
         let period = self.data.logs.first()?.period;
         let store = Store::new();
         let mut ensemble = Ensemble::new();
         ensemble.start(&store, model, period).ok()?;
         perturb(&mut ensemble, &store, model, self.variables, period)?;
-        sums.replay(self.data, self.schedule, self.fold, &ensemble, observe);
-        self.simulated += sums.simulated(&ensemble);
+        work(self, &ensemble);
+        Some(())
+    }
+
+    /// The sums at a model, sensitivities per scale of each variable, with the weight of the declared
+    /// values.
+    pub fn sum(&mut self, sums: &mut Sums, model: &Model, copies: &Ensemble) {
+        sums.replay(self.data, self.schedule, self.fold, copies);
+        self.simulated += sums.simulated(copies);
         sums.products.row_mut(0)[0] += self.cost_of_departure(model);
         for (index, variable) in self.variables.iter().enumerate() {
             let weight = variable.weight();
@@ -293,7 +300,10 @@ impl<S: Schedule> Problem<'_, S> {
             row[0] += weight * variable.departure(model);
             row[index + 1] += weight;
         }
-        Some(())
+    }
+
+    fn linearise(&mut self, sums: &mut Sums, model: &Model) -> Option<()> {
+        self.with_copies(model, |problem, copies| problem.sum(sums, model, copies))
     }
 
     /// Sum of the squared weighted residuals of a model: the first of the sums.
@@ -338,7 +348,7 @@ pub fn fit(
         variable.set(&mut model, value.max(variable.lower).min(variable.upper));
     }
     let mut sums = Sums::default();
-    problem.linearise(&mut sums, &model, |_| ())?;
+    problem.linearise(&mut sums, &model)?;
     let mut damping = 1e-3;
     // Breakaway acts through sticking alone, which comes and goes by jumps: a derivative across a
     // jump misleads the whole step. What is refused with it is tried without.
@@ -381,7 +391,7 @@ pub fn fit(
             break;
         };
         model = candidate;
-        problem.linearise(&mut sums, &model, |_| ())?;
+        problem.linearise(&mut sums, &model)?;
         if lowered > cost * (1.0 - effort.converged) {
             break;
         }
@@ -395,6 +405,14 @@ pub fn fit(
 
 /// A matrix over the variables of a fit.
 pub type Matrix = Triangle<f64, { entries(MOST_VARIABLES) }>;
+
+impl Sums {
+    /// The normal matrix of the first `count` variables.
+    #[inline]
+    pub fn normal(&self, count: usize) -> Matrix {
+        Matrix::leading(count, |row, column| self.products.at(row + 1, column + 1))
+    }
+}
 
 /// The damped Gauss–Newton step, clipped to the variables' bounds, and by how much it lowers the
 /// cost as far as the sensitivities tell.

@@ -751,43 +751,56 @@ pub struct Sums {
     pub windows: usize,
 }
 
+/// Replays the windows of a fold with a model and its copies. `observe` is told the sums of each
+/// window, in the order of the log.
+pub fn replay_windows(
+    data: &Data,
+    schedule: &impl Schedule,
+    (fold, block): (Fold, usize),
+    ensemble: &Ensemble,
+    mut observe: impl FnMut(&WindowSums),
+) {
+    schedule.run(
+        data.windows(),
+        |number, sums| {
+            if let Some(window) = data.window_in((fold, block), number) {
+                accumulate(sums, data, window, ensemble);
+            }
+        },
+        |number, sums: &WindowSums| {
+            if fold.takes(number / block) {
+                observe(sums);
+            }
+        },
+    );
+}
+
 impl Sums {
-    /// Replays the windows of a fold and sums them up in the order of the log. `observe` is told
-    /// the sums of each window.
+    /// Replays the windows of a fold and sums them up in the order of the log.
     pub fn replay(
         &mut self,
         data: &Data,
         schedule: &impl Schedule,
-        (fold, block): (Fold, usize),
+        fold: (Fold, usize),
         ensemble: &Ensemble,
-        mut observe: impl FnMut(&WindowSums),
     ) {
         *self = Self::default();
-        let columns = ensemble.lanes().len() + 1;
-        schedule.run(
-            data.windows(),
-            |number, sums| {
-                if let Some(window) = data.window_in((fold, block), number) {
-                    accumulate(sums, data, window, ensemble);
+        replay_windows(data, schedule, fold, ensemble, |window| {
+            self.add(window, ensemble);
+        });
+    }
+
+    fn add(&mut self, window: &WindowSums, ensemble: &Ensemble) {
+        self.windows += 1;
+        for row in 0..=ensemble.lanes().len() {
+            let (before, own) = ensemble.partners(row);
+            let products = self.products.row_mut(row);
+            for partners in [0..before, own..row + 1] {
+                for column in partners {
+                    products[column] += f64::from(window.row(row)[column]);
                 }
-            },
-            |number, sums: &WindowSums| {
-                if !fold.takes(number / block) {
-                    return;
-                }
-                self.windows += 1;
-                for row in 0..columns {
-                    let (before, own) = ensemble.partners(row);
-                    let products = self.products.row_mut(row);
-                    for partners in [0..before, own..row + 1] {
-                        for column in partners {
-                            products[column] += f64::from(sums.row(row)[column]);
-                        }
-                    }
-                }
-                observe(sums);
-            },
-        );
+            }
+        }
     }
 
     /// Windows simulated, each copy counted.

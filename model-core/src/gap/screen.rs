@@ -389,7 +389,7 @@ pub fn screen(
         if columns.is_empty() {
             break;
         }
-        sums.replay(data, schedule, SCAN, &ensemble, |_| ());
+        sums.replay(data, schedule, SCAN, &ensemble);
         simulated += sums.simulated(&ensemble);
         rank_shapes(
             &mut ranking,
@@ -424,7 +424,7 @@ pub fn screen(
         };
         add_effect(&mut ensemble, &store, model, effect, (sides, scope))?;
     }
-    sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
+    sums.replay(data, schedule, (Fold::All, 1), &ensemble);
     simulated += sums.simulated(&ensemble);
     let mut imitation = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
     compare(&mut best, &mut imitation, (&sums, base), &columns, scope);
@@ -509,7 +509,7 @@ pub fn map_score(
     ensemble.start(&store, model, period).ok()?;
     fit::perturb(&mut ensemble, &store, model, variables, period)?;
     let mut sums = Sums::default();
-    sums.replay(data, schedule, (Fold::All, 1), &ensemble, |_| ());
+    sums.replay(data, schedule, (Fold::All, 1), &ensemble);
     // The knots come last.
     let knots = variables
         .iter()

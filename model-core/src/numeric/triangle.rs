@@ -22,6 +22,27 @@ impl<T: Copy + Default, const ENTRIES: usize> Default for Triangle<T, ENTRIES> {
     }
 }
 
+impl<T: Copy + Default, const ENTRIES: usize> Triangle<T, ENTRIES> {
+    /// With these entries in its leading `order` rows and columns, and nothing in the others. `entry`
+    /// is asked for those up to the diagonal.
+    ///
+    /// ```
+    /// use model_core::numeric::triangle::{Triangle, entries};
+    /// let matrix = Triangle::<f32, { entries(3) }>::leading(2, |row, column| (10 * row + column) as f32);
+    /// assert_eq!((matrix.at(1, 0), matrix.at(1, 1), matrix.at(2, 2)), (10.0, 11.0, 0.0));
+    /// ```
+    #[inline]
+    pub fn leading(order: usize, entry: impl Fn(usize, usize) -> T) -> Self {
+        let mut matrix = Self::default();
+        for row in 0..order {
+            for (column, value) in matrix.row_mut(row).iter_mut().enumerate() {
+                *value = entry(row, column);
+            }
+        }
+        matrix
+    }
+}
+
 impl<T: Copy, const ENTRIES: usize> Triangle<T, ENTRIES> {
     /// An entry, from either side of the diagonal.
     #[inline]

@@ -144,7 +144,7 @@ impl<'b, 'a> Bench<'b, 'a> {
         };
         for place in 0..candidates.len() {
             let sums = bench.sums(&workbench.data, &AllCores, place)?;
-            bench.known.push(normal(&sums, bench.variables(place)));
+            bench.known.push(sums.normal(bench.variables(place)));
         }
         Some(bench)
     }
@@ -165,7 +165,7 @@ impl<'b, 'a> Bench<'b, 'a> {
         let variables = self.workbench.variables(model);
         fit::perturb(&mut ensemble, &store, model, &variables, period)?;
         let mut sums = Sums::default();
-        sums.replay(data, schedule, ALL, &ensemble, |_| ());
+        sums.replay(data, schedule, ALL, &ensemble);
         Some(sums)
     }
 
@@ -279,7 +279,7 @@ impl<'b, 'a> Bench<'b, 'a> {
     fn remaining(&self, data: &Data, place: usize) -> Option<f64> {
         let sums = self.sums(data, &InOrder, place)?;
         let count = self.variables(place);
-        let mut matrix = normal(&sums, count);
+        let mut matrix = sums.normal(count);
         let mut step = [0.0; MOST_VARIABLES];
         for row in 0..count {
             step[row] = sums.products.at(row + 1, 0);
@@ -313,14 +313,4 @@ impl<'b, 'a> Bench<'b, 'a> {
         let all = self.workbench.data.windows() + windows;
         SEPARATED * all as f64 / windows.max(1) as f64
     }
-}
-
-/// The normal matrix of a candidate's variables.
-fn normal(sums: &Sums, count: usize) -> Matrix {
-    let mut normal = Matrix::default();
-    for row in 0..count {
-        let products = &sums.products.row(row + 1)[1..];
-        normal.row_mut(row).copy_from_slice(products);
-    }
-    normal
 }
