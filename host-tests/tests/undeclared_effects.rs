@@ -77,7 +77,7 @@ fn is_named(
 ) {
     let id = kind.id().unwrap();
     for (index, machine) in machines().iter().enumerate() {
-        if kind.needs_winding() && !matches!(machine.motor, rig::Motor::Winding { .. }) {
+        if !kind.can_act_on(machine) {
             continue;
         }
         let effect = Effect::nominal(kind, machine).scaled(STRENGTH);
@@ -184,6 +184,16 @@ fn spring() {
             unreachable!()
         };
         vec![("stiffness", stiffness)]
+    });
+}
+
+#[test]
+fn gravity() {
+    is_named(EffectKind::Gravity, 2651, 0.05, |_, effect| {
+        let Effect::Gravity { torque, .. } = effect else {
+            unreachable!()
+        };
+        vec![("torque", torque)]
     });
 }
 

@@ -1,6 +1,6 @@
 //! What a rig can have that its machine file does not say.
 
-use crate::machine::{Coordinate, Machine};
+use crate::machine::{Coordinate, Machine, Motor};
 use std::f64::consts::TAU;
 
 /// One physical effect with its strength. Loads are N·m or N, speeds rad/s or m/s.
@@ -42,6 +42,13 @@ pub enum Effect {
         /// N·m/rad or N/m.
         stiffness: f64,
         /// rad or m.
+        rest: f64,
+    },
+    /// An unbalanced load on a horizontal axis: −torque · sin(x − rest).
+    Gravity {
+        /// At a right angle to hanging, N·m.
+        torque: f64,
+        /// Where it hangs, rad.
         rest: f64,
     },
     /// A load amplitude · sin(2π x / period + phase).
@@ -206,6 +213,8 @@ pub enum EffectKind {
     QuadraticDrag,
     /// [`Effect::Spring`]
     Spring,
+    /// [`Effect::Gravity`]
+    Gravity,
     /// [`Effect::Cogging`]
     Cogging,
     /// [`Effect::LoadDependentFriction`]
@@ -246,13 +255,14 @@ pub enum EffectKind {
 
 impl EffectKind {
     /// Every kind that a rig can carry.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::AsymmetricCoulomb,
         Self::AsymmetricViscous,
         Self::OffsetTorque,
         Self::Stribeck,
         Self::QuadraticDrag,
         Self::Spring,
+        Self::Gravity,
         Self::Cogging,
         Self::LoadDependentFriction,
         Self::InputDelay,
@@ -283,6 +293,7 @@ impl EffectKind {
             Self::Stribeck => Some("stribeck"),
             Self::QuadraticDrag => Some("quadratic_drag"),
             Self::Spring => Some("spring"),
+            Self::Gravity => Some("gravity"),
             Self::Cogging => Some("cogging"),
             Self::LoadDependentFriction => Some("load_dependent_friction"),
             Self::InputDelay => Some("input_delay"),
@@ -303,12 +314,16 @@ impl EffectKind {
         }
     }
 
-    /// Whether it acts on a winding: a machine with a force as input cannot have it.
-    pub fn needs_winding(self) -> bool {
-        matches!(
-            self,
-            Self::SupplySag | Self::BrushDrop | Self::DeadTime | Self::ThermalDrift
-        )
+    /// Whether this machine can have it: what acts on a winding needs one, and a load hangs on an
+    /// axis.
+    pub fn can_act_on(self, machine: &Machine) -> bool {
+        match self {
+            Self::SupplySag | Self::BrushDrop | Self::DeadTime | Self::ThermalDrift => {
+                matches!(machine.motor, Motor::Winding { .. })
+            }
+            Self::Gravity => machine.coordinate == Coordinate::Radian,
+            _ => true,
+        }
     }
 }
 
@@ -337,6 +352,11 @@ impl Effect {
             EffectKind::Spring => Self::Spring {
                 stiffness: 0.15 * coulomb / machine.amplitude(),
                 rest: machine.centre(),
+            },
+            // Off the middle, as a lever is mounted for its work.
+            EffectKind::Gravity => Self::Gravity {
+                torque: 0.2 * coulomb,
+                rest: machine.centre() - 0.6,
             },
             EffectKind::Cogging => Self::Cogging {
                 amplitude: 0.15 * coulomb,
@@ -454,6 +474,9 @@ impl Effect {
                 stiffness: strength,
                 ..
             }
+            | Self::Gravity {
+                torque: strength, ..
+            }
             | Self::Cogging {
                 amplitude: strength,
                 ..
@@ -543,6 +566,7 @@ impl Effect {
             Self::Stribeck { .. } => EffectKind::Stribeck,
             Self::QuadraticDrag { .. } => EffectKind::QuadraticDrag,
             Self::Spring { .. } => EffectKind::Spring,
+            Self::Gravity { .. } => EffectKind::Gravity,
             Self::Cogging { .. } => EffectKind::Cogging,
             Self::LoadDependentFriction { .. } => EffectKind::LoadDependentFriction,
             Self::InputDelay { .. } => EffectKind::InputDelay,

@@ -230,6 +230,7 @@ impl Plant {
                 }
                 Effect::LoadDependentFriction { ratio } => plant.load_ratio += ratio,
                 Effect::Stribeck { .. }
+                | Effect::Gravity { .. }
                 | Effect::Cogging { .. }
                 | Effect::FrictionDrift { .. }
                 | Effect::PositionDependentFriction { .. }
@@ -779,6 +780,7 @@ impl Plant {
             - self.drag * state.velocity * state.velocity.abs();
         for effect in &self.shaped {
             load += match effect {
+                Effect::Gravity { torque, rest } => -torque * (state.position - rest).sin(),
                 Effect::Cogging {
                     amplitude,
                     period,

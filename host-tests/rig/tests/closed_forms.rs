@@ -423,7 +423,7 @@ fn pulses_shorter_than_the_dead_time_are_swallowed() {
 fn loads_of_position_are_conservative() {
     /// Work done by the effect between 0 and x.
     type Work = fn(f64) -> f64;
-    let cases: [(Effect, Work); 2] = [
+    let cases: [(Effect, Work); 3] = [
         (
             Effect::Cogging {
                 amplitude: 3.0,
@@ -438,6 +438,13 @@ fn loads_of_position_are_conservative() {
                 rest: 0.1,
             },
             |x| 0.5 * 40.0 * (0.1_f64.powi(2) - (x - 0.1).powi(2)),
+        ),
+        (
+            Effect::Gravity {
+                torque: 4.0,
+                rest: -0.6,
+            },
+            |x| 4.0 * ((x + 0.6).cos() - 0.6_f64.cos()),
         ),
     ];
     for (effect, work) in cases {

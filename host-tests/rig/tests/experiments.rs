@@ -171,8 +171,7 @@ fn every_nominal_effect_shows() {
     for machine in machines() {
         let trajectory = Trajectory::sines(&machine);
         let clean = Experiment::tracking(machine.clone(), trajectory.clone()).run();
-        let has_winding = matches!(machine.motor, Motor::Winding { .. });
-        let possible = |kind: &EffectKind| has_winding || !kind.needs_winding();
+        let possible = |kind: &EffectKind| kind.can_act_on(&machine);
         for kind in EffectKind::ALL.into_iter().filter(possible) {
             let effect = Effect::nominal(kind, &machine);
             let log = Experiment::tracking(machine.clone(), trajectory.clone())

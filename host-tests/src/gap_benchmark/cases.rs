@@ -121,8 +121,7 @@ pub fn all(extent: Extent, first_seed: u64) -> Vec<Case> {
         });
     };
     for rig in &machines() {
-        let has_winding = matches!(rig.motor, Motor::Winding { .. });
-        let possible = |kind: &EffectKind| has_winding || !kind.needs_winding();
+        let possible = |kind: &EffectKind| kind.can_act_on(rig);
         for kind in EffectKind::ALL.into_iter().filter(possible) {
             let named = kind
                 .id()

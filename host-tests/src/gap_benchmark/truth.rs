@@ -1,5 +1,6 @@
 //! The rig's truth in the words of the catalogue.
 
+use model_core::effect::gravity::Gravity;
 use model_core::effect::{Active, Id};
 use rig::{Effect, Machine};
 
@@ -15,6 +16,9 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
         Effect::Stribeck { drop, speed } => [drop, speed, 0.0],
         Effect::QuadraticDrag { coefficient } => [coefficient, 0.0, 0.0],
         Effect::Spring { stiffness, rest } => [stiffness, stiffness * rest, 0.0],
+        Effect::Gravity { torque, rest } => {
+            Gravity::values(torque as f32, rest as f32).map(f64::from)
+        }
         Effect::Cogging {
             amplitude,
             period,
@@ -88,6 +92,7 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
             Effect::Spring { stiffness, rest } => {
                 numbers.extend([("stiffness", stiffness), ("rest", rest)]);
             }
+            Effect::Gravity { torque, .. } => numbers.push(("torque", torque)),
             Effect::Cogging {
                 amplitude, period, ..
             } => numbers.extend([("amplitude", amplitude), ("period", period)]),
