@@ -35,6 +35,8 @@ pub enum Dimension {
     Velocity,
     /// s.
     Time,
+    /// s².
+    SquaredTime,
     /// 1/s.
     PerTime,
     /// rad, whatever the coordinate.
@@ -68,6 +70,7 @@ impl Dimension {
             Self::Position => ("rad", "m"),
             Self::Velocity => ("rad/s", "m/s"),
             Self::Time => ("s", "s"),
+            Self::SquaredTime => ("s²", "s²"),
             Self::PerTime => ("1/s", "1/s"),
             Self::Phase => ("rad", "rad"),
             Self::Ratio => ("1", "1"),

@@ -30,6 +30,8 @@ pub enum Variable {
     Time,
     /// Travel of the drive since it last turned.
     TravelSinceTurn,
+    /// Acceleration of the drive.
+    Acceleration,
 }
 
 /// What is shown of it.
@@ -43,6 +45,8 @@ pub enum Quantity {
     Reading,
     /// How far the sensor's side lags behind the drive, positive when trailing.
     LostMotion,
+    /// How far it is ahead of the drive, in the direction of the coordinate.
+    Twist,
 }
 
 /// One effect in one log, sample by sample.
@@ -83,6 +87,7 @@ fn view(id: Id) -> (Variable, Quantity) {
         Id::InputDelay | Id::SensorDelay => (Variable::TorqueRate, Quantity::Torque),
         Id::EncoderEccentricity => (Variable::Position, Quantity::Reading),
         Id::Backlash => (Variable::TravelSinceTurn, Quantity::LostMotion),
+        Id::Compliance => (Variable::Acceleration, Quantity::Twist),
     }
 }
 
@@ -112,7 +117,7 @@ pub(super) fn components(
                 Quantity::Torque | Quantity::Friction => {
                     of_torque(data, log, model, id, variable, quantity)?
                 }
-                Quantity::Reading | Quantity::LostMotion => {
+                Quantity::Reading | Quantity::LostMotion | Quantity::Twist => {
                     of_position(data, log, model, quantity)?
                 }
             };
@@ -191,9 +196,10 @@ fn of_torque(
     };
     let x = column(&|entry| match variable {
         Variable::Velocity => whole.velocity[entry],
-        Variable::Position | Variable::PositionInPeriod | Variable::TravelSinceTurn => {
-            whole.position[entry]
-        }
+        Variable::Position
+        | Variable::PositionInPeriod
+        | Variable::TravelSinceTurn
+        | Variable::Acceleration => whole.position[entry],
         Variable::MotorTorque => whole.torque[entry],
         Variable::TorqueRate => rate[entry],
         Variable::Time => time(entry),
@@ -219,6 +225,7 @@ fn of_position(
         let mut runner = Runner::new(&simulator, series, window.start, &data.settings);
         let mut since_turn: Option<f32> = None;
         let (mut direction, mut last) = (0.0, runner.drive());
+        let mut speed = runner.drive_velocity();
         for index in window.start..window.start + data.settings.window {
             runner.advance(&Row::new(series, index));
             let (drive, measured) = (runner.drive(), series.position.at(index + 1));
@@ -238,6 +245,12 @@ fn of_position(
                         component.push(direction * (drive - runner.reported()));
                         partial_residual.push(direction * (drive - measured));
                     }
+                }
+                Quantity::Twist => {
+                    let before = std::mem::replace(&mut speed, runner.drive_velocity());
+                    x.push((speed - before) / series.period);
+                    component.push(runner.reported() - drive);
+                    partial_residual.push(measured - drive);
                 }
                 _ => {
                     x.push(drive);

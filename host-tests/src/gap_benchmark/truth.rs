@@ -53,6 +53,11 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
             [volts, 0.0, 0.0]
         }
         Effect::ThermalDrift { rate, winding, .. } => [rate, winding, 0.0],
+        Effect::Compliance {
+            share,
+            trailing,
+            damping,
+        } => [trailing, share, damping],
         Effect::EncoderEccentricity {
             amplitude,
             period,
@@ -111,6 +116,7 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
                 resistance,
                 ..
             } => numbers.push(("share", resistance / voltage.powi(2))),
+            Effect::Compliance { trailing, .. } => numbers.push(("trailing", trailing)),
             Effect::EncoderEccentricity {
                 amplitude, period, ..
             } => numbers.extend([("amplitude", amplitude), ("period", period)]),

@@ -11,6 +11,7 @@
 pub mod harmonic;
 pub mod learned_map;
 
+use self::compliance::{Shaft, Twist};
 use self::encoder_eccentricity::EncoderEccentricity;
 use self::presliding::Bristles;
 use crate::plant::actuator::Load;
@@ -101,6 +102,8 @@ pub struct Chain {
     /// What friction yields by before it slides. With a compliance of 0 replays start as with it, and
     /// friction is rigid.
     pub bristles: Option<Bristles>,
+    /// What lies behind an elastic shaft.
+    pub shaft: Option<Shaft>,
     /// How the sensor errs.
     pub reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.
@@ -114,6 +117,8 @@ pub struct Memory {
     pub far: f32,
     /// Force of the bristles, positive against forward motion, N·m or N.
     pub friction: f32,
+    /// The far side of the shaft beside the drive.
+    pub twist: Twist,
     /// Share by which warmth has raised the winding's resistance.
     pub warmth: f32,
 }
@@ -371,6 +376,7 @@ catalogue! {
     dead_time::DeadTime,
     encoder_eccentricity::EncoderEccentricity,
     thermal_drift::ThermalDrift,
+    compliance::Compliance,
 }
 
 impl Id {

@@ -92,8 +92,20 @@ impl Log<'_> {
     ///
     /// `index` must be at least `half_width` from both ends of the log.
     pub fn smoothed_state(&self, index: usize, half_width: usize, resolution: f32) -> State {
-        let origin = self.position.at(index);
-        let neighbours = (index - half_width..=index + half_width).map(|at| self.position.at(at));
+        self.smoothed_state_less(index, half_width, resolution, |_| 0.0)
+    }
+
+    /// The same of what is left of the positions less a known part of each, by its sample.
+    pub fn smoothed_state_less(
+        &self,
+        index: usize,
+        half_width: usize,
+        resolution: f32,
+        part: impl Fn(usize) -> f32 + Clone,
+    ) -> State {
+        let left = |at: usize| self.position.at(at) - part(at);
+        let origin = left(index);
+        let neighbours = (index - half_width..=index + half_width).map(left.clone());
         let (mut lowest, mut highest) = (origin, origin);
         for position in neighbours.clone() {
             lowest = lowest.min(position);

@@ -9,6 +9,7 @@ use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
 use super::held::{Acting, Held, Varied};
 use super::log::Log;
 use super::simulator::{Course, Given, Simulator};
+use crate::effect::compliance::{Shaft, Twist};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::numeric::triangle::{Triangle, entries};
 use crate::plant::modes::Modes;
@@ -48,6 +49,9 @@ pub const WINDOW: f32 = 0.2;
 
 /// Counts of the sensor that a clear motion passes.
 pub(super) const CLEAR_COUNTS: f32 = 4.0;
+
+/// Fewest samples on either side that a run-in's state is smoothed over, at the beginning of a log.
+const LEAST_HALF_WIDTH: usize = 2;
 
 /// Most windows that a run-in goes back.
 const MOST_RUN_IN: usize = 10;
@@ -226,10 +230,54 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             ..Self::from_state(simulator, log, (restart.start, restart.state), settings)
         };
         runner.course.memory.warmth = restart.warmth(simulator, log);
+        if let Some(shaft) = simulator.shaft() {
+            runner.wind(shaft, restart, settings);
+        }
         match &restart.approach {
             Some(approach) if simulator.remembers() => runner.behind(approach, restart, settings),
             _ => runner,
         }
+    }
+
+    /// Twists the shaft as a run-in does, in which what it started with has died out. What the far side
+    /// swings about is smoothed, for a swing is too fast for that.
+    fn wind(&mut self, shaft: &Shaft, restart: &Restart, settings: &Settings) {
+        let (log, start, half_width) = (self.log, restart.start, settings.half_width);
+        let earlier = start.saturating_sub(samples(WINDOW, log.period, 5));
+        let since = earlier.max(LEAST_HALF_WIDTH);
+        let narrow = Settings {
+            half_width: half_width.min(since),
+            ..*settings
+        };
+        let state = measured_state(log, since, &narrow);
+        let mut run_in = Self::from_state(self.simulator, log, (since, state), settings);
+        run_in.course.memory.warmth = self.course.memory.warmth;
+        let mut ahead = [0.0; 2 * MARGIN + 1];
+        let mut twist = Twist::default();
+        let first = start - half_width;
+        for index in since..start + half_width {
+            run_in.advance(&Row::new(log, index));
+            let now = run_in.course.memory.twist;
+            if let Some(ahead) = (index + 1)
+                .checked_sub(first)
+                .and_then(|at| ahead.get_mut(at))
+            {
+                *ahead = shaft.ahead() * now.angle;
+            }
+            if index + 1 == start {
+                twist = now;
+            }
+        }
+        let state = measured_state_less(log, start, settings, |index| ahead[index - first]);
+        let warmth = self.course.memory.warmth;
+        *self = Self {
+            velocity_channel: self.velocity_channel,
+            ..Self::from_state(self.simulator, log, (start, state), settings)
+        };
+        self.course.memory.warmth = warmth;
+        let own_velocity = settings.measured_velocity && log.velocity.is_some();
+        self.simulator
+            .twist(&mut self.course, shaft, twist, own_velocity);
     }
 
     /// With what the effects remember of the approach to the restart.
@@ -343,7 +391,12 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         self.simulator.reported(&self.course)
     }
 
-    /// The position of its drive, before play and sensor.
+    /// The velocity of its drive.
+    pub fn drive_velocity(&self) -> f32 {
+        self.course.state.velocity.value()
+    }
+
+    /// The position of its drive, before shaft, play and sensor.
     pub fn drive(&self) -> f32 {
         self.course.state.position.value()
     }
@@ -495,7 +548,17 @@ pub fn turns(data: &Data, window: Window) -> bool {
 
 /// The measured state at a sample, but for the current.
 fn measured_state(log: &Log, start: usize, settings: &Settings) -> State {
-    let state = log.smoothed_state(start, settings.half_width, settings.resolution);
+    measured_state_less(log, start, settings, |_| 0.0)
+}
+
+/// The same less a known part of each position.
+fn measured_state_less(
+    log: &Log,
+    start: usize,
+    settings: &Settings,
+    part: impl Fn(usize) -> f32 + Clone,
+) -> State {
+    let state = log.smoothed_state_less(start, settings.half_width, settings.resolution, part);
     match log.velocity {
         Some(velocity) if settings.measured_velocity => {
             State::new(state.position.value(), velocity.at(start))

@@ -3,11 +3,12 @@
 use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
+use crate::effect::compliance::{Reaction, Rigid, Shaft, Twist};
 use crate::effect::encoder_eccentricity::EncoderEccentricity;
 use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
-use crate::plant::actuator::{Actuator, Load};
+use crate::plant::actuator::{Actuator, Load, Unheld};
 use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError};
 use crate::plant::{Compensated, InputRefused, Motion, State};
@@ -109,6 +110,8 @@ pub struct Simulator<M = Modes, H = Held> {
     half_play: Option<f32>,
     /// What friction yields by, where a model says so.
     bristles: Option<Bristles>,
+    /// The elastic shaft before the sensor, where there is one.
+    shaft: Option<Shaft>,
     /// How the sensor errs.
     reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.
@@ -130,7 +133,11 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let (plant, chain) = model.bound();
         plant.check()?;
         let held = share(model.held()?)?;
-        let rigid = chain.bristles.is_none_or(|it| it.compliance == 0.0);
+        if let Some(shaft) = &chain.shaft {
+            shaft.check(&plant)?;
+        }
+        let shaft = chain.shaft.filter(|shaft| shaft.trailing > 0.0);
+        let rigid = chain.bristles.is_none_or(|it| it.compliance == 0.0) && shaft.is_none();
         let parts = if held.is_nothing() && rigid {
             1
         } else {
@@ -159,6 +166,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             current: Lateness::new(chain.sensor_delay, period),
             half_play: chain.play.map(|width| 0.5 * width),
             bristles: chain.bristles,
+            shaft,
             reading: chain.reading,
             heats: has_winding && chain.heats,
         })
@@ -182,8 +190,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             Motion::Backward => -self.half_play.unwrap_or(0.0),
             Motion::Rest => 0.0,
         };
-        let far = course.memory.far;
-        course.state.position = Compensated::new(far + lead);
+        let near = course.memory.far + lead;
+        course.state.position = Compensated::new(near - course.memory.twist.angle);
         let levels = self.actuator.load().coulomb;
         course.memory.friction = match motion {
             Motion::Forward => levels.forward,
@@ -205,10 +213,30 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// measured far side, and bends the bristles as there. `moved`: how much further the drive is than
     /// that simulation has it.
     pub fn resume(&self, course: &mut Course, run_in: &Course, moved: f32) {
-        let near = run_in.state.position.value() + moved;
+        let near = behind_shaft(run_in) + moved;
         let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
-        course.state.position = Compensated::new(within);
+        course.state.position = Compensated::new(within - course.memory.twist.angle);
         course.memory.friction = run_in.memory.friction;
+    }
+
+    /// The elastic shaft before the sensor, where there is one: no measured state restores its twist.
+    pub fn shaft(&self) -> Option<&Shaft> {
+        self.shaft.as_ref()
+    }
+
+    /// Puts drive and far side of a state of their centre of mass where a twisted shaft has them.
+    /// `own_velocity`: the velocity is the drive's already.
+    pub fn twist(&self, course: &mut Course, shaft: &Shaft, twist: Twist, own_velocity: bool) {
+        let Course { state, memory } = course;
+        let centre = state.position.value();
+        memory.twist = twist;
+        memory.far = centre + shaft.ahead() * twist.angle;
+        state.position = Compensated::new(centre - shaft.share * twist.angle);
+        if state.motion != Motion::Rest && !own_velocity {
+            let velocity = state.velocity.value() - shaft.share * twist.rate;
+            state.velocity = Compensated::new(velocity);
+            state.motion = Motion::of(velocity);
+        }
     }
 
     /// Distance of the reported position from `measured`.
@@ -216,7 +244,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     pub fn reported_from(&self, course: &Course, measured: f32) -> f32 {
         let distance = match self.half_play {
             Some(_) => course.memory.far - measured,
-            None => course.state.position.from(measured),
+            None => course.state.position.from(measured) + course.memory.twist.angle,
         };
         if self.reading.is_nothing() {
             distance
@@ -230,7 +258,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     fn sensed(&self, course: &Course) -> f32 {
         match self.half_play {
             Some(_) => course.memory.far,
-            None => course.state.position.value(),
+            None => behind_shaft(course),
         }
     }
 
@@ -292,7 +320,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             *warmth = heating.after(*warmth, course.state.current, self.period);
         }
         if let Some(half_play) = self.half_play {
-            let near = course.state.position.value();
+            let near = behind_shaft(course);
             course.memory.far = follow(course.memory.far, near, half_play);
         }
         Ok(current)
@@ -334,8 +362,14 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
+        let length = share * self.period / self.parts as f32;
+        if let Some(shaft) = &self.shaft {
+            for _ in 0..self.parts {
+                self.advance_twisted((actuator, length), shaft, course, input, given)?;
+            }
+            return Ok(());
+        }
         if let Some(bristles) = self.yielding() {
-            let length = share * self.period / self.parts as f32;
             for _ in 0..self.parts {
                 self.advance_yielding((actuator, length), bristles, course, input, given)?;
             }
@@ -349,27 +383,92 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             return actuator.step_under(state, input, &actuator.load().braked(given.brake));
         }
         for _ in 0..self.parts {
-            self.advance_held(actuator, (state, memory), input, given)?;
+            self.advance_held((actuator, length), (state, memory), input, given)?;
         }
+        Ok(())
+    }
+
+    /// One part of a step before an elastic shaft: the drive under its reaction, then the twist that the
+    /// drive's motion leads to.
+    fn advance_twisted(
+        &self,
+        (actuator, length): (&Actuator<impl Borrow<Modes>>, f32),
+        shaft: &Shaft,
+        course: &mut Course,
+        input: f32,
+        given: &Given,
+    ) -> Result<(), InputRefused> {
+        let before = *course;
+        let drive = (actuator, length);
+        match self.yielding() {
+            Some(bristles) => self.advance_yielding(drive, bristles, course, input, given)?,
+            None => {
+                let Course { state, memory } = course;
+                self.advance_held(drive, (state, memory), input, given)?;
+            }
+        }
+        let origin = before.state.velocity.value();
+        let gain = course.state.velocity.from(origin) - before.state.velocity.from(origin);
+        let twist = shaft.after(before.memory.twist, gain, length);
+        if !(twist.angle.is_finite() && twist.rate.is_finite()) {
+            *course = before;
+            return Err(InputRefused);
+        }
+        course.memory.twist = twist;
         Ok(())
     }
 
     /// One part of a step under held effects: a predictor to its middle, then the part itself.
     fn advance_held(
         &self,
-        actuator: &Actuator<impl Borrow<Modes>>,
+        drive: (&Actuator<impl Borrow<Modes>>, f32),
         (state, memory): (&mut State, &Memory),
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
+        let actuator = drive.0;
         let mut start = self.start((state, memory), input, given);
-        let load = self.load_at(&start, given.brake);
-        start.excess = self.excess(actuator, state, input, &load);
-        let way = actuator.middle(state, self.fed(input, &start), &load);
-        let mut middle = self.behind(&start, way);
-        let load = self.load_at(&middle, given.brake);
+        if !self.held.is_nothing() {
+            let load = self.load_at(&start, given.brake);
+            start.excess = self.excess(actuator, state, input, &load);
+            let fed = self.fed(input, &start);
+            let load = self.twisted(drive, (state, memory), fed, load);
+            let way = actuator.middle(state, fed, &load);
+            start = self.behind(&start, way);
+        }
+        let middle = &mut start;
+        let load = self.load_at(middle, given.brake);
         middle.excess = self.excess(actuator, state, input, &load);
-        actuator.step_under(state, self.fed(input, &middle), &load)
+        let fed = self.fed(input, middle);
+        let mut twisted = self.twisted(drive, (state, memory), fed, load);
+        if self.shaft.is_some() && state.motion == Motion::Rest {
+            // What lets go takes the far side with it from the step's beginning.
+            actuator.wake(state, fed, &twisted);
+            twisted = self.twisted(drive, (state, memory), fed, load);
+        }
+        actuator.step_under(state, fed, &twisted)
+    }
+
+    /// The load with the shaft's reaction to it, where there is a shaft.
+    #[inline]
+    fn twisted(
+        &self,
+        (actuator, length): (&Actuator<impl Borrow<Modes>>, f32),
+        (state, memory): (&State, &Memory),
+        input: f32,
+        mut load: Load,
+    ) -> Load {
+        if let Some(shaft) = &self.shaft {
+            let unheld = actuator.unheld(state, input, &load);
+            let friction = match state.motion {
+                Motion::Forward => load.coulomb.forward,
+                Motion::Backward => -load.coulomb.backward,
+                Motion::Rest => 0.0,
+            };
+            let reaction = reaction(shaft, memory, (state, &unheld), (friction, length));
+            load.torque += reaction.torque;
+        }
+        load
     }
 
     /// The same where friction yields before it slides: its force is a torque then, and nothing is held
@@ -383,8 +482,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         given: &Given,
     ) -> Result<(), InputRefused> {
         let Course { state, memory } = course;
+        let drive = (actuator, length);
         let slides_on = |state: &mut State, fed: f32, load: &Load| {
-            slide_on((actuator, bristles), (state, memory.friction), fed, load)
+            let load = self.twisted(drive, (state, memory), fed, *load);
+            slide_on((actuator, bristles), (state, memory.friction), fed, &load)
         };
         let alone = self.held.is_nothing();
         if alone && slides_on(state, input, &actuator.load().braked(given.brake)) {
@@ -394,9 +495,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let load = self.load_at(&start, given.brake).against(memory.friction);
         start.excess = self.excess(actuator, state, input, &load);
         let fed = self.fed(input, &start);
+        let load = self.twisted(drive, (state, memory), fed, load);
         actuator.wake(state, fed, &load);
         let mut middle = self.behind(&start, actuator.middle(state, fed, &load));
-        let load = self.load_at(&middle, given.brake);
+        let mut load = self.load_at(&middle, given.brake);
         let against = load.against(memory.friction);
         middle.excess = self.excess(actuator, state, input, &against);
         let fed = self.fed(input, &middle);
@@ -404,13 +506,21 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             return Ok(());
         }
         let levels = bristles.levels(&load, middle.velocity);
-        let unheld = actuator.unheld(state, fed, &load);
+        let mut unheld = actuator.unheld(state, fed, &load);
+        let reaction = self.shaft.as_ref().map_or(NO_REACTION, |shaft| {
+            reaction(shaft, memory, (state, &unheld), (0.0, length))
+        });
         let free = Free {
-            travel: unheld.travel(),
-            give: unheld.give(),
+            travel: unheld.travel() + reaction.torque * unheld.give(),
+            give: unheld.give() + reaction.share * unheld.give(),
             length,
         };
         let friction = bristles.held(memory.friction, &free, &levels);
+        if self.shaft.is_some() {
+            let torque = reaction.torque - reaction.share * friction;
+            load.torque += torque;
+            unheld = unheld.under(torque);
+        }
         let moved = actuator.step_unheld((state, &unheld), fed, &load, friction)?;
         memory.friction = bristles.after(memory.friction, moved, levels.of(moved));
         Ok(())
@@ -520,6 +630,43 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         };
         current + self.voltage_at(&middle) / resistance
     }
+}
+
+/// Without a shaft.
+const NO_REACTION: Reaction = Reaction {
+    torque: 0.0,
+    share: 0.0,
+};
+
+/// What a shaft adds to the drive's load over a step under this friction, positive against forward
+/// motion.
+#[inline]
+fn reaction(
+    shaft: &Shaft,
+    memory: &Memory,
+    (state, unheld): (&State, &Unheld),
+    (friction, length): (f32, f32),
+) -> Reaction {
+    let rigid = if state.motion == Motion::Rest {
+        Rigid {
+            gain: 0.0,
+            give: 0.0,
+            length,
+        }
+    } else {
+        Rigid {
+            gain: unheld.gain(friction),
+            give: unheld.quickening(),
+            length,
+        }
+    };
+    shaft.reaction(memory.twist, &rigid)
+}
+
+/// The position behind the shaft, where there is one.
+#[inline]
+fn behind_shaft(course: &Course) -> f32 {
+    course.state.position.value() + course.memory.twist.angle
 }
 
 /// One step of bristles with this force that slide all through it: as rigid friction, without a search for

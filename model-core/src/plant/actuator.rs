@@ -179,6 +179,24 @@ impl Unheld {
         self.give.position
     }
 
+    /// By how much the velocity changes under this friction, positive against forward motion.
+    pub fn gain(&self, friction: f32) -> f32 {
+        self.against(friction).velocity
+    }
+
+    /// What a torque held over it adds to that, for each N·m or N.
+    pub fn quickening(&self) -> f32 {
+        self.give.velocity
+    }
+
+    /// The same under another torque besides.
+    pub fn under(&self, torque: f32) -> Self {
+        Self {
+            change: self.against(-torque),
+            give: self.give,
+        }
+    }
+
     fn against(&self, friction: f32) -> Change {
         Change {
             current: self.change.current - friction * self.give.current,

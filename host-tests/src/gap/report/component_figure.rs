@@ -118,6 +118,7 @@ fn quantity(report: &Report, quantity: Quantity) -> (&'static str, &str) {
         Quantity::Friction => ("friction", &report.load_unit),
         Quantity::Reading => ("reading error", &report.coordinate),
         Quantity::LostMotion => ("lost motion", &report.coordinate),
+        Quantity::Twist => ("twist", &report.coordinate),
     }
 }
 
@@ -132,5 +133,6 @@ fn variable(report: &Report, variable: Variable) -> (&'static str, String) {
         Variable::TorqueRate => ("the rate of the motor's load", format!("{load}/s")),
         Variable::Time => ("time", "s".to_owned()),
         Variable::TravelSinceTurn => ("travel since the last turn", coordinate.clone()),
+        Variable::Acceleration => ("the acceleration of the drive", format!("{coordinate}/s²")),
     }
 }
