@@ -26,8 +26,8 @@ use crate::plant::parameters::{ParameterError, Parameters};
 use crate::unit::Dimension;
 
 /// Sizes at which it is screened, in squared sampling periods: factors of two in frequency from a
-/// tenth of the sampling rate down.
-const TRIALS: [f32; 4] = [2.8, 11.0, 45.0, 180.0];
+/// twelfth of the sampling rate down.
+const TRIALS: [f32; 3] = [4.0, 16.0, 64.0];
 
 /// Shapes at which it is screened: the share of the inertia, and the damping ratio.
 const SHARE: f32 = 0.25;
@@ -219,12 +219,12 @@ impl Effect for Compliance {
     }
 
     fn bind(&self, plant: &mut Parameters, chain: &mut Chain) {
-        chain.shaft = Some(Shaft {
+        chain.shaft = Shaft {
             trailing: self.trailing,
             creep: 2.0 * self.damping * libm::sqrtf(self.trailing),
             inertia: self.share * plant.inertia,
             share: self.share,
-        });
+        };
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {

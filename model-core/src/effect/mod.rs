@@ -102,8 +102,8 @@ pub struct Chain {
     /// What friction yields by before it slides. With a compliance of 0 replays start as with it, and
     /// friction is rigid.
     pub bristles: Option<Bristles>,
-    /// What lies behind an elastic shaft.
-    pub shaft: Option<Shaft>,
+    /// What lies behind an elastic shaft; without trailing there is none.
+    pub shaft: Shaft,
     /// How the sensor errs.
     pub reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.

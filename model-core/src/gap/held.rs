@@ -109,13 +109,13 @@ fn voltage_of<'l>(laws: impl Iterator<Item = &'l Law>, middle: &Middle) -> f32 {
 pub struct Varied<'m> {
     common: &'m Held,
     /// Where the laws differ.
-    place: usize,
+    place: u8,
     /// Whether the law there is left out.
     without: bool,
     /// The law that stands there.
     own: Option<Law>,
     /// The knot that differs, and its value.
-    knot: Option<(usize, f32)>,
+    knot: Option<(u8, f32)>,
 }
 
 impl<'m> Varied<'m> {
@@ -131,7 +131,7 @@ impl<'m> Varied<'m> {
         let with = !ours.is_empty() && ours.len() >= theirs.len();
         let varied = Self {
             common,
-            place,
+            place: place as u8,
             without,
             own: ours.first().copied().filter(|_| with),
             knot: different_knot(common.map.as_ref(), own.map.as_ref()),
@@ -148,7 +148,7 @@ impl<'m> Varied<'m> {
 
     /// Its laws, in the order in which they act.
     fn laws(&self) -> impl Iterator<Item = &Law> {
-        let (before, behind) = self.common.laws.split_at(self.place);
+        let (before, behind) = self.common.laws.split_at(usize::from(self.place));
         let behind = &behind[usize::from(self.without)..];
         before.iter().chain(&self.own).chain(behind)
     }
@@ -156,16 +156,16 @@ impl<'m> Varied<'m> {
     fn map(&self) -> Option<LearnedMap> {
         let mut map = self.common.map?;
         if let Some((index, value)) = self.knot {
-            map.knots[index] = value;
+            map.knots[usize::from(index)] = value;
         }
         Some(map)
     }
 }
 
 /// The first knot in which two maps differ, with its value in the second.
-fn different_knot(first: Option<&LearnedMap>, second: Option<&LearnedMap>) -> Option<(usize, f32)> {
+fn different_knot(first: Option<&LearnedMap>, second: Option<&LearnedMap>) -> Option<(u8, f32)> {
     let mut pairs = first?.knots.iter().zip(second?.knots).enumerate();
-    pairs.find_map(|(index, (first, second))| (*first != second).then_some((index, second)))
+    pairs.find_map(|(index, (first, second))| (*first != second).then_some((index as u8, second)))
 }
 
 impl Acting for Varied<'_> {
@@ -178,7 +178,7 @@ impl Acting for Varied<'_> {
 
     #[inline]
     fn hold(&self, middle: &Middle, load: &mut Load) {
-        let (before, behind) = self.common.laws.split_at(self.place);
+        let (before, behind) = self.common.laws.split_at(usize::from(self.place));
         for law in before {
             law.hold(middle, load);
         }

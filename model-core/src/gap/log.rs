@@ -101,11 +101,11 @@ impl Log<'_> {
         index: usize,
         half_width: usize,
         resolution: f32,
-        part: impl Fn(usize) -> f32 + Clone,
+        part: impl Fn(usize) -> f32 + Copy,
     ) -> State {
         let left = |at: usize| self.position.at(at) - part(at);
         let origin = left(index);
-        let neighbours = (index - half_width..=index + half_width).map(left.clone());
+        let neighbours = (index - half_width..=index + half_width).map(left);
         let (mut lowest, mut highest) = (origin, origin);
         for position in neighbours.clone() {
             lowest = lowest.min(position);

@@ -50,6 +50,11 @@ pub const WINDOW: f32 = 0.2;
 /// Counts of the sensor that a clear motion passes.
 pub(super) const CLEAR_COUNTS: f32 = 4.0;
 
+/// Length of the run-in that twists a shaft, s, and fewest samples in it: a wrong twist falls to a tenth in
+/// two or three swings.
+const SHAFT_RUN_IN: f32 = 0.1;
+const LEAST_RUN_IN: usize = 20;
+
 /// Fewest samples on either side that a run-in's state is smoothed over, at the beginning of a log.
 const LEAST_HALF_WIDTH: usize = 2;
 
@@ -241,9 +246,11 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
 
     /// Twists the shaft as a run-in does, in which what it started with has died out. What the far side
     /// swings about is smoothed, for a swing is too fast for that.
+    // Its frame is not to lie under the simulations behind it.
+    #[inline(never)]
     fn wind(&mut self, shaft: &Shaft, restart: &Restart, settings: &Settings) {
         let (log, start, half_width) = (self.log, restart.start, settings.half_width);
-        let earlier = start.saturating_sub(samples(WINDOW, log.period, 5));
+        let earlier = start.saturating_sub(samples(SHAFT_RUN_IN, log.period, LEAST_RUN_IN));
         let since = earlier.max(LEAST_HALF_WIDTH);
         let narrow = Settings {
             half_width: half_width.min(since),
@@ -556,7 +563,7 @@ fn measured_state_less(
     log: &Log,
     start: usize,
     settings: &Settings,
-    part: impl Fn(usize) -> f32 + Clone,
+    part: impl Fn(usize) -> f32 + Copy,
 ) -> State {
     let state = log.smoothed_state_less(start, settings.half_width, settings.resolution, part);
     match log.velocity {

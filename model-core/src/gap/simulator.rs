@@ -16,7 +16,7 @@ use core::borrow::Borrow;
 
 /// Parts of a step in which a model with held effects is stepped. An effect that varies within a
 /// step, as cogging at speed, is of second order in the part.
-const PARTS_UNDER_HELD_EFFECTS: u32 = 2;
+const PARTS_UNDER_HELD_EFFECTS: u8 = 2;
 
 /// A delay in samples, whole and part.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,20 +98,21 @@ pub struct Simulator<M = Modes, H = Held> {
     earlier: Option<M>,
     held: H,
     period: f32,
-    parts: u32,
-    torque_per_current: f32,
-    drive: Drive,
+    /// Winding resistance and torque constant; 0 with a torque input.
+    resistance: f32,
+    torque_constant: f32,
+    parts: u8,
     /// Whether something adds to the winding's voltage.
     electric: bool,
     gain: f32,
     input: Lateness,
     current: Lateness,
-    /// Half the width of the play before the sensor, where there is one.
-    half_play: Option<f32>,
+    /// Half the width of the play before the sensor; negative without one.
+    half_play: f32,
     /// What friction yields by, where a model says so.
     bristles: Option<Bristles>,
-    /// The elastic shaft before the sensor, where there is one.
-    shaft: Option<Shaft>,
+    /// The elastic shaft before the sensor; without trailing there is none.
+    shaft: Shaft,
     /// How the sensor errs.
     reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.
@@ -133,20 +134,26 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let (plant, chain) = model.bound();
         plant.check()?;
         let held = share(model.held()?)?;
-        if let Some(shaft) = &chain.shaft {
-            shaft.check(&plant)?;
-        }
-        let shaft = chain.shaft.filter(|shaft| shaft.trailing > 0.0);
-        let rigid = chain.bristles.is_none_or(|it| it.compliance == 0.0) && shaft.is_none();
+        let shaft = chain.shaft;
+        shaft.check(&plant)?;
+        let rigid = chain.bristles.is_none_or(|it| it.compliance == 0.0) && shaft.trailing == 0.0;
         let parts = if held.is_nothing() && rigid {
             1
         } else {
             PARTS_UNDER_HELD_EFFECTS
         };
-        let has_winding = matches!(plant.drive, Drive::Voltage { .. });
+        let (resistance, torque_constant) = match plant.drive {
+            Drive::Voltage {
+                resistance,
+                torque_constant,
+                ..
+            } => (resistance, torque_constant),
+            Drive::Torque => (0.0, 0.0),
+        };
+        let has_winding = resistance > 0.0;
         let electric = has_winding && held.is_electric();
         let input = Lateness::new(chain.input_delay + chain.sensor_delay, period);
-        let modes_over = |share: f32| modes(&Basis::new(&plant, share * period / parts as f32));
+        let modes_over = |share: f32| modes(&Basis::new(&plant, share * period / f32::from(parts)));
         let earlier = if input.share == 0.0 {
             None
         } else {
@@ -157,14 +164,14 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             earlier,
             held,
             period,
+            resistance,
+            torque_constant,
             parts,
-            torque_per_current: plant.torque_per_current(),
-            drive: plant.drive,
             electric,
             gain: plant.gain,
             input,
             current: Lateness::new(chain.sensor_delay, period),
-            half_play: chain.play.map(|width| 0.5 * width),
+            half_play: chain.play.map_or(-1.0, |width| 0.5 * width),
             bristles: chain.bristles,
             shaft,
             reading: chain.reading,
@@ -179,15 +186,15 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Whether an effect has a memory, which no measured state restores.
     pub fn remembers(&self) -> bool {
-        self.half_play.is_some() || self.bristles.is_some()
+        self.half_play().is_some() || self.bristles.is_some()
     }
 
     /// Moves the drive of a measured state to where it is while it moves that way, for the measurement
     /// is of the far side, and bends the bristles as sliding does.
     pub fn lean(&self, course: &mut Course, motion: Motion) {
         let lead = match motion {
-            Motion::Forward => self.half_play.unwrap_or(0.0),
-            Motion::Backward => -self.half_play.unwrap_or(0.0),
+            Motion::Forward => self.half_play().unwrap_or(0.0),
+            Motion::Backward => -self.half_play().unwrap_or(0.0),
             Motion::Rest => 0.0,
         };
         let near = course.memory.far + lead;
@@ -214,14 +221,21 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// that simulation has it.
     pub fn resume(&self, course: &mut Course, run_in: &Course, moved: f32) {
         let near = behind_shaft(run_in) + moved;
-        let within = follow(near, course.memory.far, self.half_play.unwrap_or(0.0));
+        let within = follow(near, course.memory.far, self.half_play().unwrap_or(0.0));
         course.state.position = Compensated::new(within - course.memory.twist.angle);
         course.memory.friction = run_in.memory.friction;
     }
 
+    /// Half the width of the play before the sensor, where there is one.
+    #[inline]
+    fn half_play(&self) -> Option<f32> {
+        (self.half_play >= 0.0).then_some(self.half_play)
+    }
+
     /// The elastic shaft before the sensor, where there is one: no measured state restores its twist.
+    #[inline]
     pub fn shaft(&self) -> Option<&Shaft> {
-        self.shaft.as_ref()
+        (self.shaft.trailing > 0.0).then_some(&self.shaft)
     }
 
     /// Puts drive and far side of a state of their centre of mass where a twisted shaft has them.
@@ -242,7 +256,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// Distance of the reported position from `measured`.
     #[inline]
     pub fn reported_from(&self, course: &Course, measured: f32) -> f32 {
-        let distance = match self.half_play {
+        let distance = match self.half_play() {
             Some(_) => course.memory.far - measured,
             None => course.state.position.from(measured) + course.memory.twist.angle,
         };
@@ -256,7 +270,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// The position that the sensor sits at.
     #[inline]
     fn sensed(&self, course: &Course) -> f32 {
-        match self.half_play {
+        match self.half_play() {
             Some(_) => course.memory.far,
             None => behind_shaft(course),
         }
@@ -319,7 +333,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             let warmth = &mut course.memory.warmth;
             *warmth = heating.after(*warmth, course.state.current, self.period);
         }
-        if let Some(half_play) = self.half_play {
+        if let Some(half_play) = self.half_play() {
             let near = behind_shaft(course);
             course.memory.far = follow(course.memory.far, near, half_play);
         }
@@ -362,8 +376,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        let length = share * self.period / self.parts as f32;
-        if let Some(shaft) = &self.shaft {
+        let length = share * self.period / f32::from(self.parts);
+        if let Some(shaft) = self.shaft() {
             for _ in 0..self.parts {
                 self.advance_twisted((actuator, length), shaft, course, input, given)?;
             }
@@ -441,7 +455,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         middle.excess = self.excess(actuator, state, input, &load);
         let fed = self.fed(input, middle);
         let mut twisted = self.twisted(drive, (state, memory), fed, load);
-        if self.shaft.is_some() && state.motion == Motion::Rest {
+        if self.shaft().is_some() && state.motion == Motion::Rest {
             // What lets go takes the far side with it from the step's beginning.
             actuator.wake(state, fed, &twisted);
             twisted = self.twisted(drive, (state, memory), fed, load);
@@ -458,7 +472,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         input: f32,
         mut load: Load,
     ) -> Load {
-        if let Some(shaft) = &self.shaft {
+        if let Some(shaft) = self.shaft() {
             let unheld = actuator.unheld(state, input, &load);
             let friction = match state.motion {
                 Motion::Forward => load.coulomb.forward,
@@ -507,7 +521,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         }
         let levels = bristles.levels(&load, middle.velocity);
         let mut unheld = actuator.unheld(state, fed, &load);
-        let reaction = self.shaft.as_ref().map_or(NO_REACTION, |shaft| {
+        let reaction = self.shaft().map_or(NO_REACTION, |shaft| {
             reaction(shaft, memory, (state, &unheld), (0.0, length))
         });
         let free = Free {
@@ -516,7 +530,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             length,
         };
         let friction = bristles.held(memory.friction, &free, &levels);
-        if self.shaft.is_some() {
+        if self.shaft().is_some() {
             let torque = reaction.torque - reaction.share * friction;
             load.torque += torque;
             unheld = unheld.under(torque);
@@ -526,21 +540,23 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         Ok(())
     }
 
+    /// Torque or force of the motor at a current, which with a torque input is that already.
+    #[inline]
+    fn motor_torque(&self, current: f32) -> f32 {
+        if self.resistance > 0.0 {
+            self.torque_constant * current
+        } else {
+            current
+        }
+    }
+
     /// The actuator in the beginning of a step.
     #[inline]
     fn start(&self, (state, memory): (&State, &Memory), input: f32, given: &Given) -> Middle {
-        let (resistance, torque_constant) = match self.drive {
-            Drive::Voltage {
-                resistance,
-                torque_constant,
-                ..
-            } => (resistance, torque_constant),
-            Drive::Torque => (0.0, 0.0),
-        };
         Middle {
-            motor_torque: self.torque_per_current * state.current,
-            torque_constant,
-            resistance,
+            motor_torque: self.motor_torque(state.current),
+            torque_constant: self.torque_constant,
+            resistance: self.resistance,
             warmth: memory.warmth,
             voltage: self.gain * input,
             excess: 0.0,
@@ -555,7 +571,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     #[inline]
     fn behind(&self, start: &Middle, (current, velocity, travel): (f32, f32, f32)) -> Middle {
         Middle {
-            motor_torque: self.torque_per_current * current,
+            motor_torque: self.motor_torque(current),
             velocity,
             position: start.position + travel,
             ..*start
@@ -607,21 +623,18 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Current of a cold winding at its steady value: what a replay starts from where none was measured.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        let current = self.drive.steady_current(self.gain, velocity, input);
-        let Drive::Voltage {
-            resistance,
-            torque_constant,
-            ..
-        } = self.drive
-        else {
-            return current;
-        };
+        let (resistance, torque_constant) = (self.resistance, self.torque_constant);
+        let voltage = self.gain * input;
+        if resistance == 0.0 {
+            return voltage;
+        }
+        let current = (voltage - torque_constant * velocity) / resistance;
         let middle = Middle {
             motor_torque: torque_constant * current,
             torque_constant,
             resistance,
             warmth: 0.0,
-            voltage: self.gain * input,
+            voltage,
             excess: resistance * current,
             velocity,
             position: 0.0,
