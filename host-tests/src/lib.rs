@@ -38,6 +38,7 @@ pub mod replay_run;
 pub mod reproduce;
 pub mod simulated_flash;
 pub mod toolchain;
+pub mod vectors;
 pub mod welch;
 pub mod whole_file;
 pub mod workspace;

@@ -1,9 +1,5 @@
 //! Throughput of many actuators with different parameters, in the widest vectors that this processor
 //! has.
-//!
-//! The core is built for every x86-64, whose vectors hold four numbers. The same code is compiled
-//! here for wider ones too, and what the processor has is chosen when it runs. None of them fuses a
-//! product with a sum: the bits are those of one actuator stepped alone.
 
 use std::hint::black_box;
 
@@ -17,6 +13,7 @@ use serde::Serialize;
 
 use super::{EMA, Extent, STEP_S, best, fault, pool, sweep};
 use crate::failure::Failure;
+use crate::vectors::Vectors;
 
 /// Actuators in a batch.
 const LANES: usize = 64;
@@ -36,59 +33,20 @@ pub struct Throughput {
     pub vectors: &'static str,
 }
 
-/// Vectors that a processor may have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Vectors {
-    /// Those that the program is built for.
-    Baseline,
-    /// Eight numbers.
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    /// Sixteen numbers.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl Vectors {
-    /// Those that this processor has, the widest last.
-    fn present() -> Vec<Self> {
-        let mut present = vec![Self::Baseline];
+/// Steps a batch through the inputs, the same for every lane.
+fn run(
+    vectors: Vectors,
+    batch: &mut Batch<&Modes, LANES>,
+    inputs: &[f32],
+) -> Result<(), InputRefused> {
+    match vectors {
+        Vectors::Baseline => follow(batch, inputs),
+        // SAFETY: `present` names it only where the processor has it.
         #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx2") {
-                present.push(Self::Avx2);
-            }
-            let wide = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl");
-            let masked =
-                is_x86_feature_detected!("avx512dq") && is_x86_feature_detected!("avx512bw");
-            if wide && masked {
-                present.push(Self::Avx512);
-            }
-        }
-        present
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Baseline => "of the build's baseline",
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => "AVX2",
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => "AVX-512",
-        }
-    }
-
-    /// Steps a batch through the inputs, the same for every lane.
-    fn run(self, batch: &mut Batch<&Modes, LANES>, inputs: &[f32]) -> Result<(), InputRefused> {
-        match self {
-            Self::Baseline => follow(batch, inputs),
-            // SAFETY: `present` names it only where the processor has it.
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => unsafe { follow_avx2(batch, inputs) },
-            // SAFETY: as above, each feature of the function.
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => unsafe { follow_avx512(batch, inputs) },
-        }
+        Vectors::Avx2 => unsafe { follow_avx2(batch, inputs) },
+        // SAFETY: as above, each feature of the function.
+        #[cfg(target_arch = "x86_64")]
+        Vectors::Avx512 => unsafe { follow_avx512(batch, inputs) },
     }
 }
 
@@ -147,11 +105,11 @@ pub(super) fn measure(extent: Extent) -> Result<Throughput, Failure> {
     let inputs = sweep(f64::min(extent.sweep_s, 1.0), STEP_S);
     let actuators = actuators(extent.actuators)?;
     let batches = batches(&actuators)?;
-    let vectors = Vectors::present().pop().unwrap_or(Vectors::Baseline);
+    let vectors = Vectors::widest();
     let work = || {
         batches.par_iter().try_for_each(|batch| {
             let mut batch = batch.clone();
-            vectors.run(&mut batch, black_box(&inputs)).map_err(fault)?;
+            run(vectors, &mut batch, black_box(&inputs)).map_err(fault)?;
             black_box(batch.state(0));
             Ok(())
         })
@@ -203,7 +161,7 @@ mod tests {
             .collect();
         for vectors in Vectors::present() {
             let mut batch = batches(&actuators).unwrap().remove(0);
-            vectors.run(&mut batch, &inputs).unwrap();
+            run(vectors, &mut batch, &inputs).unwrap();
             for (lane, alone) in alone.iter().enumerate() {
                 assert_eq!(
                     &format!("{:?}", batch.state(lane)),

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
-use model_core::gap::replay::{Data, MARGIN, Schedule, Settings};
+use model_core::gap::replay::{Data, Job, MARGIN, Schedule, Settings};
 use model_core::gap::select::{self, Consideration, LEAST_WINDOWS, Trace};
 use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
@@ -22,6 +22,7 @@ use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::{Coordinate, Machine};
+use crate::vectors::Vectors;
 
 /// Fewest windows that a model can be judged on.
 const LEAST_VALIDATE_WINDOWS: usize = 1;
@@ -29,8 +30,8 @@ const LEAST_VALIDATE_WINDOWS: usize = 1;
 /// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
 const LEAST_ENTRIES: usize = 8;
 
-/// All cores; results are folded in the order of the windows, so that the sums have the same bits
-/// as on one core.
+/// All cores, and on each as many windows at once as a vector has numbers; results are folded in the
+/// order of the windows, so that the sums have the same bits as on one core and one by one.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AllCores;
 
@@ -49,6 +50,43 @@ impl Schedule for AllCores {
             fold(index, result);
         }
     }
+
+    fn run_job<J: Job>(&self, count: usize, job: &J, mut fold: impl FnMut(usize, &J::Result)) {
+        let vectors = Vectors::widest();
+        let mut results: Vec<J::Result> = Vec::new();
+        results.resize_with(count, Default::default);
+        let groups = results.par_chunks_mut(LANES).enumerate();
+        groups.for_each(|(group, results)| {
+            let first = group * LANES;
+            match vectors {
+                Vectors::Baseline => job.work::<LANES>(first, results),
+                // SAFETY: the processor has what it is compiled for.
+                #[cfg(target_arch = "x86_64")]
+                Vectors::Avx2 => unsafe { work_avx2(job, first, results) },
+                // SAFETY: as above, each feature of the function.
+                #[cfg(target_arch = "x86_64")]
+                Vectors::Avx512 => unsafe { work_avx512(job, first, results) },
+            }
+        });
+        for (index, result) in results.iter().enumerate() {
+            fold(index, result);
+        }
+    }
+}
+
+/// Windows that are simulated in lockstep: numbers in the widest vector.
+const LANES: usize = 16;
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn work_avx2<J: Job>(job: &J, first: usize, results: &mut [J::Result]) {
+    job.work::<LANES>(first, results);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
+fn work_avx512<J: Job>(job: &J, first: usize, results: &mut [J::Result]) {
+    job.work::<LANES>(first, results);
 }
 
 /// What a tracing gives.

@@ -42,7 +42,7 @@ pub struct Backlash {
 /// let back = follow(resting, 0.5, 0.1);
 /// assert_eq!((there, resting, back), (0.9, 0.9, 0.6));
 /// ```
-#[inline]
+#[inline(always)]
 pub fn follow(far: f32, near: f32, half_width: f32) -> f32 {
     far.max(near - half_width).min(near + half_width)
 }

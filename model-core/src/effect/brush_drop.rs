@@ -35,7 +35,7 @@ pub struct BrushDrop {
 
 impl BrushDrop {
     /// What the brushes add to a winding's voltage that is so much beyond the one without current, V.
-    #[inline]
+    #[inline(always)]
     pub fn against(&self, excess: f32) -> f32 {
         -excess.max(-self.drop).min(self.drop)
     }
@@ -65,7 +65,7 @@ impl Effect for BrushDrop {
         0.1 * scope.voltage
     }
 
-    #[inline]
+    #[inline(always)]
     fn voltage(&self, middle: &Middle) -> f32 {
         self.against(middle.excess)
     }

@@ -74,7 +74,7 @@ impl Effect for Cogging {
             .nth(index - STROKE_TRIES)
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         load.torque += self.0.at(middle.position);
     }

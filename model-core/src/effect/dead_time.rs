@@ -39,7 +39,7 @@ pub struct DeadTime {
 
 impl DeadTime {
     /// What the bridge adds to a voltage that is so much beyond the one without current, V.
-    #[inline]
+    #[inline(always)]
     pub fn against(&self, voltage: f32, excess: f32) -> f32 {
         BrushDrop::new([self.loss.min(voltage.abs()), 0.0, 0.0]).against(excess)
     }
@@ -69,7 +69,7 @@ impl Effect for DeadTime {
         0.1 * scope.voltage
     }
 
-    #[inline]
+    #[inline(always)]
     fn voltage(&self, middle: &Middle) -> f32 {
         self.against(middle.voltage, middle.excess)
     }

@@ -40,13 +40,13 @@ pub struct EncoderEccentricity(Harmonic);
 
 impl EncoderEccentricity {
     /// Whether it reports what is there.
-    #[inline]
+    #[inline(always)]
     pub fn is_nothing(&self) -> bool {
         self.0.is_nothing()
     }
 
     /// What is reported beyond a true position, rad or m.
-    #[inline]
+    #[inline(always)]
     pub fn error(&self, position: f32) -> f32 {
         self.0.at(position)
     }

@@ -42,7 +42,7 @@ pub struct ExternalLoad {
 
 impl ExternalLoad {
     /// Its mean over a step from `time` on: a fit sees parts of a step, too.
-    #[inline]
+    #[inline(always)]
     pub fn mean(&self, time: f32, step: f32) -> f32 {
         if time >= self.end || time + step <= self.begin {
             return 0.0;
@@ -111,7 +111,7 @@ impl Effect for ExternalLoad {
         Some((self.begin, self.end))
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         load.torque += self.mean(middle.time, middle.step);
     }

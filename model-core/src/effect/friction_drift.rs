@@ -37,7 +37,7 @@ pub struct FrictionDrift {
 
 impl FrictionDrift {
     /// Friction over that at the beginning of the log, `time` seconds ago.
-    #[inline]
+    #[inline(always)]
     pub fn factor(&self, time: f32) -> f32 {
         let factor = 1.0 + self.rate * time;
         if factor > 0.0 {
@@ -72,7 +72,7 @@ impl Effect for FrictionDrift {
         1.0 / scope.seconds
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let factor = self.factor(middle.time);
         for friction in [&mut load.coulomb, &mut load.breakaway] {

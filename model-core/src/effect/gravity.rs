@@ -73,7 +73,7 @@ impl Effect for Gravity {
         scope.friction
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let cycles = middle.position * (0.5 * core::f32::consts::FRAC_1_PI);
         load.torque -= ripple(self.sine, cycles) + ripple(self.cosine, cycles + 0.25);

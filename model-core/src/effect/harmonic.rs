@@ -79,18 +79,18 @@ impl Harmonic {
     }
 
     /// Whether it is zero everywhere.
-    #[inline]
+    #[inline(always)]
     pub fn is_nothing(&self) -> bool {
         self.sine == 0.0 && self.cosine == 0.0
     }
 
-    #[inline]
+    #[inline(always)]
     fn cycles(&self, position: f32) -> f32 {
         (position * self.wavenumber).clamp(-MOST_CYCLES, MOST_CYCLES)
     }
 
     /// Its value at a position.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, position: f32) -> f32 {
         let cycles = self.cycles(position);
         ripple(self.sine, cycles) + ripple(self.cosine, cycles + 0.25)

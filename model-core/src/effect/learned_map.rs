@@ -118,7 +118,7 @@ impl LearnedMap {
     /// map.knots[3] = 2.0;
     /// assert_eq!((map.at(3.0), map.at(2.5), map.at(-7.0)), (2.0, 1.0, 0.0));
     /// ```
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, value: f32) -> f32 {
         let place = ((value - self.lower) * self.inverse_spacing)
             .max(0.0)
@@ -129,7 +129,7 @@ impl LearnedMap {
     }
 
     /// Adds it to what is held over a step.
-    #[inline]
+    #[inline(always)]
     pub fn hold(&self, middle: &Middle, load: &mut Load) {
         let level = self.at(match self.kind {
             Kind::PositionTorque | Kind::PositionFriction => middle.position,

@@ -58,7 +58,7 @@ impl Effect for LoadDependentFriction {
         0.95
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let extra = self.share * middle.motor_torque.abs();
         load.coulomb.forward += extra;

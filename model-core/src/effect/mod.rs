@@ -9,12 +9,15 @@
 //! friction level or a voltage, evaluated in the middle of the step, it is of second order in the step.
 
 pub mod harmonic;
+pub(crate) mod lanes;
 pub mod learned_map;
 
 use self::compliance::{Shaft, Twist};
 use self::encoder_eccentricity::EncoderEccentricity;
+use self::lanes::Middles;
 use self::presliding::Bristles;
 use crate::plant::actuator::Load;
+use crate::plant::actuator::lanes::{Lanes, Loads};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -348,6 +351,26 @@ macro_rules! catalogue {
             #[inline]
             pub fn voltage(&self, middle: &Middle) -> f32 {
                 match self { $(Self::$name(effect) => effect.voltage(middle)),* }
+            }
+
+            /// As [`Law::hold`], in all lanes.
+            #[inline(always)]
+            pub(crate) fn hold_all<const N: usize>(&self, middles: &Middles<N>, loads: &mut Loads<N>) {
+                match self { $(Self::$name(effect) => for lane in 0..N {
+                    let mut load = loads.at(lane);
+                    effect.hold(&middles.at(lane), &mut load);
+                    loads.put(lane, &load);
+                }),* }
+            }
+
+            /// As [`Law::voltage`], in all lanes.
+            #[inline(always)]
+            pub(crate) fn voltages<const N: usize>(&self, middles: &Middles<N>) -> Lanes<N> {
+                let mut voltages = [0.0; N];
+                match self { $(Self::$name(effect) => for lane in 0..N {
+                    voltages[lane] = effect.voltage(&middles.at(lane));
+                }),* }
+                voltages
             }
         }
     };

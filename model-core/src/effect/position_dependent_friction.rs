@@ -65,7 +65,7 @@ impl Effect for PositionDependentFriction {
         SWINGS.get(index).map(|swings| scope.stroke / swings)
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let extra = self.0.at(middle.position);
         for friction in [&mut load.coulomb, &mut load.breakaway] {

@@ -30,8 +30,10 @@
 //! motion on, behind which it was that of sliding.
 
 use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use crate::numeric::exponential::decay;
 use crate::plant::Directional;
 use crate::plant::actuator::Load;
+use crate::plant::actuator::lanes::Lanes;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -65,9 +67,9 @@ const FORGOTTEN: f32 = 17.5;
 
 /// What a decay leaves, exp(−x): nothing where that is lost beside 1. Hardware is slow on numbers near the
 /// smallest.
-#[inline]
+#[inline(always)]
 fn left(x: f32) -> f32 {
-    if x < FORGOTTEN { libm::expf(-x) } else { 0.0 }
+    if x < FORGOTTEN { decay(x) } else { 0.0 }
 }
 
 /// Bristles between the moving part and what it slides on.
@@ -94,7 +96,7 @@ pub struct Free {
 
 impl Bristles {
     /// Friction g that they tend to in each direction, between these levels.
-    #[inline]
+    #[inline(always)]
     pub fn levels(&self, load: &Load, velocity: f32) -> Directional {
         let slow = velocity * self.inverse_velocity;
         let share = left(slow * slow);
@@ -107,7 +109,7 @@ impl Bristles {
 
     /// Whether they slide at the Coulomb level: bent all the way towards a motion that is too fast for the
     /// breakaway level to count.
-    #[inline]
+    #[inline(always)]
     pub fn slide(&self, force: f32, coulomb: Directional, velocity: f32) -> bool {
         let slow = velocity * self.inverse_velocity;
         let bent = if velocity > 0.0 {
@@ -130,7 +132,7 @@ impl Bristles {
     /// let back = bristles.after(pushed, -0.02, level);
     /// assert!((back + 2.0 - (pushed + 2.0) * (-1.0_f32).exp()).abs() < 1e-6);
     /// ```
-    #[inline]
+    #[inline(always)]
     pub fn after(&self, force: f32, displacement: f32, level: f32) -> f32 {
         let sign = if displacement < 0.0 { -1.0 } else { 1.0 };
         let force = force.max(-level).min(level);
@@ -139,13 +141,26 @@ impl Bristles {
     }
 
     /// Displacement over which the force comes to its level.
-    #[inline]
+    #[inline(always)]
     fn length(&self, level: f32) -> f32 {
         (level * self.compliance).max(f32::MIN_POSITIVE)
     }
 
     /// The force to be held over a step, from `force` on.
     pub fn held(&self, force: f32, free: &Free, levels: &Directional) -> f32 {
+        let (search, mut place) = self.search(force, free, levels);
+        for _ in 0..MOST_STEPS {
+            if place.found {
+                break;
+            }
+            place = search.step(&place);
+        }
+        search.sign * place.held
+    }
+
+    /// Where the search for the force to be held over a step begins.
+    #[inline(always)]
+    fn search(&self, force: f32, free: &Free, levels: &Directional) -> (Search, Place) {
         let forward = free.travel > free.give * force;
         let (sign, level) = if forward {
             (1.0, levels.forward)
@@ -154,27 +169,9 @@ impl Bristles {
         };
         // Where the level has fallen below the force, bristles let go.
         let start = (sign * force).max(-level).min(level);
-        if level - start <= f32::EPSILON * level {
-            return sign * level;
-        }
+        let lets_go = level - start <= f32::EPSILON * level;
         let bend = level - start;
         let damping = (self.time / free.length).max(LEAST_DAMPING);
-        // Mean force and damping after a displacement, and their slope; displacements in shares of the
-        // length over which bristles bend.
-        let law = |share: f32| {
-            let left = left(share);
-            let (way, rise) = if share > 1e-2 {
-                let inverse = 1.0 / share;
-                let way = (1.0 - left) * inverse;
-                (way, (way - left) * inverse)
-            } else {
-                (1.0 - 0.5 * share, 0.5 * left)
-            };
-            (
-                level - bend * way + damping * bend * (1.0 - left),
-                bend * (rise + damping * left),
-            )
-        };
         // The force is concave in the displacement: Newton's method comes from below and stays there. It
         // starts from the nearer of two that are below: what the largest force leaves, and where the
         // slope at no displacement leads.
@@ -183,23 +180,210 @@ impl Bristles {
         let most = level + damping * bend;
         let slope = bend * (0.5 + damping);
         let rough = (target - free.give * start) / (length + free.give * slope);
-        let mut share = rough.max((target - free.give * most) / length).max(0.0);
-        if share >= SATURATED {
-            return sign * most;
+        let share = rough.max((target - free.give * most) / length).max(0.0);
+        let saturated = share >= SATURATED;
+        let search = Search {
+            sign,
+            level,
+            bend,
+            damping,
+            target,
+            length,
+            give: free.give,
+            rounding: ROUNDING * target.abs() / length,
+        };
+        let place = Place {
+            share,
+            held: if lets_go {
+                level
+            } else if saturated {
+                most
+            } else {
+                start
+            },
+            found: lets_go | saturated,
+        };
+        (search, place)
+    }
+
+    /// As [`Bristles::held`], in all lanes but those that nobody asks for.
+    #[inline(always)]
+    pub(crate) fn all_held<const N: usize>(
+        &self,
+        (forces, unasked): (&Lanes<N>, &[bool; N]),
+        free: impl Fn(usize) -> Free,
+        levels: impl Fn(usize) -> Directional,
+    ) -> Lanes<N> {
+        let mut searches = Searches::<N>::NOTHING;
+        let mut places = Places::<N>::NOTHING;
+        for lane in 0..N {
+            let (search, mut place) = self.search(forces[lane], &free(lane), &levels(lane));
+            place.found |= unasked[lane];
+            searches.put(lane, &search);
+            places.put(lane, &place);
         }
-        let rounding = ROUNDING * target.abs() / length;
-        let mut held = start;
         for _ in 0..MOST_STEPS {
-            let (force, slope) = law(share);
-            let missing = target - free.give * force - share * length;
-            let step = (missing / (length + free.give * slope)).max(-share);
-            share += step;
-            held = force + slope * step;
-            if step.abs() <= FOUND * share + rounding {
+            if places.found.iter().fold(true, |all, &found| all & found) {
                 break;
             }
+            for lane in 0..N {
+                let place = places.at(lane);
+                let next = searches.at(lane).step(&place);
+                let chosen = |next: f32, last: f32| if place.found { last } else { next };
+                let place = Place {
+                    share: chosen(next.share, place.share),
+                    held: chosen(next.held, place.held),
+                    found: place.found | next.found,
+                };
+                places.put(lane, &place);
+            }
         }
-        sign * held
+        let mut held = [0.0; N];
+        for lane in 0..N {
+            held[lane] = searches.sign[lane] * places.held[lane];
+        }
+        held
+    }
+}
+
+/// What the search for a force does not change: all along the motion.
+#[derive(Clone, Copy)]
+struct Search {
+    sign: f32,
+    level: f32,
+    /// What the force lacks to its level.
+    bend: f32,
+    damping: f32,
+    /// Displacement of the plant without friction.
+    target: f32,
+    /// Displacement over which bristles bend.
+    length: f32,
+    give: f32,
+    rounding: f32,
+}
+
+/// Where a search is.
+#[derive(Clone, Copy)]
+struct Place {
+    /// Displacement, in shares of the length over which bristles bend.
+    share: f32,
+    /// The force there.
+    held: f32,
+    found: bool,
+}
+
+impl Search {
+    /// Mean force and damping after a displacement, and their slope.
+    #[inline(always)]
+    fn law(&self, share: f32) -> (f32, f32) {
+        let left = left(share);
+        let inverse = 1.0 / share;
+        let far = (1.0 - left) * inverse;
+        let (way, rise) = if share > 1e-2 {
+            (far, (far - left) * inverse)
+        } else {
+            (1.0 - 0.5 * share, 0.5 * left)
+        };
+        (
+            self.level - self.bend * way + self.damping * self.bend * (1.0 - left),
+            self.bend * (rise + self.damping * left),
+        )
+    }
+
+    /// A step of Newton's method.
+    #[inline(always)]
+    fn step(&self, place: &Place) -> Place {
+        let (force, slope) = self.law(place.share);
+        let missing = self.target - self.give * force - place.share * self.length;
+        let step = (missing / (self.length + self.give * slope)).max(-place.share);
+        let share = place.share + step;
+        Place {
+            share,
+            held: force + slope * step,
+            found: step.abs() <= FOUND * share + self.rounding,
+        }
+    }
+}
+
+/// Searches side by side.
+struct Searches<const N: usize> {
+    sign: Lanes<N>,
+    level: Lanes<N>,
+    bend: Lanes<N>,
+    damping: Lanes<N>,
+    target: Lanes<N>,
+    length: Lanes<N>,
+    give: Lanes<N>,
+    rounding: Lanes<N>,
+}
+
+impl<const N: usize> Searches<N> {
+    const NOTHING: Self = Self {
+        sign: [0.0; N],
+        level: [0.0; N],
+        bend: [0.0; N],
+        damping: [0.0; N],
+        target: [0.0; N],
+        length: [0.0; N],
+        give: [0.0; N],
+        rounding: [0.0; N],
+    };
+
+    #[inline(always)]
+    fn at(&self, lane: usize) -> Search {
+        Search {
+            sign: self.sign[lane],
+            level: self.level[lane],
+            bend: self.bend[lane],
+            damping: self.damping[lane],
+            target: self.target[lane],
+            length: self.length[lane],
+            give: self.give[lane],
+            rounding: self.rounding[lane],
+        }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, lane: usize, search: &Search) {
+        self.sign[lane] = search.sign;
+        self.level[lane] = search.level;
+        self.bend[lane] = search.bend;
+        self.damping[lane] = search.damping;
+        self.target[lane] = search.target;
+        self.length[lane] = search.length;
+        self.give[lane] = search.give;
+        self.rounding[lane] = search.rounding;
+    }
+}
+
+/// Places side by side.
+struct Places<const N: usize> {
+    share: Lanes<N>,
+    held: Lanes<N>,
+    found: [bool; N],
+}
+
+impl<const N: usize> Places<N> {
+    const NOTHING: Self = Self {
+        share: [0.0; N],
+        held: [0.0; N],
+        found: [false; N],
+    };
+
+    #[inline(always)]
+    fn at(&self, lane: usize) -> Place {
+        Place {
+            share: self.share[lane],
+            held: self.held[lane],
+            found: self.found[lane],
+        }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, lane: usize, place: &Place) {
+        self.share[lane] = place.share;
+        self.held[lane] = place.held;
+        self.found[lane] = place.found;
     }
 }
 

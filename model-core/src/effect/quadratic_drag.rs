@@ -53,7 +53,7 @@ impl Effect for QuadraticDrag {
         scope.friction / (scope.speed * scope.speed)
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         load.torque -= self.coefficient * middle.velocity * middle.velocity.abs();
     }

@@ -9,6 +9,7 @@
 //! ω_S and below.
 
 use super::{Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use crate::numeric::exponential::decay;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -76,9 +77,9 @@ impl Effect for Stribeck {
         plant.breakaway.backward = hold(plant.breakaway.backward, plant.coulomb.backward);
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
-        let extra = self.drop * libm::expf(-middle.velocity.abs() * self.inverse_velocity);
+        let extra = self.drop * decay(middle.velocity.abs() * self.inverse_velocity);
         load.coulomb.forward += extra;
         load.coulomb.backward += extra;
     }

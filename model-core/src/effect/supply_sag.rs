@@ -35,7 +35,7 @@ pub struct SupplySag {
 impl SupplySag {
     /// What is left of a voltage that drives this current, V: nothing at worst, and no more than twice
     /// as much from a machine that feeds back.
-    #[inline]
+    #[inline(always)]
     pub fn left_of(&self, voltage: f32, current: f32) -> f32 {
         let lost = self.share * voltage * current;
         voltage * (1.0 - lost.clamp(-1.0, 1.0))
@@ -66,7 +66,7 @@ impl Effect for SupplySag {
         0.1 / (scope.voltage * scope.current)
     }
 
-    #[inline]
+    #[inline(always)]
     fn voltage(&self, middle: &Middle) -> f32 {
         self.left_of(middle.voltage, middle.current()) - middle.voltage
     }

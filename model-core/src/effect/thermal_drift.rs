@@ -48,7 +48,7 @@ impl ThermalDrift {
     /// // Steady: r i² (1 + x) = x / τ.
     /// assert!((0.04 * (1.0 + warmth) - warmth / 5.0).abs() < 1e-5);
     /// ```
-    #[inline]
+    #[inline(always)]
     pub fn after(&self, warmth: f32, current: f32, seconds: f32) -> f32 {
         let heating = self.rate * current * current * (1.0 + warmth);
         let rise = seconds * (heating - warmth * self.inverse_time);
@@ -102,7 +102,7 @@ impl Effect for ThermalDrift {
         chain.heats = true;
     }
 
-    #[inline]
+    #[inline(always)]
     fn voltage(&self, middle: &Middle) -> f32 {
         -middle.warmth * middle.resistance * middle.current()
     }

@@ -34,7 +34,7 @@ pub struct TorqueSaturation {
 
 impl TorqueSaturation {
     /// Share of the torque constant that is left under a current that would give this torque.
-    #[inline]
+    #[inline(always)]
     pub fn remaining(&self, torque: f32) -> f32 {
         1.0 / (1.0 + self.fall * torque.abs())
     }
@@ -64,13 +64,13 @@ impl Effect for TorqueSaturation {
         0.2 / scope.torque
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, middle: &Middle, load: &mut Load) {
         let lost = 1.0 - self.remaining(middle.motor_torque);
         load.torque -= lost * middle.motor_torque;
     }
 
-    #[inline]
+    #[inline(always)]
     fn voltage(&self, middle: &Middle) -> f32 {
         // What the back-EMF has less.
         let lost = 1.0 - self.remaining(middle.motor_torque);

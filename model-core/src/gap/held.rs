@@ -24,6 +24,12 @@ pub trait Acting {
 
     /// The voltage that it adds to the input's over a step.
     fn voltage(&self, middle: &Middle) -> f32;
+
+    /// Its laws, in the order in which they act.
+    fn laws(&self) -> impl Iterator<Item = &Law>;
+
+    /// The map behind them.
+    fn map(&self) -> Option<LearnedMap>;
 }
 
 /// Laws, and a map behind them.
@@ -82,6 +88,14 @@ impl Acting for Held {
 
     fn voltage(&self, middle: &Middle) -> f32 {
         voltage_of(self.laws.iter(), middle)
+    }
+
+    fn laws(&self) -> impl Iterator<Item = &Law> {
+        self.laws.iter()
+    }
+
+    fn map(&self) -> Option<LearnedMap> {
+        self.map
     }
 }
 
@@ -145,21 +159,6 @@ impl<'m> Varied<'m> {
             })
         }
     }
-
-    /// Its laws, in the order in which they act.
-    fn laws(&self) -> impl Iterator<Item = &Law> {
-        let (before, behind) = self.common.laws.split_at(usize::from(self.place));
-        let behind = &behind[usize::from(self.without)..];
-        before.iter().chain(&self.own).chain(behind)
-    }
-
-    fn map(&self) -> Option<LearnedMap> {
-        let mut map = self.common.map?;
-        if let Some((index, value)) = self.knot {
-            map.knots[usize::from(index)] = value;
-        }
-        Some(map)
-    }
 }
 
 /// The first knot in which two maps differ, with its value in the second.
@@ -209,5 +208,19 @@ impl Acting for Varied<'_> {
 
     fn voltage(&self, middle: &Middle) -> f32 {
         voltage_of(self.laws(), middle)
+    }
+
+    fn laws(&self) -> impl Iterator<Item = &Law> {
+        let (before, behind) = self.common.laws.split_at(usize::from(self.place));
+        let behind = &behind[usize::from(self.without)..];
+        before.iter().chain(&self.own).chain(behind)
+    }
+
+    fn map(&self) -> Option<LearnedMap> {
+        let mut map = self.common.map?;
+        if let Some((index, value)) = self.knot {
+            map.knots[usize::from(index)] = value;
+        }
+        Some(map)
     }
 }

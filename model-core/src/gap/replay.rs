@@ -7,14 +7,17 @@
 
 use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
 use super::held::{Acting, Held, Varied};
-use super::log::Log;
-use super::simulator::{Course, Given, Simulator};
+use super::log::{Channel, Log};
+use super::simulator::lockstep::{Givens, Lockstep};
+use super::simulator::{Course, Given, Lateness, Simulator};
 use crate::effect::compliance::{Shaft, Twist};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::numeric::triangle::{Triangle, entries};
+use crate::plant::actuator::lanes::Lanes;
 use crate::plant::modes::Modes;
 use crate::plant::{Motion, State};
 use core::borrow::Borrow;
+use core::{array, slice};
 use heapless::Vec;
 
 /// Most samples on either side of a restart that its state is smoothed over; windows keep this
@@ -90,6 +93,13 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// The measured velocity, where replays restart from it.
+    fn own_velocity<'a>(&self, log: &Log<'a>) -> Option<Channel<'a>> {
+        log.velocity.filter(|_| self.measured_velocity)
+    }
+}
+
 /// The logs of one machine and how they are replayed.
 #[derive(Debug, Clone, Copy)]
 pub struct Data<'a> {
@@ -120,12 +130,10 @@ impl<'a> Data<'a> {
         windows.max().unwrap_or(0)
     }
 
-    /// The windows that lie at this place in their logs, 0 the first.
-    pub fn windows_at(&self, place: usize) -> impl Iterator<Item = Window> + '_ {
+    /// The window at a place in a log, 0 the first.
+    pub fn window_at(&self, log: usize, place: usize) -> Option<Window> {
         let start = MARGIN + place * self.settings.window;
-        let logs = self.logs.iter().enumerate();
-        let there = logs.filter(move |(_, log)| place < self.windows_in(log));
-        there.map(move |(log, _)| Window { log, start })
+        (place < self.windows_in(self.logs.get(log)?)).then_some(Window { log, start })
     }
 
     /// Whole windows in all logs.
@@ -155,9 +163,24 @@ impl<'a> Data<'a> {
         window.start as f32 * period < end && last as f32 * period > begin
     }
 
-    /// Where it lies if it takes part in a fold of blocks of so many windows.
-    pub fn window_in(&self, (fold, block): (Fold, usize), number: usize) -> Option<Window> {
-        self.window(number).filter(|_| fold.takes(number / block))
+    /// Whole windows in all logs that take part in a fold of blocks of so many windows.
+    pub fn windows_in_fold(&self, (fold, block): (Fold, usize)) -> usize {
+        let windows = self.windows();
+        let (pairs, rest) = (windows / (2 * block), windows % (2 * block));
+        match fold {
+            Fold::All => windows,
+            Fold::Even => pairs * block + rest.min(block),
+            Fold::Odd => pairs * block + rest.saturating_sub(block),
+        }
+    }
+
+    /// The number among all windows of one that takes part in a fold, counted there.
+    pub fn number_in_fold((fold, block): (Fold, usize), place: usize) -> usize {
+        match fold {
+            Fold::All => place,
+            Fold::Even => place + place / block * block,
+            Fold::Odd => place + (place / block + 1) * block,
+        }
     }
 
     /// The same logs cut into windows of another length.
@@ -230,6 +253,20 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         restart: &mut Restart,
         settings: &Settings,
     ) -> Self {
+        let runner = Self::at_restart(simulator, log, restart, settings);
+        match &restart.approach {
+            Some(approach) if simulator.remembers() => runner.behind(approach, restart, settings),
+            _ => runner,
+        }
+    }
+
+    /// At a restart, without what the effects remember.
+    fn at_restart(
+        simulator: &'a Simulator<M, H>,
+        log: &'a Log<'a>,
+        restart: &mut Restart,
+        settings: &Settings,
+    ) -> Self {
         let mut runner = Self {
             velocity_channel: settings.velocity_channel,
             ..Self::from_state(simulator, log, (restart.start, restart.state), settings)
@@ -238,10 +275,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         if let Some(shaft) = simulator.shaft() {
             runner.wind(shaft, restart, settings);
         }
-        match &restart.approach {
-            Some(approach) if simulator.remembers() => runner.behind(approach, restart, settings),
-            _ => runner,
-        }
+        runner
     }
 
     /// Twists the shaft as a run-in does, in which what it started with has died out. What the far side
@@ -288,38 +322,52 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     }
 
     /// With what the effects remember of the approach to the restart.
-    fn behind(mut self, approach: &Approach, restart: &Restart, settings: &Settings) -> Self {
-        let log = self.log;
-        let velocity = log.velocity.filter(|_| settings.measured_velocity);
-        let since = (approach.since, approach.state);
-        let mut run_in = Self::from_state(self.simulator, self.log, since, settings);
-        run_in.course.memory.warmth = self.course.memory.warmth;
-        self.simulator.lean(&mut run_in.course, approach.motion);
+    fn behind(self, approach: &Approach, restart: &Restart, settings: &Settings) -> Self {
+        let mut run_in = self.run_in(approach, settings);
         let mut moved = 0.0;
         for index in approach.since..restart.start {
-            match velocity {
+            match settings.own_velocity(self.log) {
                 // A measured velocity is the drive's own, and says where it has gone.
                 Some(velocity) => {
-                    let by = log.period * velocity.at(index);
+                    let by = self.log.period * velocity.at(index);
                     moved += by;
                     self.simulator.drag(&mut run_in.course, by);
                 }
                 None => {
-                    run_in.advance(&Row::new(log, index));
+                    run_in.advance(&Row::new(self.log, index));
                 }
             }
         }
-        if approach.rested && velocity.is_none() {
+        self.resumed((&run_in.course, moved), approach, settings)
+    }
+
+    /// At the beginning of the approach.
+    fn run_in(&self, approach: &Approach, settings: &Settings) -> Self {
+        let since = (approach.since, approach.state);
+        let mut run_in = Self::from_state(self.simulator, self.log, since, settings);
+        run_in.course.memory.warmth = self.course.memory.warmth;
+        self.simulator.lean(&mut run_in.course, approach.motion);
+        run_in
+    }
+
+    /// With what the effects remember behind the approach, and how much further the drive is than a
+    /// simulation of it says.
+    fn resumed(
+        mut self,
+        (run_in, moved): (&Course, f32),
+        approach: &Approach,
+        settings: &Settings,
+    ) -> Self {
+        if approach.rested && settings.own_velocity(self.log).is_none() {
             let current = self.course.state.current;
             let position = self.course.state.position;
-            self.course.state = run_in.course.state;
+            self.course.state = run_in.state;
             self.course.state.position = position;
-            if log.current.is_some() {
+            if self.log.current.is_some() {
                 self.course.state.current = current;
             }
         }
-        self.simulator
-            .resume(&mut self.course, &run_in.course, moved);
+        self.simulator.resume(&mut self.course, run_in, moved);
         self
     }
 
@@ -645,6 +693,343 @@ fn add_position_products(sums: &mut [f32], position: f32, positions: &[f32]) {
     }
 }
 
+/// The sums of windows.
+struct Accumulate<'a> {
+    data: &'a Data<'a>,
+    fold: (Fold, usize),
+    ensemble: &'a Ensemble<'a>,
+}
+
+impl Job for Accumulate<'_> {
+    type Result = WindowSums;
+
+    #[inline(always)]
+    fn work<const N: usize>(&self, first: usize, results: &mut [WindowSums]) {
+        let at = |place| {
+            self.data
+                .window(Data::number_in_fold(self.fold, first + place))
+        };
+        if N > 1 {
+            accumulate_all::<N>(results, self.data, at, self.ensemble);
+        } else if let (Some(sums), Some(window)) = (results.first_mut(), at(0)) {
+            accumulate(sums, self.data, window, self.ensemble);
+        }
+    }
+}
+
+/// As [`accumulate`], in several windows.
+#[inline(always)]
+fn accumulate_all<const N: usize>(
+    results: &mut [WindowSums],
+    data: &Data,
+    at: impl Fn(usize) -> Option<Window>,
+    ensemble: &Ensemble,
+) {
+    let simulators = ensemble.simulators();
+    let remembers = simulators.iter().any(Simulator::remembers);
+    let Some(mut places) = Places::<N>::new(data, results.len(), at, remembers) else {
+        return;
+    };
+    let settings = &data.settings;
+    let mut runners: Vec<Lockstep<&Modes, Varied, N>, MOST_SIMULATORS> = simulators
+        .iter()
+        .map(|simulator| places.start(simulator))
+        .collect();
+    let mut positions = [[0.0f32; N]; COLUMNS];
+    let mut currents = [[0.0f32; N]; COLUMNS];
+    let mut sums = [[0.0f32; N]; entries(COLUMNS)];
+    let mut residuals = [([0.0f32; N], [0.0f32; N]); MOST_SIMULATORS];
+    let columns = ensemble.lanes().len() + 1;
+    let (position_weight, current_weight) = (settings.position_weight, settings.current_weight);
+    let with_current = current_weight > 0.0;
+    for _ in 0..places.steps() {
+        if !places.step(&mut runners, &mut residuals) {
+            continue;
+        }
+        let mut next = 1;
+        let centre = &residuals[0];
+        for lane in 0..N {
+            positions[0][lane] = centre.0[lane] * position_weight;
+            currents[0][lane] = centre.1[lane] * current_weight;
+        }
+        for (column, perturbed) in ensemble.lanes().iter().enumerate() {
+            let moved = &residuals[next];
+            let from = if perturbed.two_sided {
+                &residuals[next + 1]
+            } else {
+                centre
+            };
+            next += 1 + usize::from(perturbed.two_sided);
+            let inverse_step = perturbed.inverse_step;
+            let (position, current) = (&mut positions[column + 1], &mut currents[column + 1]);
+            for lane in 0..N {
+                position[lane] = (moved.0[lane] - from.0[lane]) * position_weight * inverse_step;
+                current[lane] = (moved.1[lane] - from.1[lane]) * current_weight * inverse_step;
+            }
+        }
+        for column in 0..columns {
+            let (before, own) = ensemble.partners(column);
+            let (position, current) = (positions[column], currents[column]);
+            let sums = &mut sums[entries(column)..];
+            for other in 0..=column {
+                if other >= before && other < own {
+                    continue;
+                }
+                let (positions, currents) = (&positions[other], &currents[other]);
+                let sum = &mut sums[other];
+                for lane in 0..N {
+                    sum[lane] += position[lane] * positions[lane];
+                }
+                if with_current {
+                    for lane in 0..N {
+                        sum[lane] += current[lane] * currents[lane];
+                    }
+                }
+            }
+        }
+    }
+    for (lane, result) in results.iter_mut().enumerate() {
+        for (column, row) in result.rows_mut().take(columns).enumerate() {
+            for (sum, lanes) in row.iter_mut().zip(&sums[entries(column)..]) {
+                *sum = lanes[lane];
+            }
+        }
+    }
+}
+
+/// Windows side by side, and how far a replay is in them.
+struct Places<'a, const N: usize> {
+    logs: [&'a Log<'a>; N],
+    settings: &'a Settings,
+    restarts: [Restart; N],
+    /// Steps that a lane runs in, and most of them: lanes begin one after the other and restart
+    /// together.
+    leads: [usize; N],
+    lead: usize,
+    /// Steps made.
+    step: usize,
+}
+
+/// What the logs say of one step, for all simulations that take it: a [`Row`] of each lane.
+struct Rows<const N: usize> {
+    given: Givens<N>,
+    next_position: Lanes<N>,
+    current: Option<Lanes<N>>,
+    next_velocity: Option<Lanes<N>>,
+}
+
+impl<'a, const N: usize> Places<'a, N> {
+    /// At the start of so many windows; lanes that are left go through the last of them, too.
+    /// `remembers`: whether a simulator does.
+    fn new(
+        data: &'a Data<'a>,
+        count: usize,
+        at: impl Fn(usize) -> Option<Window>,
+        remembers: bool,
+    ) -> Option<Self> {
+        let settings = &data.settings;
+        let mut windows = [at(0)?; N];
+        for (lane, window) in windows.iter_mut().enumerate() {
+            *window = at(lane.min(count - 1))?;
+        }
+        let logs = windows.map(|window| &data.logs[window.log]);
+        let restarts: [Restart; N] = array::from_fn(|lane| {
+            Restart::new(logs[lane], windows[lane].start, settings, remembers)
+        });
+        let leads: [usize; N] = array::from_fn(|lane| {
+            let simulated = settings.own_velocity(logs[lane]).is_none();
+            let approach = restarts[lane].approach.filter(|_| simulated);
+            approach.map_or(0, |approach| restarts[lane].start - approach.since)
+        });
+        Some(Self {
+            logs,
+            settings,
+            restarts,
+            leads,
+            lead: leads.into_iter().max().unwrap_or(0),
+            step: 0,
+        })
+    }
+
+    /// A simulator where it begins: at the restarts, or before them where it runs in.
+    fn start<'s, M: Borrow<Modes>, H: Acting>(
+        &mut self,
+        simulator: &'s Simulator<M, H>,
+    ) -> Lockstep<'s, M, H, N> {
+        let mut courses = [Course::default(); N];
+        for (lane, course) in courses.iter_mut().enumerate() {
+            let (log, restart) = (self.logs[lane], &mut self.restarts[lane]);
+            let runner = if self.leads[lane] > 0 {
+                Runner::at_restart(simulator, log, restart, self.settings)
+            } else {
+                Runner::from_restart(simulator, log, restart, self.settings)
+            };
+            let approach = restart.approach.filter(|_| self.leads[lane] > 0);
+            *course = match approach {
+                Some(approach) if simulator.remembers() => {
+                    runner.run_in(&approach, self.settings).course
+                }
+                _ => runner.course,
+            };
+        }
+        Lockstep::new(simulator, &courses)
+    }
+
+    /// Puts a simulator that has run in to the restarts.
+    #[inline(never)]
+    fn resume<M: Borrow<Modes>, H: Acting>(&mut self, runner: &mut Lockstep<M, H, N>) {
+        let simulator = runner.simulator();
+        for lane in 0..N {
+            let (log, restart) = (self.logs[lane], &mut self.restarts[lane]);
+            let approach = restart.approach.filter(|_| self.leads[lane] > 0);
+            if let Some(approach) = approach.filter(|_| simulator.remembers()) {
+                let there = Runner::at_restart(simulator, log, restart, self.settings);
+                let run_in = (&runner.at(lane), 0.0);
+                let resumed = there.resumed(run_in, &approach, self.settings);
+                runner.put(lane, &resumed.course);
+            }
+        }
+    }
+
+    /// Steps of a run-in and a window.
+    fn steps(&self) -> usize {
+        self.lead + self.settings.window
+    }
+
+    /// Whether the next step is one of a run-in.
+    #[inline(always)]
+    fn runs_in(&self) -> bool {
+        self.step < self.lead
+    }
+
+    /// What the logs say of the next step.
+    #[inline(always)]
+    fn rows(&self) -> Rows<N> {
+        let mut rows = Rows {
+            given: Givens {
+                input: [0.0; N],
+                previous: [0.0; N],
+                brake: [0.0; N],
+                braked: false,
+                index: [0; N],
+                sample: [0.0; N],
+                asleep: [false; N],
+                awake: 0,
+            },
+            next_position: [0.0; N],
+            current: self.logs[0].current.map(|_| [0.0; N]),
+            next_velocity: self.logs[0].velocity.map(|_| [0.0; N]),
+        };
+        for lane in 0..N {
+            let log = self.logs[lane];
+            let given = &mut rows.given;
+            // Asleep until its own run-in begins.
+            let ahead = self.lead.saturating_sub(self.step);
+            let asleep = ahead > self.leads[lane];
+            let behind = self.step.saturating_sub(self.lead);
+            let index = self.restarts[lane].start - ahead.min(self.leads[lane]) + behind;
+            given.asleep[lane] = asleep;
+            given.awake += usize::from(!asleep);
+            given.index[lane] = index;
+            given.sample[lane] = index as f32;
+            given.input[lane] = log.input.at(index);
+            if let Some(brake) = log.brake {
+                given.brake[lane] = brake.at(index);
+                given.braked |= given.brake[lane] != 0.0;
+            }
+            rows.next_position[lane] = log.position.at(index + 1);
+            if let (Some(currents), Some(current)) = (&mut rows.current, log.current) {
+                currents[lane] = current.at(index);
+            }
+            if let (Some(velocities), Some(velocity)) = (&mut rows.next_velocity, log.velocity) {
+                velocities[lane] = velocity.at(index + 1);
+            }
+        }
+        rows.given.previous = rows.given.input;
+        rows
+    }
+
+    /// Steps simulators. Whether this was a step of the windows, whose residuals count.
+    #[inline(always)]
+    fn step<M: Borrow<Modes>, H: Acting>(
+        &mut self,
+        runners: &mut [Lockstep<M, H, N>],
+        residuals: &mut [(Lanes<N>, Lanes<N>)],
+    ) -> bool {
+        let runs_in = self.runs_in();
+        let rows = self.rows();
+        for (runner, residual) in runners.iter_mut().zip(residuals) {
+            if !runs_in || runner.simulator().remembers() {
+                *residual = self.advance(runner, &rows);
+            }
+        }
+        self.step += 1;
+        if runs_in && !self.runs_in() {
+            for runner in runners {
+                self.resume(runner);
+            }
+        }
+        !runs_in
+    }
+
+    /// As [`Runner::advance`].
+    #[inline(always)]
+    fn advance<M: Borrow<Modes>, H: Acting>(
+        &self,
+        runner: &mut Lockstep<M, H, N>,
+        rows: &Rows<N>,
+    ) -> (Lanes<N>, Lanes<N>) {
+        let simulator = runner.simulator();
+        let late = simulator.input_lateness();
+        let predicted = if late.whole == 0 && late.share == 0.0 {
+            runner.step(&rows.given)
+        } else {
+            runner.step(&self.late(late, &rows.given))
+        };
+        let late = simulator.sensor_lateness().whole;
+        let mut seconds = [0.0; N];
+        match (&rows.current, &rows.next_velocity) {
+            (Some(measured), _) => {
+                for lane in 0..N {
+                    seconds[lane] = predicted[lane] - measured[lane];
+                }
+                if late > 0 {
+                    for lane in 0..N {
+                        let index = rows.given.index[lane].saturating_sub(late);
+                        let measured = self.logs[lane].current.map(|current| current.at(index));
+                        seconds[lane] = predicted[lane] - measured.unwrap_or_default();
+                    }
+                }
+            }
+            (None, Some(measured)) if self.settings.velocity_channel => {
+                let velocities = runner.velocities();
+                for lane in 0..N {
+                    seconds[lane] = velocities[lane] - measured[lane];
+                }
+            }
+            _ => {}
+        }
+        (runner.reported_from(&rows.next_position), seconds)
+    }
+
+    /// A step under inputs that act late.
+    #[inline(never)]
+    fn late(&self, late: Lateness, given: &Givens<N>) -> Givens<N> {
+        let mut given = *given;
+        for lane in 0..N {
+            let index = given.index[lane];
+            let back = |samples: usize| self.logs[lane].input.at(index.saturating_sub(samples));
+            given.input[lane] = back(late.whole);
+            given.previous[lane] = if late.share == 0.0 {
+                given.input[lane]
+            } else {
+                back(late.whole + 1)
+            };
+        }
+        given
+    }
+}
+
 /// Errors of one window, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WindowError {
@@ -656,18 +1041,127 @@ pub struct WindowError {
     pub largest: f32,
 }
 
-/// Replays one window and sums its squared residuals, unweighted.
-pub fn window_error(data: &Data, window: Window, simulator: &Simulator) -> WindowError {
-    let mut error = WindowError::default();
-    let log = &data.logs[window.log];
-    let mut runner = Runner::new(simulator, log, window.start, &data.settings);
-    for index in window.start..window.start + data.settings.window {
-        let (position, current) = runner.advance(&Row::new(log, index));
+/// What a replay of one window comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Replayed {
+    pub error: WindowError,
+    /// Sum of the squared weighted residuals: the first of the window's sums.
+    pub cost: f32,
+}
+
+impl Replayed {
+    #[inline(always)]
+    fn add(&mut self, (position, current): (f32, f32), settings: &Settings) {
+        let error = &mut self.error;
         error.position += position * position;
         error.current += current * current;
         error.largest = error.largest.max(position.abs());
+        let position = position * settings.position_weight;
+        self.cost += position * position;
+        if settings.current_weight > 0.0 {
+            let current = current * settings.current_weight;
+            self.cost += current * current;
+        }
     }
-    error
+}
+
+/// Windows to be replayed.
+pub(super) struct Replays<'a> {
+    pub data: &'a Data<'a>,
+    pub simulator: &'a Simulator,
+    /// Where a window lies, by its number among them.
+    pub window: &'a (dyn Fn(usize) -> Option<Window> + Sync),
+}
+
+impl Job for Replays<'_> {
+    type Result = Replayed;
+
+    #[inline(always)]
+    fn work<const N: usize>(&self, first: usize, results: &mut [Replayed]) {
+        let at = |place| (self.window)(first + place);
+        replay::<N>(results, self.data, at, self.simulator);
+    }
+}
+
+/// Replays as many windows as there are results, at most `N` and in lockstep.
+#[inline(always)]
+pub(super) fn replay<const N: usize>(
+    results: &mut [Replayed],
+    data: &Data,
+    at: impl Fn(usize) -> Option<Window>,
+    simulator: &Simulator,
+) {
+    if N > 1 {
+        replay_all::<N>(results, data, at, simulator);
+    } else if let (Some(result), Some(window)) = (results.first_mut(), at(0)) {
+        replay_one(result, data, window, simulator);
+    }
+}
+
+fn replay_one(result: &mut Replayed, data: &Data, window: Window, simulator: &Simulator) {
+    let log = &data.logs[window.log];
+    let mut runner = Runner::new(simulator, log, window.start, &data.settings);
+    for index in window.start..window.start + data.settings.window {
+        result.add(runner.advance(&Row::new(log, index)), &data.settings);
+    }
+}
+
+#[inline(always)]
+fn replay_all<const N: usize>(
+    results: &mut [Replayed],
+    data: &Data,
+    at: impl Fn(usize) -> Option<Window>,
+    simulator: &Simulator,
+) {
+    let Some(mut places) = Places::<N>::new(data, results.len(), at, simulator.remembers()) else {
+        return;
+    };
+    let settings = &data.settings;
+    let mut runners = [places.start(simulator)];
+    let mut residuals = [([0.0; N], [0.0; N])];
+    let (mut position, mut current, mut largest) = ([0.0; N], [0.0; N], [0.0; N]);
+    let mut cost = [0.0; N];
+    for _ in 0..places.steps() {
+        if !places.step(&mut runners, &mut residuals) {
+            continue;
+        }
+        let [(positions, currents)] = &residuals;
+        for lane in 0..N {
+            let mut replayed = Replayed {
+                error: WindowError {
+                    position: position[lane],
+                    current: current[lane],
+                    largest: largest[lane],
+                },
+                cost: cost[lane],
+            };
+            replayed.add((positions[lane], currents[lane]), settings);
+            position[lane] = replayed.error.position;
+            current[lane] = replayed.error.current;
+            largest[lane] = replayed.error.largest;
+            cost[lane] = replayed.cost;
+        }
+    }
+    for (lane, result) in results.iter_mut().enumerate() {
+        *result = Replayed {
+            error: WindowError {
+                position: position[lane],
+                current: current[lane],
+                largest: largest[lane],
+            },
+            cost: cost[lane],
+        };
+    }
+}
+
+/// What is to be done with windows.
+pub trait Job: Sync {
+    /// What a window gives.
+    type Result: Default + Send;
+
+    /// Works on as many windows from number `first` on as there are results, at most `N`, in lockstep.
+    /// The bits do not depend on `N`.
+    fn work<const N: usize>(&self, first: usize, results: &mut [Self::Result]);
 }
 
 /// Who works on the windows: one core in order, or several.
@@ -680,6 +1174,12 @@ pub trait Schedule {
         work: impl Fn(usize, &mut R) + Send + Sync,
         fold: impl FnMut(usize, &R),
     );
+
+    /// The same with a job, of which several may be done in lockstep.
+    fn run_job<J: Job>(&self, count: usize, job: &J, fold: impl FnMut(usize, &J::Result)) {
+        let one = |number, result: &mut J::Result| job.work::<1>(number, slice::from_mut(result));
+        self.run(count, one, fold);
+    }
 }
 
 /// One core, in order: the chip's way.
@@ -728,14 +1228,14 @@ impl TotalError {
 /// Replays all windows and sums their errors in the order of the log.
 pub fn total_error(data: &Data, schedule: &impl Schedule, simulator: &Simulator) -> TotalError {
     let mut total = TotalError::default();
-    schedule.run(
+    schedule.run_job(
         data.windows(),
-        |number, error| {
-            if let Some(window) = data.window(number) {
-                *error = window_error(data, window, simulator);
-            }
+        &Replays {
+            data,
+            simulator,
+            window: &|number| data.window(number),
         },
-        |_, error: &WindowError| {
+        |_, Replayed { error, .. }| {
             total.position += f64::from(error.position);
             total.current += f64::from(error.current);
             total.largest = total.largest.max(error.largest);
@@ -768,24 +1268,6 @@ impl Fold {
     }
 }
 
-/// Replays one window and sums its squared weighted residuals: the first of its sums.
-pub(super) fn window_cost(data: &Data, window: Window, simulator: &Simulator) -> f32 {
-    let log = &data.logs[window.log];
-    let settings = &data.settings;
-    let mut runner = Runner::new(simulator, log, window.start, settings);
-    let mut sum = 0.0;
-    for index in window.start..window.start + settings.window {
-        let (position, current) = runner.advance(&Row::new(log, index));
-        let position = position * settings.position_weight;
-        sum += position * position;
-        if settings.current_weight > 0.0 {
-            let current = current * settings.current_weight;
-            sum += current * current;
-        }
-    }
-    sum
-}
-
 /// Sum of the squared weighted residuals over the windows of a fold, to the bit the first of
 /// [`Sums`]' products, and how many windows these are.
 pub fn cost(
@@ -794,21 +1276,17 @@ pub fn cost(
     (fold, block): (Fold, usize),
     simulator: &Simulator,
 ) -> (f64, usize) {
-    let (mut total, mut windows) = (0.0, 0);
-    schedule.run(
-        data.windows(),
-        |number, cost| {
-            if let Some(window) = data.window_in((fold, block), number) {
-                *cost = window_cost(data, window, simulator);
-            }
-        },
-        |number, cost: &f32| {
-            if fold.takes(number / block) {
-                total += f64::from(*cost);
-                windows += 1;
-            }
-        },
-    );
+    let mut total = 0.0;
+    let fold = (fold, block);
+    let windows = data.windows_in_fold(fold);
+    let replays = Replays {
+        data,
+        simulator,
+        window: &|place| data.window(Data::number_in_fold(fold, place)),
+    };
+    schedule.run_job(windows, &replays, |_, replayed| {
+        total += f64::from(replayed.cost);
+    });
     (total, windows)
 }
 
@@ -826,23 +1304,16 @@ pub struct Sums {
 pub fn replay_windows(
     data: &Data,
     schedule: &impl Schedule,
-    (fold, block): (Fold, usize),
+    fold: (Fold, usize),
     ensemble: &Ensemble,
     mut observe: impl FnMut(&WindowSums),
 ) {
-    schedule.run(
-        data.windows(),
-        |number, sums| {
-            if let Some(window) = data.window_in((fold, block), number) {
-                accumulate(sums, data, window, ensemble);
-            }
-        },
-        |number, sums: &WindowSums| {
-            if fold.takes(number / block) {
-                observe(sums);
-            }
-        },
-    );
+    let job = Accumulate {
+        data,
+        fold,
+        ensemble,
+    };
+    schedule.run_job(data.windows_in_fold(fold), &job, |_, sums| observe(sums));
 }
 
 impl Sums {

@@ -14,6 +14,8 @@ use crate::plant::parameters::{Drive, ParameterError};
 use crate::plant::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
+pub(super) mod lockstep;
+
 /// Parts of a step in which a model with held effects is stepped. An effect that varies within a
 /// step, as cogging at speed, is of second order in the part.
 const PARTS_UNDER_HELD_EFFECTS: u8 = 2;

@@ -5,7 +5,7 @@
 //! of windows with the largest sum of gains is found while they come in, in order (J. Bentley,
 //! *Programming pearls: algorithm design techniques*, 1984, after J. B. Kadane).
 
-use super::replay::{Data, MARGIN, Schedule, window_cost};
+use super::replay::{Data, Job, MARGIN, Replayed, Schedule, replay};
 use super::simulator::Simulator;
 use core::ops::Range;
 
@@ -33,6 +33,40 @@ impl LargestRun {
     }
 }
 
+/// What the windows at a place in their logs gain together.
+struct Gains<'a> {
+    data: &'a Data<'a>,
+    without: &'a Simulator,
+    throughout: &'a Simulator,
+}
+
+impl Job for Gains<'_> {
+    type Result = f64;
+
+    #[inline(always)]
+    fn work<const N: usize>(&self, first: usize, results: &mut [f64]) {
+        for log in 0..self.data.logs.len() {
+            let window = |place| self.data.window_at(log, first + place);
+            let count = (0..results.len()).map_while(window).count();
+            let gains = &mut results[..count];
+            let mut before = [0.0; N];
+            // A loop instead of two calls: a replay is compiled into it.
+            for (simulator, last) in [(self.without, false), (self.throughout, true)] {
+                let mut replayed = [Replayed::default(); N];
+                replay::<N>(&mut replayed[..count], self.data, window, simulator);
+                for (lane, gain) in gains.iter_mut().enumerate() {
+                    let cost = f64::from(replayed[lane].cost);
+                    if last {
+                        *gain += before[lane] - cost;
+                    } else {
+                        before[lane] = cost;
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// When the logs are followed best by acting, s since they began, at the borders of windows, and how many
 /// windows were simulated for that. From the first window on it is from the beginning.
 ///
@@ -43,16 +77,12 @@ pub fn best_span(
     (without, throughout): (&Simulator, &Simulator),
 ) -> (Option<(f32, f32)>, u64) {
     let mut run = LargestRun::default();
-    schedule.run(
-        data.longest(),
-        |place, gain: &mut f64| {
-            for window in data.windows_at(place) {
-                let cost = |simulator| f64::from(window_cost(data, window, simulator));
-                *gain += cost(without) - cost(throughout);
-            }
-        },
-        |_, gain| run.push(*gain),
-    );
+    let gains = Gains {
+        data,
+        without,
+        throughout,
+    };
+    schedule.run_job(data.longest(), &gains, |_, gain| run.push(*gain));
     let border = |window: usize| {
         let sample = MARGIN + window * data.settings.window;
         sample as f32 * data.logs[0].period

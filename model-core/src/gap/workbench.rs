@@ -6,7 +6,7 @@ use super::fit::{self, Effort, Fit, Variables};
 use super::held_out::{HeldOut, MOST_BLOCKS, Mask, windows_per_block};
 use super::log::Log;
 use super::model::{Base, Model};
-use super::replay::{self, Data, Fold, MARGIN, Schedule, WindowError, samples};
+use super::replay::{self, Data, Fold, MARGIN, Replays, Schedule, Window, WindowError, samples};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
 use super::span::best_span;
@@ -306,26 +306,22 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         place: &impl Fn(usize) -> Option<usize>,
     ) -> Option<u64> {
         let simulator = model.build(data.logs.first()?.period).ok()?;
-        let mut measured = 0;
-        self.schedule.run(
-            data.windows(),
-            |number, error| {
-                if let Some(window) = data.window_in((fold, block), number) {
-                    *error = replay::window_error(data, window, &simulator);
-                }
-            },
-            |number, error: &WindowError| {
-                if !fold.takes(number / block) {
-                    return;
-                }
-                measured += 1;
-                if let Some(sum) = place(number).and_then(|place| blocks.get_mut(place)) {
-                    sum.position += error.position + floor.position;
-                    sum.current += error.current + floor.current;
-                }
-            },
-        );
-        Some(measured)
+        let fold = (fold, block);
+        let measured = data.windows_in_fold(fold);
+        let replays = Replays {
+            data,
+            simulator: &simulator,
+            window: &|at| data.window(Data::number_in_fold(fold, at)),
+        };
+        self.schedule.run_job(measured, &replays, |at, replayed| {
+            let error = &replayed.error;
+            let sum = place(Data::number_in_fold(fold, at)).and_then(|place| blocks.get_mut(place));
+            if let Some(sum) = sum {
+                sum.position += error.position + floor.position;
+                sum.current += error.current + floor.current;
+            }
+        });
+        Some(measured as u64)
     }
 
     /// The model with an effect, fitted from the strength at which it follows the log best. Each is
@@ -495,23 +491,22 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     fn cost_within(&mut self, model: &Model, spans: [(f32, f32); 2]) -> Option<f64> {
         let data = self.data;
         let simulator = model.build(data.logs.first()?.period).ok()?;
-        let within = |number: usize| {
-            let window = data.window(number)?;
-            let overlaps = |span: &(f32, f32)| data.overlaps(window, *span);
-            spans.iter().any(overlaps).then_some(window)
+        let within = |number: &usize| {
+            let overlaps = |window: Window| spans.iter().any(|span| data.overlaps(window, *span));
+            data.window(*number).is_some_and(overlaps)
         };
-        let (mut total, mut windows) = (0.0, 0);
-        self.schedule.run(
-            data.windows(),
-            |number, cost| {
-                *cost = within(number).map(|window| replay::window_cost(&data, window, &simulator));
-            },
-            |_, cost: &Option<f32>| {
-                total += f64::from(cost.unwrap_or(0.0));
-                windows += u64::from(cost.is_some());
-            },
-        );
-        self.count(windows, data.settings.window);
+        let numbers = || (0..data.windows()).filter(within);
+        let windows = numbers().count();
+        let replays = Replays {
+            data: &data,
+            simulator: &simulator,
+            window: &|place| data.window(numbers().nth(place)?),
+        };
+        let mut total = 0.0;
+        self.schedule.run_job(windows, &replays, |_, replayed| {
+            total += f64::from(replayed.cost);
+        });
+        self.count(windows as u64, data.settings.window);
         Some(total)
     }
 

@@ -2,6 +2,7 @@
 
 pub mod chi_square;
 pub mod cholesky;
+pub mod exponential;
 pub mod invalid_parameter;
 pub mod ljung_box;
 pub mod matrix_exponential;

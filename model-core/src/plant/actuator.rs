@@ -5,6 +5,8 @@ use super::parameters::{Drive, ParameterError, Parameters};
 use super::{Compensated, Directional, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
+pub(crate) mod lanes;
+
 /// Largest magnitude of the input that a step takes, in units of the input. Beyond it, as with
 /// NaN or infinity, the step refuses and leaves the state as it was.
 pub const INPUT_LIMIT: f32 = 1e6;
@@ -306,6 +308,12 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
     }
 
+    /// Its modes.
+    #[inline]
+    pub(crate) fn modes(&self) -> &Modes {
+        self.modes.borrow()
+    }
+
     /// Whether there is a spring, with or without stiffness.
     pub(super) fn is_sprung(&self) -> bool {
         self.sprung
@@ -520,6 +528,9 @@ impl<M: Borrow<Modes>> Actuator<M> {
     }
 
     /// Advances by a rung and says so, if no event comes before its end; else leaves the state.
+    // By itself the compiler calls it where there are several callers; a step through events, which goes
+    // down the ladder by it, takes a fifth longer then.
+    #[inline(always)]
     fn advance(&self, state: &mut State, rung: usize, input: f32, load: &Load) -> bool {
         match state.motion {
             Motion::Forward => self.slide::<true, true>(state, rung, input, load),

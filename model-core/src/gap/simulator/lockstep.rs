@@ -1,0 +1,536 @@
+//! One simulator on its way through several windows at once, with the same bits as one by one.
+//!
+//! The lanes have everything in common but where they are and what the log says there, so that a step is
+//! a few loops over numbers side by side, which the compiler turns into vectors. A lane in which a mode
+//! ends is stepped alone.
+
+use super::{Course, Given, Simulator};
+use crate::effect::backlash::follow;
+use crate::effect::compliance::Twist;
+use crate::effect::lanes::Middles;
+use crate::effect::learned_map::LearnedMap;
+use crate::effect::presliding::{Bristles, Free};
+use crate::effect::thermal_drift::ThermalDrift;
+use crate::effect::{Memory, Middle};
+use crate::gap::held::Acting;
+use crate::plant::InputRefused;
+use crate::plant::actuator::Actuator;
+use crate::plant::actuator::lanes::{Lanes, Loads, States, Ways};
+use crate::plant::modes::Modes;
+use core::borrow::Borrow;
+
+/// Lanes that are stepped one by one sooner than together.
+const FEW: usize = 2;
+
+/// What the logs say of a step of each lane.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::gap) struct Givens<const N: usize> {
+    /// As in [`Given`].
+    pub input: Lanes<N>,
+    /// As in [`Given`].
+    pub previous: Lanes<N>,
+    /// As in [`Given`].
+    pub brake: Lanes<N>,
+    /// Whether a lane is braked.
+    pub braked: bool,
+    /// As in [`Given`].
+    pub index: [usize; N],
+    /// The same as numbers.
+    pub sample: Lanes<N>,
+    /// Lanes that stay where they are.
+    pub asleep: [bool; N],
+    /// How many do not.
+    pub awake: usize,
+}
+
+impl<const N: usize> Givens<N> {
+    fn at(&self, lane: usize) -> Given {
+        Given {
+            input: self.input[lane],
+            previous: self.previous[lane],
+            brake: self.brake[lane],
+            index: self.index[lane],
+        }
+    }
+}
+
+/// What the effects remember, side by side.
+#[derive(Debug, Clone, Copy)]
+struct Memories<const N: usize> {
+    far: Lanes<N>,
+    friction: Lanes<N>,
+    warmth: Lanes<N>,
+    /// Of the shaft: angle and rate.
+    twist: Lanes<N>,
+    twist_rate: Lanes<N>,
+}
+
+/// Where the lanes are.
+#[derive(Debug, Clone, Copy)]
+struct Courses<const N: usize> {
+    states: States<N>,
+    memories: Memories<N>,
+}
+
+impl<const N: usize> Courses<N> {
+    fn at(&self, lane: usize) -> Course {
+        Course {
+            state: self.states.at(lane),
+            memory: Memory {
+                far: self.memories.far[lane],
+                friction: self.memories.friction[lane],
+                warmth: self.memories.warmth[lane],
+                twist: Twist {
+                    angle: self.memories.twist[lane],
+                    rate: self.memories.twist_rate[lane],
+                },
+            },
+        }
+    }
+
+    /// Takes the lanes that are marked from others.
+    #[inline(always)]
+    fn take(&mut self, others: &Self, marked: &[bool; N]) {
+        self.states.take(&others.states, marked);
+        let (own, other) = (&mut self.memories, &others.memories);
+        for lane in 0..N {
+            if marked[lane] {
+                own.far[lane] = other.far[lane];
+                own.friction[lane] = other.friction[lane];
+                own.warmth[lane] = other.warmth[lane];
+                own.twist[lane] = other.twist[lane];
+                own.twist_rate[lane] = other.twist_rate[lane];
+            }
+        }
+    }
+
+    fn put(&mut self, lane: usize, course: &Course) {
+        self.states.put(lane, &course.state);
+        self.memories.far[lane] = course.memory.far;
+        self.memories.friction[lane] = course.memory.friction;
+        self.memories.warmth[lane] = course.memory.warmth;
+        self.memories.twist[lane] = course.memory.twist.angle;
+        self.memories.twist_rate[lane] = course.memory.twist.rate;
+    }
+}
+
+/// A simulator in several windows.
+#[derive(Debug, Clone)]
+pub(in crate::gap) struct Lockstep<'a, M, H, const N: usize> {
+    simulator: &'a Simulator<M, H>,
+    map: Option<LearnedMap>,
+    heating: Option<ThermalDrift>,
+    courses: Courses<N>,
+}
+
+impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
+    /// Starts from these courses.
+    pub fn new(simulator: &'a Simulator<M, H>, courses: &[Course; N]) -> Self {
+        let mut lanes = Courses {
+            states: States::new(&courses.map(|course| course.state)),
+            memories: Memories {
+                far: [0.0; N],
+                friction: [0.0; N],
+                warmth: [0.0; N],
+                twist: [0.0; N],
+                twist_rate: [0.0; N],
+            },
+        };
+        for (lane, course) in courses.iter().enumerate() {
+            lanes.put(lane, course);
+        }
+        Self {
+            simulator,
+            map: simulator.held.map(),
+            heating: simulator.heating(),
+            courses: lanes,
+        }
+    }
+
+    /// The simulator.
+    #[inline(always)]
+    pub fn simulator(&self) -> &'a Simulator<M, H> {
+        self.simulator
+    }
+
+    /// Where a lane is.
+    pub fn at(&self, lane: usize) -> Course {
+        self.courses.at(lane)
+    }
+
+    /// Puts a lane somewhere else.
+    pub fn put(&mut self, lane: usize, course: &Course) {
+        self.courses.put(lane, course);
+    }
+
+    /// The drives' velocities.
+    #[inline(always)]
+    pub fn velocities(&self) -> &Lanes<N> {
+        &self.courses.states.velocity
+    }
+
+    /// As [`Simulator::reported_from`].
+    #[inline(always)]
+    pub fn reported_from(&self, measured: &Lanes<N>) -> Lanes<N> {
+        let Courses { states, memories } = &self.courses;
+        let mut distances = [0.0; N];
+        let played = self.simulator.half_play().is_some();
+        for lane in 0..N {
+            distances[lane] = if played {
+                memories.far[lane] - measured[lane]
+            } else {
+                states.position_at(lane).from(measured[lane]) + memories.twist[lane]
+            };
+        }
+        let reading = &self.simulator.reading;
+        if !reading.is_nothing() {
+            for lane in 0..N {
+                let sensed = if played {
+                    memories.far[lane]
+                } else {
+                    states.position[lane] + memories.twist[lane]
+                };
+                distances[lane] += reading.error(sensed);
+            }
+        }
+        distances
+    }
+
+    /// As [`Simulator::step`], with the current where a step is refused.
+    #[inline(always)]
+    pub fn step(&mut self, given: &Givens<N>) -> Lanes<N> {
+        let before = self.courses;
+        // Behind a shaft, too: few copies have one.
+        if given.awake <= FEW || self.simulator.shaft().is_some() {
+            let mut currents = [0.0; N];
+            self.step_alone(&before, given, &given.asleep, &mut currents);
+            return currents;
+        }
+        let mut lasts = [true; N];
+        let mut currents = self.step_actuators(given, &mut lasts);
+        let Courses { states, memories } = &mut self.courses;
+        if let Some(heating) = self.heating {
+            let period = self.simulator.period;
+            for lane in 0..N {
+                let warmth = &mut memories.warmth[lane];
+                *warmth = heating.after(*warmth, states.current[lane], period);
+            }
+        }
+        if let Some(half_play) = self.simulator.half_play() {
+            for lane in 0..N {
+                let near = states.position[lane];
+                memories.far[lane] = follow(memories.far[lane], near, half_play);
+            }
+        }
+        if given.awake < N {
+            self.courses.take(&before, &given.asleep);
+            for lane in 0..N {
+                lasts[lane] |= given.asleep[lane];
+            }
+        }
+        if !all(&lasts) {
+            self.step_alone(&before, given, &lasts, &mut currents);
+        }
+        currents
+    }
+
+    /// Steps the lanes in which the mode may not last, from where they were.
+    #[cold]
+    #[inline(never)]
+    fn step_alone(
+        &mut self,
+        before: &Courses<N>,
+        given: &Givens<N>,
+        lasts: &[bool; N],
+        currents: &mut Lanes<N>,
+    ) {
+        for lane in 0..N {
+            if !lasts[lane] {
+                let mut course = before.at(lane);
+                let stepped: Result<f32, InputRefused> =
+                    self.simulator.step(&mut course, &given.at(lane));
+                currents[lane] = stepped.unwrap_or(course.state.current);
+                self.courses.put(lane, &course);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn step_actuators(&mut self, given: &Givens<N>, lasts: &mut [bool; N]) -> Lanes<N> {
+        let simulator = self.simulator;
+        let before = self.courses.states.current;
+        let (split, moment) = (simulator.input.share, simulator.current.share);
+        let own = simulator.actuator.on(simulator.actuator.modes());
+        let first = match &simulator.earlier {
+            Some(earlier) => simulator.actuator.on(earlier.borrow()),
+            None => own,
+        };
+        let whole = simulator.earlier.is_none();
+        let mut between = before;
+        // A loop instead of two calls: what is below is compiled into this once.
+        let ways = [
+            (&first, split, &given.previous),
+            (&own, 1.0 - split, &given.input),
+        ];
+        for (actuator, share, inputs) in ways.into_iter().skip(usize::from(whole)) {
+            between = self.courses.states.current;
+            self.advance((actuator, share), inputs, given, lasts);
+        }
+        let mut currents = before;
+        for lane in 0..N {
+            let after = self.courses.states.current[lane];
+            currents[lane] = if whole {
+                before[lane] + moment * (after - before[lane])
+            } else if moment <= split {
+                before[lane] + moment / split * (between[lane] - before[lane])
+            } else {
+                between[lane] + (moment - split) / (1.0 - split) * (after - between[lane])
+            };
+        }
+        currents
+    }
+
+    /// As [`Simulator::advance`].
+    #[inline(always)]
+    fn advance(
+        &mut self,
+        (actuator, share): (&Actuator<&Modes>, f32),
+        inputs: &Lanes<N>,
+        given: &Givens<N>,
+        lasts: &mut [bool; N],
+    ) {
+        let simulator = self.simulator;
+        if let Some(bristles) = simulator.yielding() {
+            let length = share * simulator.period / f32::from(simulator.parts);
+            for _ in 0..simulator.parts {
+                self.advance_yielding((actuator, length), bristles, inputs, given, lasts);
+            }
+            return;
+        }
+        if simulator.held.is_nothing() {
+            let mut loads = Loads::all(&actuator.load());
+            if given.braked {
+                for lane in 0..N {
+                    if given.brake[lane] != 0.0 {
+                        loads.put(lane, &actuator.load().braked(given.brake[lane]));
+                    }
+                }
+            }
+            actuator.steps_under(&mut self.courses.states, inputs, &loads, lasts);
+            return;
+        }
+        for _ in 0..simulator.parts {
+            self.advance_held(actuator, inputs, given, lasts);
+        }
+    }
+
+    /// As [`Simulator::advance_held`].
+    #[inline(always)]
+    fn advance_held(
+        &mut self,
+        actuator: &Actuator<&Modes>,
+        inputs: &Lanes<N>,
+        given: &Givens<N>,
+        lasts: &mut [bool; N],
+    ) {
+        let mut middle = self.starts(inputs, given);
+        // From the start to the middle, and from there on: a loop, for the laws are compiled into it.
+        for ahead in [true, false] {
+            let loads = self.loads_at(&middle, given);
+            self.exceed(&mut middle, actuator, inputs, &loads);
+            let fed = self.fed(inputs, &middle);
+            let states = &mut self.courses.states;
+            if ahead {
+                let ways = actuator.middles(states, &fed, &loads);
+                self.go(&mut middle, &ways);
+            } else {
+                actuator.steps_under(states, &fed, &loads, lasts);
+            }
+        }
+    }
+
+    /// As [`Simulator::advance_yielding`].
+    #[inline(always)]
+    fn advance_yielding(
+        &mut self,
+        (actuator, length): (&Actuator<&Modes>, f32),
+        bristles: &Bristles,
+        inputs: &Lanes<N>,
+        given: &Givens<N>,
+        lasts: &mut [bool; N],
+    ) {
+        let before = self.courses.states;
+        let forces = self.courses.memories.friction;
+        let alone = self.simulator.held.is_nothing();
+        let mut middle = self.starts(inputs, given);
+        let mut fed = *inputs;
+        let mut loads = Loads::all(&actuator.load());
+        let mut slid = (before, [false; N]);
+        for ahead in [true, false] {
+            loads = self.loads_at(&middle, given);
+            let against = loads.against(&forces);
+            self.exceed(&mut middle, actuator, inputs, &against);
+            fed = self.fed(inputs, &middle);
+            // Alone, they are under the same load all the time.
+            if alone == ahead {
+                slid = slide_on((actuator, bristles), (&before, &forces), &fed, &loads);
+                if all(&slid.1) {
+                    self.courses.states = slid.0;
+                    return;
+                }
+            }
+            if ahead {
+                let ways = actuator.middles(&before, &fed, &against);
+                self.go(&mut middle, &ways);
+            }
+        }
+        let unheld = actuator.unhelds(&before, &fed, &loads);
+        let levels = |lane: usize| bristles.levels(&loads.at(lane), middle.velocity[lane]);
+        let free = |lane: usize| Free {
+            travel: unheld.travel[lane],
+            give: unheld.give[lane],
+            length,
+        };
+        let frictions = bristles.all_held((&forces, &slid.1), free, levels);
+        let Courses { states, memories } = &mut self.courses;
+        let mut yielded = [true; N];
+        let moved = actuator.steps_unheld((states, &unheld), &fed, &frictions, &mut yielded);
+        states.take(&slid.0, &slid.1);
+        for lane in 0..N {
+            let level = levels(lane).of(moved[lane]);
+            let after = bristles.after(forces[lane], moved[lane], level);
+            let slides = slid.1[lane];
+            memories.friction[lane] = if slides { forces[lane] } else { after };
+            lasts[lane] &= slides | yielded[lane];
+        }
+    }
+
+    /// As [`Simulator::start`].
+    #[inline(always)]
+    fn starts(&self, inputs: &Lanes<N>, given: &Givens<N>) -> Middles<N> {
+        let simulator = self.simulator;
+        let Courses { states, memories } = &self.courses;
+        Middles {
+            common: Middle {
+                torque_constant: simulator.torque_constant,
+                resistance: simulator.resistance,
+                step: simulator.period,
+                ..Middle::default()
+            },
+            motor_torque: states
+                .current
+                .map(|current| simulator.motor_torque(current)),
+            warmth: memories.warmth,
+            voltage: scaled(inputs, simulator.gain),
+            excess: [0.0; N],
+            velocity: states.velocity,
+            position: states.position,
+            time: scaled(&given.sample, simulator.period),
+        }
+    }
+
+    /// As [`Simulator::behind`].
+    #[inline(always)]
+    fn go(&self, middle: &mut Middles<N>, ways: &Ways<N>) {
+        middle.motor_torque = scaled(&ways.current, self.simulator.motor_torque(1.0));
+        for lane in 0..N {
+            middle.velocity[lane] = ways.velocity[lane];
+            middle.position[lane] += ways.travel[lane];
+        }
+    }
+
+    /// As [`Simulator::load_at`].
+    #[inline(always)]
+    fn loads_at(&self, middles: &Middles<N>, given: &Givens<N>) -> Loads<N> {
+        let mut loads = Loads::all(&self.simulator.actuator.load());
+        for law in self.simulator.held.laws() {
+            law.hold_all(middles, &mut loads);
+        }
+        if let Some(map) = &self.map {
+            for lane in 0..N {
+                let mut load = loads.at(lane);
+                map.hold(&middles.at(lane), &mut load);
+                loads.put(lane, &load);
+            }
+        }
+        for lane in 0..N {
+            let braked = loads.at(lane).braked(given.brake[lane]);
+            loads.put(lane, &braked);
+        }
+        loads
+    }
+
+    /// As [`Simulator::excess`].
+    #[inline(always)]
+    fn exceed(
+        &self,
+        middles: &mut Middles<N>,
+        actuator: &Actuator<&Modes>,
+        inputs: &Lanes<N>,
+        loads: &Loads<N>,
+    ) {
+        middles.excess = [0.0; N];
+        if self.simulator.electric {
+            let ends = actuator.inputs_that_end_current(&self.courses.states, loads);
+            let gain = self.simulator.gain;
+            for lane in 0..N {
+                middles.excess[lane] = gain * inputs[lane] - gain * ends[lane];
+            }
+        }
+    }
+
+    /// As [`Simulator::fed`].
+    #[inline(always)]
+    fn fed(&self, inputs: &Lanes<N>, middles: &Middles<N>) -> Lanes<N> {
+        let mut fed = *inputs;
+        if self.simulator.electric {
+            let mut left = *middles;
+            let mut sums = [0.0; N];
+            for law in self.simulator.held.laws() {
+                let voltages = law.voltages(&left);
+                for lane in 0..N {
+                    left.excess[lane] += voltages[lane];
+                    sums[lane] += voltages[lane];
+                }
+            }
+            for lane in 0..N {
+                fed[lane] = inputs[lane] + sums[lane] / self.simulator.gain;
+            }
+        }
+        fed
+    }
+}
+
+/// As [`super::slide_on`]: where they come to, and which of them do slide.
+#[inline(always)]
+fn slide_on<const N: usize>(
+    (actuator, bristles): (&Actuator<&Modes>, &Bristles),
+    (states, forces): (&States<N>, &Lanes<N>),
+    inputs: &Lanes<N>,
+    loads: &Loads<N>,
+) -> (States<N>, [bool; N]) {
+    let mut ends = *states;
+    let mut slides = [true; N];
+    actuator.steps_on(&mut ends, inputs, loads, &mut slides);
+    for lane in 0..N {
+        let coulomb = loads.at(lane).coulomb;
+        let slide = |velocity: f32| bristles.slide(forces[lane], coulomb, velocity);
+        slides[lane] &= slide(states.velocity[lane]) & slide(ends.velocity[lane]);
+    }
+    (ends, slides)
+}
+
+/// Whether all are marked.
+#[inline(always)]
+fn all<const N: usize>(marks: &[bool; N]) -> bool {
+    marks.iter().fold(true, |all, &mark| all & mark)
+}
+
+#[inline(always)]
+fn scaled<const N: usize>(numbers: &Lanes<N>, factor: f32) -> Lanes<N> {
+    let mut scaled = *numbers;
+    for number in &mut scaled {
+        *number *= factor;
+    }
+    scaled
+}
