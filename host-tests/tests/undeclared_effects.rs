@@ -391,6 +391,31 @@ fn encoder_eccentricity() {
     });
 }
 
+/// A sweep passes the frequencies at which the shaft of 40 Hz shows. The position loop of the rotary machine
+/// swings with it, and is smoothed over where replays restart: the trailing is near.
+#[test]
+fn compliance() {
+    for (index, machine) in machines().iter().enumerate() {
+        let effect = Effect::nominal(EffectKind::Compliance, machine);
+        let Effect::Compliance { trailing, .. } = effect else {
+            unreachable!()
+        };
+        let seed = 5601 + index as u64;
+        let outcome = trace(machine, machine, sweep(machine), &[effect], seed);
+        let case = format!("{}: {:?}", machine.name, outcome.effects);
+        let [found] = &outcome.effects[..] else {
+            panic!("not one effect: {case}");
+        };
+        assert_eq!(found.id, "compliance", "{case}");
+        let errors = &outcome.errors.train;
+        let ratio = errors.after.position_rms / errors.before.position_rms;
+        assert!(ratio < 0.7, "error falls to {ratio} only: {case}");
+        let estimate = found.parameters.iter().find(|p| p.name == "trailing");
+        let estimate = estimate.unwrap().value;
+        assert!((estimate - trailing).abs() < 0.15 * trailing, "{case}");
+    }
+}
+
 /// What the brushes take and what the bridge loses is one voltage while the motor drives. While it
 /// coasts into a bridge that does not switch, the brushes alone take theirs.
 #[test]

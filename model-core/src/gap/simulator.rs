@@ -434,7 +434,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         Ok(())
     }
 
-    /// One part of a step under held effects: a predictor to its middle, then the part itself.
+    /// One part of a step under held effects.
     fn advance_held(
         &self,
         drive: (&Actuator<impl Borrow<Modes>>, f32),
@@ -443,19 +443,11 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         given: &Given,
     ) -> Result<(), InputRefused> {
         let actuator = drive.0;
-        let mut start = self.start((state, memory), input, given);
-        if !self.held.is_nothing() {
-            let load = self.load_at(&start, given.brake);
-            start.excess = self.excess(actuator, state, input, &load);
-            let fed = self.fed(input, &start);
-            let load = self.twisted(drive, (state, memory), fed, load);
-            let way = actuator.middle(state, fed, &load);
-            start = self.behind(&start, way);
-        }
-        let middle = &mut start;
-        let load = self.load_at(middle, given.brake);
-        middle.excess = self.excess(actuator, state, input, &load);
-        let fed = self.fed(input, middle);
+        let (fed, load) = if self.held.is_nothing() {
+            (input, actuator.load().braked(given.brake))
+        } else {
+            self.held_over(drive, (state, memory), input, given)
+        };
         let mut twisted = self.twisted(drive, (state, memory), fed, load);
         if self.shaft().is_some() && state.motion == Motion::Rest {
             // What lets go takes the far side with it from the step's beginning.
@@ -463,6 +455,29 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             twisted = self.twisted(drive, (state, memory), fed, load);
         }
         actuator.step_under(state, fed, &twisted)
+    }
+
+    /// What is fed and what acts over a part of a step under held effects: in its middle, by a predictor
+    /// to there.
+    #[inline]
+    fn held_over(
+        &self,
+        drive: (&Actuator<impl Borrow<Modes>>, f32),
+        (state, memory): (&State, &Memory),
+        input: f32,
+        given: &Given,
+    ) -> (f32, Load) {
+        let actuator = drive.0;
+        let mut start = self.start((state, memory), input, given);
+        let load = self.load_at(&start, given.brake);
+        start.excess = self.excess(actuator, state, input, &load);
+        let fed = self.fed(input, &start);
+        let load = self.twisted(drive, (state, memory), fed, load);
+        let way = actuator.middle(state, fed, &load);
+        let mut middle = self.behind(&start, way);
+        let load = self.load_at(&middle, given.brake);
+        middle.excess = self.excess(actuator, state, input, &load);
+        (self.fed(input, &middle), load)
     }
 
     /// The load with the shaft's reaction to it, where there is a shaft.
