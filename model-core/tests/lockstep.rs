@@ -1,0 +1,313 @@
+//! Windows that are replayed in lockstep have the bits of windows that are replayed one by one, whatever
+//! the model, the log and the number of lanes.
+
+use model_core::effect::learned_map::{Kind, LearnedMap, Ranges};
+use model_core::effect::{Active, Id, Scope};
+use model_core::gap::covariance::Information;
+use model_core::gap::fit::variables;
+use model_core::gap::log::{Channel, Log};
+use model_core::gap::model::{Base, Model};
+use model_core::gap::replay::{self, Data, Fold, InOrder, Job, Schedule, Settings};
+use model_core::gap::screen::screen;
+use model_core::plant::actuator::Actuator;
+use model_core::plant::parameters::{Drive, Parameters};
+use model_core::plant::{Directional, State};
+
+const PERIOD: f32 = 1e-3;
+
+const SCOPE: Scope = Scope {
+    friction: 0.12,
+    torque: 0.2,
+    voltage: 6.0,
+    current: 3.0,
+    speed: 10.0,
+    stroke: 2.0,
+    period: PERIOD,
+    seconds: 1.5,
+    rotary: true,
+};
+
+/// So many windows at once.
+struct Together<const N: usize>;
+
+impl<const N: usize> Schedule for Together<N> {
+    fn run<R: Default + Send>(
+        &self,
+        count: usize,
+        work: impl Fn(usize, &mut R) + Send + Sync,
+        fold: impl FnMut(usize, &R),
+    ) {
+        InOrder.run(count, work, fold);
+    }
+
+    fn run_job<J: Job>(&self, count: usize, job: &J, mut fold: impl FnMut(usize, &J::Result)) {
+        let mut results: Vec<J::Result> = Vec::new();
+        results.resize_with(count, Default::default);
+        for (group, results) in results.chunks_mut(N).enumerate() {
+            job.work::<N>(group * N, results);
+        }
+        for (number, result) in results.iter().enumerate() {
+            fold(number, result);
+        }
+    }
+}
+
+fn plant(drive: Drive, sprung: bool) -> Parameters {
+    let stiff = |value: f32| if sprung { value } else { 0.0 };
+    Parameters {
+        drive,
+        gain: if drive == Drive::Torque { 0.06 } else { 1.0 },
+        inertia: 1.2e-4,
+        viscous: Directional::both(2e-4),
+        coulomb: Directional::both(0.12),
+        breakaway: Directional::both(0.15),
+        spring: stiff(0.02),
+        spring_rest: stiff(0.1),
+        spring_preload: stiff(0.01),
+        offset: 0.0,
+        lower_stop: -1.0,
+        upper_stop: 1.0,
+    }
+}
+
+/// A voltage drive with and without inductance, and a torque drive without a spring.
+fn plants() -> [Parameters; 3] {
+    let winding = |inductance| Drive::Voltage {
+        resistance: 1.0,
+        inductance,
+        torque_constant: 0.06,
+    };
+    [
+        plant(winding(1e-3), true),
+        plant(winding(0.0), false),
+        plant(Drive::Torque, false),
+    ]
+}
+
+fn model(plant: &Parameters) -> Model {
+    Model {
+        plant: *plant,
+        gravity_torque: 0.0,
+        gravity_rest: 0.0,
+        effects: Default::default(),
+        map: None,
+    }
+}
+
+/// A recording of a plant that slides, turns, rests and meets its stops.
+struct Recording {
+    input: Vec<f32>,
+    position: Vec<f32>,
+    current: Vec<f32>,
+    velocity: Vec<f32>,
+    brake: Vec<f32>,
+}
+
+impl Recording {
+    fn of(plant: &Parameters, samples: usize) -> Self {
+        let actuator = Actuator::build(plant, PERIOD).unwrap();
+        let mut state = State::new(0.2, 0.0);
+        let mut recording = Self {
+            input: Vec::new(),
+            position: Vec::new(),
+            current: Vec::new(),
+            velocity: Vec::new(),
+            brake: Vec::new(),
+        };
+        for sample in 0..samples {
+            let time = sample as f32 * PERIOD;
+            let pause = sample / 150 % 4 == 3;
+            let swing = 5.0 * (37.0 * time).sin() + 2.5 * (90.0 * time).sin();
+            let input = if pause { 0.0 } else { swing };
+            recording.input.push(input);
+            // A sensor of 1 mrad.
+            let counts = (state.position.value() * 1e3).round();
+            recording.position.push(counts * 1e-3);
+            recording.current.push(state.current);
+            recording.velocity.push(state.velocity.value());
+            let braked = (400..500).contains(&sample);
+            recording.brake.push(if braked { 0.03 } else { 0.0 });
+            actuator.step(&mut state, input).unwrap();
+        }
+        recording
+    }
+
+    /// With no more than the position, with a current and a brake, and with a velocity.
+    fn logs(&self) -> [Log<'_>; 3] {
+        let plain = Log {
+            period: PERIOD,
+            input: Channel::Values(&self.input),
+            position: Channel::Values(&self.position),
+            current: None,
+            velocity: None,
+            brake: None,
+        };
+        [
+            plain,
+            Log {
+                current: Some(Channel::Values(&self.current)),
+                brake: Some(Channel::Values(&self.brake)),
+                ..plain
+            },
+            Log {
+                velocity: Some(Channel::Values(&self.velocity)),
+                ..plain
+            },
+        ]
+    }
+}
+
+/// Every effect at a strength that acts, some together, and every map.
+fn models(plant: &Parameters) -> Vec<(String, Model)> {
+    let acting = |id: Id| {
+        let values = id.trial(&SCOPE, 4).unwrap_or_else(|| {
+            let shapes = id.shapes(&SCOPE, 1).or(id.shapes(&SCOPE, 0));
+            let mut values = [0.0; 3];
+            for index in 0..id.strengths() {
+                values[index] = 0.6 * id.scale(&SCOPE, index);
+            }
+            for (value, shape) in values[id.strengths()..]
+                .iter_mut()
+                .zip(shapes.unwrap_or_default())
+            {
+                *value = shape;
+            }
+            values
+        });
+        Active { id, values }
+    };
+    let has_winding = plant.drive != Drive::Torque;
+    let possible = |id: &&Id| has_winding || !id.needs_winding();
+    let mut sets: Vec<Vec<Id>> = Id::ALL
+        .iter()
+        .filter(possible)
+        .map(|&id| vec![id])
+        .collect();
+    sets.push(vec![Id::InputDelay, Id::Presliding, Id::Cogging]);
+    sets.push(vec![Id::SensorDelay, Id::Backlash, Id::Stribeck]);
+    if has_winding {
+        sets.push(vec![
+            Id::InputDelay,
+            Id::BrushDrop,
+            Id::SupplySag,
+            Id::ThermalDrift,
+        ]);
+    }
+    let mut models = vec![("nothing".to_owned(), model(plant))];
+    for set in sets {
+        let mut with = model(plant);
+        for &id in &set {
+            with.effects.push(acting(id)).unwrap();
+        }
+        models.push((format!("{set:?}"), with));
+    }
+    let ranges = Ranges {
+        position: (-1.0, 1.0),
+        velocity: (-10.0, 10.0),
+        motor_torque: (-0.4, 0.4),
+        time: (0.0, 1.5),
+    };
+    for kind in Kind::ALL {
+        let mut map = LearnedMap::flat(kind, &ranges);
+        for (knot, value) in map.knots.iter_mut().enumerate() {
+            *value = 0.01 * (knot as f32 - 3.0);
+        }
+        let mut with = model(plant);
+        with.map = Some(map);
+        models.push((format!("{kind:?}"), with));
+    }
+    models
+}
+
+/// Calls a test with windows of logs of each kind, as many as fill no lanes evenly.
+fn on_logs(plant: &Parameters, mut test: impl FnMut(&Data)) {
+    let recordings = [1490, 700].map(|samples| Recording::of(plant, samples));
+    for kind in 0..3 {
+        let logs = [0, 1].map(|recording: usize| recordings[recording].logs()[kind]);
+        let mut settings = Settings::new(PERIOD, 1e-3);
+        settings.window = 50;
+        settings.half_width = 4;
+        settings.position_weight = 300.0;
+        settings.current_weight = if kind == 0 { 0.0 } else { 2.0 };
+        settings.measured_velocity = kind == 2;
+        settings.velocity_channel = kind == 2;
+        test(&Data {
+            logs: &logs,
+            settings,
+        });
+    }
+}
+
+#[test]
+fn a_replay_has_the_same_errors() {
+    for plant in plants() {
+        on_logs(&plant, |data| {
+            for (name, model) in models(&plant) {
+                let simulator = model.build(PERIOD).unwrap();
+                let total = replay::total_error(data, &InOrder, &simulator);
+                assert!(total.position_rms() > 0.0);
+                assert_eq!(
+                    total,
+                    replay::total_error(data, &Together::<4>, &simulator),
+                    "{name}"
+                );
+                assert_eq!(
+                    total,
+                    replay::total_error(data, &Together::<16>, &simulator),
+                    "{name}"
+                );
+                for fold in [(Fold::All, 1), (Fold::Even, 3), (Fold::Odd, 3)] {
+                    let cost = replay::cost(data, &InOrder, fold, &simulator);
+                    assert!(cost.0 > 0.0);
+                    let together = replay::cost(data, &Together::<16>, fold, &simulator);
+                    assert_eq!(cost, together, "{name} {fold:?}");
+                }
+            }
+        });
+    }
+}
+
+#[test]
+fn sums_over_perturbed_copies_are_the_same() {
+    let base = [Base::Inertia, Base::Viscous, Base::Coulomb, Base::Static];
+    let plant = &plants()[0];
+    on_logs(plant, |data| {
+        for (name, with) in models(plant) {
+            let variables = variables(&model(plant), &with, &base, &SCOPE);
+            let [one_by_one, together] = [true, false].map(|one_by_one| {
+                let mut information = Information::default();
+                if one_by_one {
+                    information.gather(data, &InOrder, &with, &variables)
+                } else {
+                    information.gather(data, &Together::<16>, &with, &variables)
+                }
+                .unwrap();
+                // A number printed in full is another one wherever a bit is.
+                format!("{information:?}")
+            });
+            assert!(one_by_one == together, "{name}");
+        }
+    });
+}
+
+#[test]
+fn a_screening_is_the_same() {
+    for plant in plants() {
+        on_logs(&plant, |data| {
+            let model = model(&plant);
+            let variables = variables(&model, &model, &[Base::Inertia, Base::Coulomb], &SCOPE);
+            let mut passed_over = [Vec::new(), Vec::new()];
+            let [first, second] = &mut passed_over;
+            let one = screen(data, &InOrder, &model, &variables, &SCOPE, |it| {
+                first.push(*it)
+            });
+            let all = screen(data, &Together::<8>, &model, &variables, &SCOPE, |it| {
+                second.push(*it)
+            });
+            let (one, all) = (one.unwrap(), all.unwrap());
+            assert_eq!(one.candidates, all.candidates);
+            assert_eq!(one.imitation, all.imitation);
+            assert_eq!(first, second);
+        });
+    }
+}
