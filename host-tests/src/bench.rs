@@ -29,6 +29,7 @@ use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
 use batch::Throughput;
+use tracing::Tracing;
 
 use crate::failure::Failure;
 use crate::gap::metrics::decimal;
@@ -38,6 +39,7 @@ use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
 use crate::{gap_benchmark, whole_file};
 
 pub mod batch;
+pub mod tracing;
 
 /// What `cargo hil bench` takes.
 #[derive(Debug, clap::Args)]
@@ -71,6 +73,8 @@ pub struct Outcome {
     pub refit: Refit,
     /// `cargo hil gap` without its files.
     pub gap: Gap,
+    /// The same of logs of other machines, and of what costs more to find.
+    pub tracings: Vec<Tracing>,
     /// Many actuators at once.
     pub batch: Throughput,
 }
@@ -220,12 +224,15 @@ fn measure(extent: Extent, mut progress: impl FnMut(&'static str)) -> Result<Out
     let refit = refit(extent)?;
     progress("gap");
     let gap = gap(extent)?;
+    progress("tracings");
+    let tracings = tracing::measure(extent)?;
     progress("batch");
     let batch = batch::measure(extent)?;
     Ok(Outcome {
         plants,
         refit,
         gap,
+        tracings,
         batch,
     })
 }
@@ -585,6 +592,13 @@ fn table(outcome: &Outcome) -> String {
             },
         ));
     }
+    let list = |ids: &[String]| {
+        if ids.is_empty() {
+            "nothing".to_owned()
+        } else {
+            ids.join(", ")
+        }
+    };
     let (refit, gap, batch) = (&outcome.refit, &outcome.gap, &outcome.batch);
     line(format_args!(
         "\nfriction refit     {:.3} s: {} simulations, {:.0} simulated seconds; {:.4} N·m of {:.4} N·m",
@@ -596,14 +610,26 @@ fn table(outcome: &Outcome) -> String {
         gap.seconds_one_core,
         gap.simulations,
         gap.samples,
-        if gap.found.is_empty() {
-            "nothing".to_owned()
-        } else {
-            gap.found.join(", ")
-        }
+        list(&gap.found)
     ));
     line(format_args!(
-        "batch              {:.0} million steps a second on {} cores, {:.0} on one, {:.0} one by one; vectors: {}",
+        "\n{:20} {:16} {:>7} {:>8} {:>12} {:>22}  found",
+        "tracing", "has", "s", "samples", "simulations", "samples a s and core"
+    ));
+    for tracing in &outcome.tracings {
+        line(format_args!(
+            "{:20} {:16} {:>7.2} {:>8} {:>12} {:>22.2e}  {}",
+            tracing.machine,
+            list(&tracing.effects),
+            tracing.seconds,
+            tracing.samples,
+            tracing.simulations,
+            tracing.samples_per_second_and_core,
+            list(&tracing.found),
+        ));
+    }
+    line(format_args!(
+        "\nbatch              {:.0} million steps a second on {} cores, {:.0} on one, {:.0} one by one; vectors: {}",
         batch.steps_per_second * 1e-6,
         batch.cores,
         batch.steps_per_second_one_core * 1e-6,

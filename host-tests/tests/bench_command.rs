@@ -65,6 +65,19 @@ fn json_has_the_documented_keys() {
     let gap = &outcome["gap"];
     assert_positive(gap, &["seconds", "simulations", "samples"]);
     assert_eq!(gap["found"], serde_json::json!(["asymmetric_viscous"]));
+    let tracings = outcome["tracings"].as_array().unwrap();
+    assert_eq!(tracings.len(), 15, "five logs of three machines");
+    for tracing in tracings {
+        assert_positive(
+            tracing,
+            &[
+                "seconds",
+                "samples",
+                "simulations",
+                "samples_per_second_and_core",
+            ],
+        );
+    }
     assert_positive(&outcome["batch"], &["cores", "steps_per_second"]);
 
     // The table says the same to people.

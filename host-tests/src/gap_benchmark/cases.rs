@@ -197,13 +197,18 @@ impl Case {
 
     /// Records the log.
     pub fn log(&self) -> Log {
+        self.log_lasting(SECONDS)
+    }
+
+    /// Records a log of another length, s.
+    pub fn log_lasting(&self, seconds: f64) -> Log {
         let recording = Experiment {
             sample_rate: SAMPLE_RATE,
             ..Experiment::tracking(self.rig.clone(), motion(&self.rig, self.seed))
         }
         .with_effects(&self.effects)
         .with_noise(self.noise())
-        .lasting(SECONDS)
+        .lasting(seconds)
         .seeded(self.seed)
         .run();
         let there = |column: Vec<f64>| (!column.is_empty()).then_some(column);
