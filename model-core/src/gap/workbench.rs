@@ -47,6 +47,10 @@ const WORTH_A_FIT: f64 = 2.0;
 /// this part of it, is bent.
 const BENT: f32 = 2.0;
 
+/// Share of a log from which on what acts there acts always: the edges of a span that leaves out a second
+/// follow noise, and an effect without edges has the same to say.
+const MOST_FILLED: f32 = 0.9;
+
 /// Samples under which an edge in time is left to a fit.
 const FINEST_EDGE: f32 = 4.0;
 
@@ -423,7 +427,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(best.map(|fit| fit.model))
     }
 
-    /// The model with its last effect acting where the log is followed best by that, to a window.
+    /// The model with its last effect acting where the log is followed best by that, to a window. `None`
+    /// inside where that is nowhere, or always.
     // Two simulators, which are not to lie below a fit.
     #[inline(never)]
     fn find_span(&mut self, model: &Model) -> Option<Option<Model>> {
@@ -441,7 +446,12 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let (without, throughout) = (without.build(period).ok()?, throughout.build(period).ok()?);
         let (span, windows) = best_span(&data, self.schedule, (&without, &throughout));
         self.count(windows, data.settings.window);
-        Some(span.and_then(acting))
+        let comes_and_goes = |span: &(f32, f32)| {
+            let all = (0..data.windows()).filter_map(|number| data.window(number));
+            let filled = all.filter(|window| data.overlaps(*window, *span)).count();
+            (filled as f32) < MOST_FILLED * data.windows() as f32
+        };
+        Some(span.filter(comes_and_goes).and_then(acting))
     }
 
     /// Whether the last effects of two models act at the same time, to a window.
