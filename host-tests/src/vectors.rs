@@ -4,17 +4,22 @@
 //! for wider ones too, and what the processor has is chosen when it runs. None of them fuses a product
 //! with a sum: the bits are the same in all.
 
-/// Vectors that a processor may have.
+/// That a processor has been asked: made in this file alone.
+#[cfg(target_arch = "x86_64")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Detected(());
+
+/// Vectors that this processor has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Vectors {
     /// Those that the program is built for.
     Baseline,
     /// Eight numbers.
     #[cfg(target_arch = "x86_64")]
-    Avx2,
+    Avx2(Detected),
     /// Sixteen numbers.
     #[cfg(target_arch = "x86_64")]
-    Avx512,
+    Avx512(Detected),
 }
 
 impl Vectors {
@@ -23,14 +28,17 @@ impl Vectors {
         let mut present = vec![Self::Baseline];
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx2") {
-                present.push(Self::Avx2);
+            let wider = is_x86_feature_detected!("avx2");
+            if wider {
+                present.push(Self::Avx2(Detected(())));
             }
             let wide = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl");
             let masked =
                 is_x86_feature_detected!("avx512dq") && is_x86_feature_detected!("avx512bw");
-            if wide && masked {
-                present.push(Self::Avx512);
+            // The compiler takes AVX-512 to mean these too.
+            let implied = is_x86_feature_detected!("fma") && is_x86_feature_detected!("f16c");
+            if wider && wide && masked && implied {
+                present.push(Self::Avx512(Detected(())));
             }
         }
         present
@@ -46,9 +54,9 @@ impl Vectors {
         match self {
             Self::Baseline => "of the build's baseline",
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => "AVX2",
+            Self::Avx2(_) => "AVX2",
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => "AVX-512",
+            Self::Avx512(_) => "AVX-512",
         }
     }
 }

@@ -8,8 +8,8 @@ use host_tests::gap_benchmark::trace_all;
 /// Logs of a throttle: few of its windows hold a breakaway or a stop, and these decide the fit.
 const LOGS: u64 = 20;
 
-/// Two thirds and more of all estimates are not farther from the truth than the interval of 95 % when it
-/// is too narrow by half; nine tenths when it is honest.
+/// Of honest intervals 95 % hold the truth, of 60 numbers from 20 logs 52 or more; of intervals that are
+/// too narrow by half two thirds.
 const LEAST_SHARE: f64 = 0.87;
 
 /// Half of all estimates are within 0.67 standard deviations of the truth. Twice as wide an interval

@@ -6,6 +6,9 @@
 
 use host_tests::gap::engine;
 use host_tests::gap::outcome::Outcome;
+use host_tests::gap_benchmark::cases::{Case, Group};
+use host_tests::gap_benchmark::judgement::Judgement;
+use host_tests::gap_benchmark::trace_all;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 use model_core::gap::select::Verdict;
@@ -302,6 +305,31 @@ fn external_load() {
 
 /// Motion that turns often: presliding shows behind a turn, and a sweep turns too seldom. What the
 /// sensor sees of it on the throttle is twice its noise.
+/// A load that comes and goes, of any length, is the more flexible model of a constant one.
+#[test]
+fn what_fills_the_log_is_no_external_load() {
+    let load = |rig: RigMachine, kind, seed| Case {
+        group: Group::Named,
+        declared: None,
+        effects: vec![Effect::nominal(kind, &rig)],
+        rig,
+        strength: 1.0,
+        seed,
+    };
+    let cases = [
+        load(RigMachine::force_slide(), EffectKind::OffsetTorque, 5380),
+        load(
+            RigMachine::rotary_ema(),
+            EffectKind::AsymmetricCoulomb,
+            5004,
+        ),
+    ];
+    let directory = tempfile::tempdir().unwrap();
+    for traced in trace_all(&cases, directory.path(), || ()).unwrap() {
+        assert_eq!(traced.judgement, Judgement::Right, "{:?}", traced.answer);
+    }
+}
+
 #[test]
 fn presliding() {
     for (index, machine) in machines().iter().enumerate() {

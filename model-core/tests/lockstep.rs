@@ -160,7 +160,8 @@ impl Recording {
 /// Every effect at a strength that acts, some together, and every map.
 fn models(plant: &Parameters) -> Vec<(String, Model)> {
     let acting = |id: Id| {
-        let values = id.trial(&SCOPE, 4).unwrap_or_else(|| {
+        let trial = id.trial(&SCOPE, 4).or(id.trial(&SCOPE, 1));
+        let values = trial.unwrap_or_else(|| {
             let shapes = id.shapes(&SCOPE, 1).or(id.shapes(&SCOPE, 0));
             let mut values = [0.0; 3];
             for index in 0..id.strengths() {
@@ -185,6 +186,8 @@ fn models(plant: &Parameters) -> Vec<(String, Model)> {
         .collect();
     sets.push(vec![Id::InputDelay, Id::Presliding, Id::Cogging]);
     sets.push(vec![Id::SensorDelay, Id::Backlash, Id::Stribeck]);
+    sets.push(vec![Id::Compliance, Id::Backlash]);
+    sets.push(vec![Id::Compliance, Id::Presliding]);
     if has_winding {
         sets.push(vec![
             Id::InputDelay,
@@ -219,11 +222,12 @@ fn models(plant: &Parameters) -> Vec<(String, Model)> {
     models
 }
 
-/// Calls a test with windows of logs of each kind, as many as fill no lanes evenly.
+/// Calls a test with windows of logs of each kind and of two kinds, as many as fill no lanes evenly.
 fn on_logs(plant: &Parameters, mut test: impl FnMut(&Data)) {
     let recordings = [1490, 700].map(|samples| Recording::of(plant, samples));
-    for kind in 0..3 {
-        let logs = [0, 1].map(|recording: usize| recordings[recording].logs()[kind]);
+    for kinds in [[0, 0], [1, 1], [2, 2], [1, 0], [0, 1]] {
+        let logs = [0, 1].map(|recording: usize| recordings[recording].logs()[kinds[recording]]);
+        let kind = kinds[0].max(kinds[1]);
         let mut settings = Settings::new(PERIOD, 1e-3);
         settings.window = 50;
         settings.half_width = 4;

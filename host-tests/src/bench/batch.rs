@@ -41,12 +41,12 @@ fn run(
 ) -> Result<(), InputRefused> {
     match vectors {
         Vectors::Baseline => follow(batch, inputs),
-        // SAFETY: `present` names it only where the processor has it.
+        // SAFETY: only `Vectors` makes it, where the processor has it.
         #[cfg(target_arch = "x86_64")]
-        Vectors::Avx2 => unsafe { follow_avx2(batch, inputs) },
+        Vectors::Avx2(_) => unsafe { follow_avx2(batch, inputs) },
         // SAFETY: as above, each feature of the function.
         #[cfg(target_arch = "x86_64")]
-        Vectors::Avx512 => unsafe { follow_avx512(batch, inputs) },
+        Vectors::Avx512(_) => unsafe { follow_avx512(batch, inputs) },
     }
 }
 

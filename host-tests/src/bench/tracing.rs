@@ -1,5 +1,6 @@
 //! How long a tracing takes: on each machine of `cargo hil bench gap`, a log with nothing missing, with
-//! some effects that cost more than others, and with one that the catalogue does not have.
+//! some effects that cost more than others, and with friction in a band of speeds, which the catalogue
+//! does not have.
 
 use std::fs;
 

@@ -167,6 +167,7 @@ impl Spread {
         let variables = variables(declared, model, options.base, &options.scope);
         let mut information = Information::default();
         information.gather(data, &AllCores, model, &variables)?;
+        information.allow_for_restarts(data, &AllCores, model, &variables)?;
         let covariance = information.covariance(&variables);
         Some(Self {
             variables,

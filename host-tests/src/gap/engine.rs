@@ -30,8 +30,7 @@ const LEAST_VALIDATE_WINDOWS: usize = 1;
 /// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
 const LEAST_ENTRIES: usize = 8;
 
-/// All cores, and on each as many windows at once as a vector has numbers; results are folded in the
-/// order of the windows, so that the sums have the same bits as on one core and one by one.
+/// All cores, and on each sixteen windows at once; results are folded in the order of the windows, so that the sums have the same bits as on one core and one by one.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AllCores;
 
@@ -60,12 +59,12 @@ impl Schedule for AllCores {
             let first = group * LANES;
             match vectors {
                 Vectors::Baseline => job.work::<LANES>(first, results),
-                // SAFETY: the processor has what it is compiled for.
+                // SAFETY: only `Vectors` makes it, where the processor has it.
                 #[cfg(target_arch = "x86_64")]
-                Vectors::Avx2 => unsafe { work_avx2(job, first, results) },
+                Vectors::Avx2(_) => unsafe { work_avx2(job, first, results) },
                 // SAFETY: as above, each feature of the function.
                 #[cfg(target_arch = "x86_64")]
-                Vectors::Avx512 => unsafe { work_avx512(job, first, results) },
+                Vectors::Avx512(_) => unsafe { work_avx512(job, first, results) },
             }
         });
         for (index, result) in results.iter().enumerate() {

@@ -95,7 +95,7 @@ impl Shaft {
             return refuse("trailing", "0 to 1e6 s²");
         }
         if !(0.0..=MOST_CREEP).contains(&self.creep) {
-            return refuse("damping", "0 or more, and smaller beside the trailing");
+            return refuse("damping", "0 or more, and d/k at most 1e6 s");
         }
         if !(self.share >= 0.0 && self.inertia < machine.inertia) {
             return refuse("share", "0 or more and below 1: the rest is the drive's");

@@ -168,7 +168,8 @@ pub trait Effect: Copy {
     /// Whether [`Effect::hold`] does anything.
     const HELD: bool = false;
 
-    /// Whether it has a memory, which a measured state does not restore: its replays run in.
+    /// Whether it remembers the last clear motion, which no measured state restores: its replays run in
+    /// from there.
     const REMEMBERS: bool = false;
 
     /// Whether a base that is fitted without it bends to it, so that a screening may not see it: it is
@@ -269,7 +270,7 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::most(scope, index)),* }
             }
 
-            /// Whether it has a memory, which a measured state does not restore.
+            /// Whether it remembers the last clear motion, which no measured state restores.
             pub fn remembers(self) -> bool {
                 match self { $(Self::$name => $module::$name::REMEMBERS),* }
             }

@@ -2,30 +2,33 @@
 
 use super::fit::{DECLARED_WEIGHT, MOST_VARIABLES, Matrix, Problem, Variable};
 use super::model::Model;
-use super::replay::{Data, Fold, Schedule, Sums, WindowSums, replay_windows};
+use super::replay::{Data, Fold, HALF_WIDTHS, Schedule, Sums, WindowSums, replay_windows};
 use crate::effect::MOST_PARAMETERS;
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
 use heapless::Vec;
 
-/// Share of a window that is left out: what one window alone determines is still determined without
-/// it, if by little.
+/// Share of a window's normal matrix that is left out: what one window alone determines is still
+/// determined without it, if by little.
 const LEFT_OUT: f64 = 0.95;
 
 /// What a log says about the variables of a fit at its minimum.
 ///
 /// The jackknife over windows, linearised: with the normal matrix N of the log, N_w of a window and
-/// its gradient g_w, the fit without that window is
+/// its gradient g_w, leaving the window out moves the fit by about
 ///
 /// ```text
 /// d_w = (N − 0.95 N_w)⁻¹ g_w
 /// ```
 ///
-/// away, and the covariance is the sum of d_w d_wᵀ. Residuals may be correlated within a window. A window
+/// and the covariance is the sum of d_w d_wᵀ. Residuals may be correlated within a window. A window
 /// that decides much (the one in which the machine breaks away) pulls the fit to itself and has small
-/// residuals for it: the sandwich N⁻¹ G N⁻¹ takes it at its word and says a half of the true spread,
-/// the jackknife does not. Source: R. M. Bell, D. F. McCaffrey, *Bias reduction in standard errors for
-/// linear regression with multi-stage samples*, 2002.
+/// residuals for it: the sandwich N⁻¹ G N⁻¹, with the sum G of g_w g_wᵀ, takes it at its word and says
+/// too little, the jackknife does not. Source: R. M. Bell, D. F. McCaffrey, *Bias reduction in standard
+/// errors for linear regression with multi-stage samples*, 2002, there without the 0.95, which is ours.
+///
+/// What all windows have in common no jackknife sees. Replays restart from smoothed states, which are
+/// off by what the smoothing takes away; [`Information::allow_for_restarts`] adds what that may do.
 #[derive(Debug, Clone, Default)]
 pub struct Information {
     sums: Sums,
@@ -48,6 +51,25 @@ fn move_without(log: &Sums, window: &WindowSums, count: usize) -> [f64; MOST_VAR
         *slope = f64::from(window.at(row + 1, 0));
     }
     Cholesky::new(rest, count).solve(&mut step[..count]);
+    step
+}
+
+/// Adds a weighted s sᵀ.
+fn add_square(matrix: &mut Matrix, step: &[f64], weight: f64) {
+    for (row, own) in step.iter().enumerate() {
+        for (product, other) in matrix.row_mut(row).iter_mut().zip(step) {
+            *product += weight * own * other;
+        }
+    }
+}
+
+/// How far the sums are from their minimum.
+fn step_left(sums: &Sums, count: usize) -> [f64; MOST_VARIABLES] {
+    let mut step = [0.0; MOST_VARIABLES];
+    for (row, slope) in step.iter_mut().enumerate().take(count) {
+        *slope = sums.products.at(row + 1, 0);
+    }
+    Cholesky::new(sums.normal(count), count).solve(&mut step[..count]);
     step
 }
 
@@ -76,15 +98,54 @@ impl Information {
             problem.sum(sums, model, copies);
             replay_windows(data, schedule, problem.fold, copies, |window| {
                 let step = move_without(sums, window, variables.len());
-                for row in 0..variables.len() {
-                    for (product, other) in moves.row_mut(row).iter_mut().zip(&step) {
-                        *product += step[row] * other;
-                    }
-                }
+                add_square(moves, &step[..variables.len()], 1.0);
             });
             problem.simulated += sums.simulated(copies);
         })?;
         Some(problem.simulated)
+    }
+
+    /// Adds the mean square of how far the fit would be moved by restarts that are smoothed over the next
+    /// fewer and the next more samples.
+    ///
+    /// `None` if the model cannot be built.
+    pub fn allow_for_restarts(
+        &mut self,
+        data: &Data,
+        schedule: &impl Schedule,
+        model: &Model,
+        variables: &[Variable],
+    ) -> Option<()> {
+        let count = variables.len();
+        let own = step_left(&self.sums, count);
+        let narrower = HALF_WIDTHS.iter().rev();
+        let mut narrower = narrower.filter(|&&width| width < data.settings.half_width);
+        let mut wider = HALF_WIDTHS
+            .iter()
+            .filter(|&&width| width > data.settings.half_width);
+        let neighbours = [narrower.next(), wider.next()];
+        let weight = 1.0 / neighbours.iter().flatten().count().max(1) as f64;
+        for &half_width in neighbours.into_iter().flatten() {
+            let mut data = *data;
+            data.settings.half_width = half_width;
+            let mut problem = Problem {
+                data: &data,
+                schedule,
+                fold: (Fold::All, 1),
+                variables,
+                simulated: 0,
+            };
+            let mut sums = Sums::default();
+            problem.with_copies(model, |problem, copies| {
+                problem.sum(&mut sums, model, copies);
+            })?;
+            let mut moved = step_left(&sums, count);
+            for (moved, own) in moved.iter_mut().zip(own) {
+                *moved -= own;
+            }
+            add_square(&mut self.moves, &moved[..count], weight);
+        }
+        Some(())
     }
 
     /// Covariance of the variables. One that the log does not determine has an infinite variance.

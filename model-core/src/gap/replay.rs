@@ -26,6 +26,9 @@ mod places;
 /// distance from the ends of a log, however wide the smoothing is.
 pub const MARGIN: usize = 16;
 
+/// Half widths of the restarts' smoothing that are tried.
+pub(super) const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 12, MARGIN];
+
 /// How a log is cut and weighed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -58,7 +61,7 @@ pub(super) const CLEAR_COUNTS: f32 = 4.0;
 /// Length of the run-in that twists a shaft, s, and fewest samples in it: a wrong twist falls to a tenth in
 /// two or three swings.
 const SHAFT_RUN_IN: f32 = 0.1;
-const LEAST_RUN_IN: usize = 20;
+const LEAST_RUN_IN: usize = 100;
 
 /// Fewest samples on either side that a run-in's state is smoothed over, at the beginning of a log.
 const LEAST_HALF_WIDTH: usize = 2;
@@ -318,7 +321,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             ..Self::from_state(self.simulator, log, (start, state), settings)
         };
         self.course.memory.warmth = warmth;
-        let own_velocity = settings.measured_velocity && log.velocity.is_some();
+        let own_velocity = settings.own_velocity(log).is_some();
         self.simulator
             .twist(&mut self.course, shaft, twist, own_velocity);
     }
@@ -380,7 +383,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         (start, measured): (usize, State),
         settings: &Settings,
     ) -> Self {
-        let own_velocity = settings.measured_velocity && log.velocity.is_some();
+        let own_velocity = settings.own_velocity(log).is_some();
         let mut state = simulator.state_behind(measured, own_velocity);
         let late = start.saturating_sub(simulator.sensor_lateness().whole);
         let input = log
@@ -1024,17 +1027,6 @@ pub enum Fold {
     Even,
     /// Blocks 1, 3, 5, …
     Odd,
-}
-
-impl Fold {
-    /// Whether a block takes part.
-    pub fn takes(self, block: usize) -> bool {
-        match self {
-            Self::All => true,
-            Self::Even => block.is_multiple_of(2),
-            Self::Odd => !block.is_multiple_of(2),
-        }
-    }
 }
 
 /// Sum of the squared weighted residuals over the windows of a fold, to the bit the first of

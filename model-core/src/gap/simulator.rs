@@ -186,7 +186,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         self.input
     }
 
-    /// Whether an effect has a memory, which no measured state restores.
+    /// Whether an effect remembers the last clear motion, which no measured state restores.
     pub fn remembers(&self) -> bool {
         self.half_play().is_some() || self.bristles.is_some()
     }

@@ -6,7 +6,9 @@ use super::fit::{self, Effort, Fit, Variables};
 use super::held_out::{HeldOut, MOST_BLOCKS, Mask, windows_per_block};
 use super::log::Log;
 use super::model::{Base, Model};
-use super::replay::{self, Data, Fold, MARGIN, Replays, Schedule, Window, WindowError, samples};
+use super::replay::{
+    self, Data, Fold, HALF_WIDTHS, Replays, Schedule, Window, WindowError, samples,
+};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
 use super::span::best_span;
@@ -47,8 +49,8 @@ const WORTH_A_FIT: f64 = 2.0;
 /// this part of it, is bent.
 const BENT: f32 = 2.0;
 
-/// Share of a log from which on what acts there acts always: the edges of a span that leaves out a second
-/// follow noise, and an effect without edges has the same to say.
+/// Share of the windows from which on what acts in them acts always: what tells it from an effect without
+/// edges is too little to be more than noise.
 const MOST_FILLED: f32 = 0.9;
 
 /// Samples under which an edge in time is left to a fit.
@@ -59,9 +61,6 @@ const MOST_TURNS: u32 = 3;
 
 /// Length of a held-out block, s.
 const BLOCK: f32 = 0.5;
-
-/// Half widths of the restarts' smoothing that are tried.
-const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 12, MARGIN];
 
 /// How the tracing runs.
 #[derive(Debug, Clone, Copy)]
@@ -401,7 +400,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// A model whose last effect acts for a while, fitted from where that while follows the log best.
-    /// `None` inside if no window is followed better.
+    /// `None` inside if no window is followed better, or nearly all are.
     ///
     /// A derivative does not carry an edge beyond the window that it is in: near the window's end an
     /// edge changes nothing that the window sees. So the edges are looked for, and everything is fitted
@@ -428,7 +427,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// The model with its last effect acting where the log is followed best by that, to a window. `None`
-    /// inside where that is nowhere, or always.
+    /// inside where that is nowhere, or nearly always.
     // Two simulators, which are not to lie below a fit.
     #[inline(never)]
     fn find_span(&mut self, model: &Model) -> Option<Option<Model>> {

@@ -18,6 +18,8 @@ use core::borrow::Borrow;
 pub(super) struct Places<'a, const N: usize> {
     logs: [&'a Log<'a>; N],
     settings: &'a Settings,
+    /// What is compared besides the position.
+    seconds: [Second; N],
     restarts: [Restart; N],
     /// Steps that a lane runs in, and most of them: lanes begin one after the other and restart
     /// together.
@@ -27,12 +29,21 @@ pub(super) struct Places<'a, const N: usize> {
     step: usize,
 }
 
-/// What the logs say of one step, for all simulations that take it: a [`Row`] of each lane.
+/// The second channel of a log.
+#[derive(Clone, Copy)]
+enum Second {
+    Current,
+    Velocity,
+    Nothing,
+}
+
+/// What the logs say of one step, for all simulations that take it: a
+/// [`Row`](super::Row) of each lane.
 struct Rows<const N: usize> {
     given: Givens<N>,
     next_position: Lanes<N>,
-    current: Option<Lanes<N>>,
-    next_velocity: Option<Lanes<N>>,
+    current: Lanes<N>,
+    next_velocity: Lanes<N>,
 }
 
 impl<'a, const N: usize> Places<'a, N> {
@@ -50,6 +61,11 @@ impl<'a, const N: usize> Places<'a, N> {
             *window = at(lane.min(count - 1))?;
         }
         let logs = windows.map(|window| &data.logs[window.log]);
+        let seconds = logs.map(|log| match (log.current, log.velocity) {
+            (Some(_), _) => Second::Current,
+            (None, Some(_)) if settings.velocity_channel => Second::Velocity,
+            _ => Second::Nothing,
+        });
         let restarts: [Restart; N] = array::from_fn(|lane| {
             Restart::new(logs[lane], windows[lane].start, settings, remembers)
         });
@@ -61,6 +77,7 @@ impl<'a, const N: usize> Places<'a, N> {
         Some(Self {
             logs,
             settings,
+            seconds,
             restarts,
             leads,
             lead: leads.into_iter().max().unwrap_or(0),
@@ -134,8 +151,8 @@ impl<'a, const N: usize> Places<'a, N> {
                 awake: 0,
             },
             next_position: [0.0; N],
-            current: self.logs[0].current.map(|_| [0.0; N]),
-            next_velocity: self.logs[0].velocity.map(|_| [0.0; N]),
+            current: [0.0; N],
+            next_velocity: [0.0; N],
         };
         for lane in 0..N {
             let log = self.logs[lane];
@@ -155,11 +172,11 @@ impl<'a, const N: usize> Places<'a, N> {
                 given.braked |= given.brake[lane] != 0.0;
             }
             rows.next_position[lane] = log.position.at(index + 1);
-            if let (Some(currents), Some(current)) = (&mut rows.current, log.current) {
-                currents[lane] = current.at(index);
+            if let Some(current) = log.current {
+                rows.current[lane] = current.at(index);
             }
-            if let (Some(velocities), Some(velocity)) = (&mut rows.next_velocity, log.velocity) {
-                velocities[lane] = velocity.at(index + 1);
+            if let Some(velocity) = log.velocity {
+                rows.next_velocity[lane] = velocity.at(index + 1);
             }
         }
         rows.given.previous = rows.given.input;
@@ -204,27 +221,24 @@ impl<'a, const N: usize> Places<'a, N> {
             runner.step(&self.late(late, &rows.given))
         };
         let late = simulator.sensor_lateness().whole;
+        let mut measured = rows.current;
+        if late > 0 {
+            for lane in 0..N {
+                let index = rows.given.index[lane].saturating_sub(late);
+                if let Some(current) = self.logs[lane].current {
+                    measured[lane] = current.at(index);
+                }
+            }
+        }
+        // Logs of one machine may differ in what they measure.
+        let velocities = runner.velocities();
         let mut seconds = [0.0; N];
-        match (&rows.current, &rows.next_velocity) {
-            (Some(measured), _) => {
-                for lane in 0..N {
-                    seconds[lane] = predicted[lane] - measured[lane];
-                }
-                if late > 0 {
-                    for lane in 0..N {
-                        let index = rows.given.index[lane].saturating_sub(late);
-                        let measured = self.logs[lane].current.map(|current| current.at(index));
-                        seconds[lane] = predicted[lane] - measured.unwrap_or_default();
-                    }
-                }
-            }
-            (None, Some(measured)) if self.settings.velocity_channel => {
-                let velocities = runner.velocities();
-                for lane in 0..N {
-                    seconds[lane] = velocities[lane] - measured[lane];
-                }
-            }
-            _ => {}
+        for lane in 0..N {
+            seconds[lane] = match self.seconds[lane] {
+                Second::Current => predicted[lane] - measured[lane],
+                Second::Velocity => velocities[lane] - rows.next_velocity[lane],
+                Second::Nothing => 0.0,
+            };
         }
         (runner.reported_from(&rows.next_position), seconds)
     }

@@ -200,7 +200,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     #[inline(always)]
     pub fn step(&mut self, given: &Givens<N>) -> Lanes<N> {
         let before = self.courses;
-        // Behind a shaft, too: few copies have one.
+        // Behind a shaft, too: its steps are not written for lanes.
         if given.awake <= FEW || self.simulator.shaft().is_some() {
             let mut currents = [0.0; N];
             self.step_alone(&before, given, &given.asleep, &mut currents);
