@@ -188,6 +188,7 @@ fn models(plant: &Parameters) -> Vec<(String, Model)> {
     sets.push(vec![Id::SensorDelay, Id::Backlash, Id::Stribeck]);
     sets.push(vec![Id::Compliance, Id::Backlash]);
     sets.push(vec![Id::Compliance, Id::Presliding]);
+    sets.push(vec![Id::Compliance, Id::Stribeck, Id::SensorDelay]);
     if has_winding {
         sets.push(vec![
             Id::InputDelay,

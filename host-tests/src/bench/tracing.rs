@@ -14,11 +14,12 @@ use crate::gap_benchmark::cases::{self, Case, Group};
 use crate::workspace;
 
 /// What is recorded on each machine.
-const EFFECTS: [&[EffectKind]; 5] = [
+const EFFECTS: [&[EffectKind]; 6] = [
     &[],
     &[EffectKind::Presliding],
     &[EffectKind::Stribeck],
     &[EffectKind::Cogging],
+    &[EffectKind::Compliance],
     &[EffectKind::SpeedBand],
 ];
 

@@ -105,20 +105,20 @@ impl Shaft {
 
     /// The share of the twist that the far side is ahead of the centre of mass; the drive is behind by
     /// the rest. That one does not swing.
-    #[inline]
+    #[inline(always)]
     pub fn ahead(&self) -> f32 {
         1.0 - self.share
     }
 
     /// The factor that makes a step of `length` implicit.
-    #[inline]
+    #[inline(always)]
     fn inverse(&self, length: f32) -> f32 {
         let half = 0.5 * length;
         1.0 / (self.trailing + half * (self.creep + half))
     }
 
     /// By how much the twist's rate changes in a step of a drive that keeps its speed.
-    #[inline]
+    #[inline(always)]
     fn slowing(&self, twist: Twist, length: f32) -> f32 {
         let bend = twist.angle + (self.creep + 0.5 * length) * twist.rate;
         -length * bend * self.inverse(length)
@@ -137,7 +137,7 @@ impl Shaft {
     /// }
     /// assert!(twist.angle.abs() < 2e-6 && (twist.rate + 0.01 * angular).abs() < 1e-4);
     /// ```
-    #[inline]
+    #[inline(always)]
     pub fn after(&self, twist: Twist, gain: f32, length: f32) -> Twist {
         let carried = self.trailing * self.inverse(length);
         let change = self.slowing(twist, length) - carried * gain;
@@ -148,7 +148,7 @@ impl Shaft {
     }
 
     /// Torque on the drive over the step that leads to [`Shaft::after`].
-    #[inline]
+    #[inline(always)]
     pub fn reaction(&self, twist: Twist, rigid: &Rigid) -> Reaction {
         let Rigid { gain, give, length } = *rigid;
         let change = self.slowing(twist, length) - self.trailing * self.inverse(length) * gain;

@@ -8,7 +8,6 @@
 use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
 use super::held::{Acting, Held, Varied};
 use super::log::{Channel, Log};
-use super::simulator::lockstep::Lockstep;
 use super::simulator::{Course, Given, Simulator};
 use crate::effect::compliance::{Shaft, Twist};
 use crate::effect::thermal_drift::ThermalDrift;
@@ -18,7 +17,7 @@ use crate::plant::{Motion, State};
 use core::borrow::Borrow;
 use core::slice;
 use heapless::Vec;
-use places::Places;
+use places::{Places, Replay};
 
 mod places;
 
@@ -96,9 +95,7 @@ impl Settings {
             current_weight: 0.0,
         }
     }
-}
 
-impl Settings {
     /// The measured velocity, where replays restart from it.
     fn own_velocity<'a>(&self, log: &Log<'a>) -> Option<Channel<'a>> {
         log.velocity.filter(|_| self.measured_velocity)
@@ -272,49 +269,60 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         restart: &mut Restart,
         settings: &Settings,
     ) -> Self {
-        let mut runner = Self {
-            velocity_channel: settings.velocity_channel,
-            ..Self::from_state(simulator, log, (restart.start, restart.state), settings)
-        };
-        runner.course.memory.warmth = restart.warmth(simulator, log);
+        let mut runner = Self::unwound(simulator, log, restart, settings);
         if let Some(shaft) = simulator.shaft() {
             runner.wind(shaft, restart, settings);
         }
         runner
     }
 
-    /// Twists the shaft as a run-in does, in which what it started with has died out. What the far side
-    /// swings about is smoothed, for a swing is too fast for that.
+    /// The same without a shaft's twist.
+    fn unwound(
+        simulator: &'a Simulator<M, H>,
+        log: &'a Log<'a>,
+        restart: &mut Restart,
+        settings: &Settings,
+    ) -> Self {
+        let mut runner = Self {
+            velocity_channel: settings.velocity_channel,
+            ..Self::from_state(simulator, log, (restart.start, restart.state), settings)
+        };
+        runner.course.memory.warmth = restart.warmth(simulator, log);
+        runner
+    }
+
+    /// Twists the shaft.
     // Its frame is not to lie under the simulations behind it.
     #[inline(never)]
     fn wind(&mut self, shaft: &Shaft, restart: &Restart, settings: &Settings) {
-        let (log, start, half_width) = (self.log, restart.start, settings.half_width);
-        let earlier = start.saturating_sub(samples(SHAFT_RUN_IN, log.period, LEAST_RUN_IN));
-        let since = earlier.max(LEAST_HALF_WIDTH);
+        let mut run_in = self.before(restart, settings);
+        let mut winding = Winding::new();
+        for index in restart.winds_since(self.log)..restart.start + settings.half_width {
+            run_in.advance(&Row::new(self.log, index));
+            winding.observe(run_in.course.memory.twist, index + 1, restart, settings);
+        }
+        self.wound(shaft, &winding, restart, settings);
+    }
+
+    /// Where the run-in that twists a shaft begins.
+    fn before(&self, restart: &Restart, settings: &Settings) -> Self {
+        let since = restart.winds_since(self.log);
         let narrow = Settings {
-            half_width: half_width.min(since),
+            half_width: settings.half_width.min(since),
             ..*settings
         };
-        let state = measured_state(log, since, &narrow);
-        let mut run_in = Self::from_state(self.simulator, log, (since, state), settings);
+        let state = measured_state(self.log, since, &narrow);
+        let mut run_in = Self::from_state(self.simulator, self.log, (since, state), settings);
         run_in.course.memory.warmth = self.course.memory.warmth;
-        let mut ahead = [0.0; 2 * MARGIN + 1];
-        let mut twist = Twist::default();
-        let first = start - half_width;
-        for index in since..start + half_width {
-            run_in.advance(&Row::new(log, index));
-            let now = run_in.course.memory.twist;
-            if let Some(ahead) = (index + 1)
-                .checked_sub(first)
-                .and_then(|at| ahead.get_mut(at))
-            {
-                *ahead = shaft.ahead() * now.angle;
-            }
-            if index + 1 == start {
-                twist = now;
-            }
-        }
-        let state = measured_state_less(log, start, settings, |index| ahead[index - first]);
+        run_in
+    }
+
+    /// With the twist that a run-in leads to.
+    fn wound(&mut self, shaft: &Shaft, winding: &Winding, restart: &Restart, settings: &Settings) {
+        let (log, start) = (self.log, restart.start);
+        let first = start - settings.half_width;
+        let ahead = |index: usize| shaft.ahead() * winding.angles[index - first];
+        let state = measured_state_less(log, start, settings, ahead);
         let warmth = self.course.memory.warmth;
         *self = Self {
             velocity_channel: self.velocity_channel,
@@ -323,11 +331,11 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         self.course.memory.warmth = warmth;
         let own_velocity = settings.own_velocity(log).is_some();
         self.simulator
-            .twist(&mut self.course, shaft, twist, own_velocity);
+            .twist(&mut self.course, shaft, winding.twist, own_velocity);
     }
 
     /// With what the effects remember of the approach to the restart.
-    fn behind(self, approach: &Approach, restart: &Restart, settings: &Settings) -> Self {
+    fn behind(&self, approach: &Approach, restart: &Restart, settings: &Settings) -> Self {
         let mut run_in = self.run_in(approach, settings);
         let mut moved = 0.0;
         for index in approach.since..restart.start {
@@ -358,22 +366,21 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     /// With what the effects remember behind the approach, and how much further the drive is than a
     /// simulation of it says.
     fn resumed(
-        mut self,
+        &self,
         (run_in, moved): (&Course, f32),
         approach: &Approach,
         settings: &Settings,
     ) -> Self {
+        let mut course = self.course;
         if approach.rested && settings.own_velocity(self.log).is_none() {
-            let current = self.course.state.current;
-            let position = self.course.state.position;
-            self.course.state = run_in.state;
-            self.course.state.position = position;
+            course.state = run_in.state;
+            course.state.position = self.course.state.position;
             if self.log.current.is_some() {
-                self.course.state.current = current;
+                course.state.current = self.course.state.current;
             }
         }
-        self.simulator.resume(&mut self.course, run_in, moved);
-        self
+        self.simulator.resume(&mut course, run_in, moved);
+        Self { course, ..*self }
     }
 
     /// Starts at sample `start` of the log from a state that lacks its current.
@@ -462,6 +469,37 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     }
 }
 
+/// What a run-in shows of a shaft's twist, in which what it started with has died out. What the far side
+/// swings about is smoothed over it, for a swing is too fast for that.
+#[derive(Debug, Clone, Copy)]
+struct Winding {
+    /// The twist at the restart.
+    twist: Twist,
+    /// Its angles on either side of it, as far as that is smoothed over.
+    angles: [f32; 2 * MARGIN + 1],
+}
+
+impl Winding {
+    fn new() -> Self {
+        Self {
+            twist: Twist::default(),
+            angles: [0.0; 2 * MARGIN + 1],
+        }
+    }
+
+    /// Takes down the twist at a sample.
+    #[inline]
+    fn observe(&mut self, twist: Twist, sample: usize, restart: &Restart, settings: &Settings) {
+        let place = (sample + settings.half_width).checked_sub(restart.start);
+        if let Some(angle) = place.and_then(|place| self.angles.get_mut(place)) {
+            *angle = twist.angle;
+        }
+        if sample == restart.start {
+            self.twist = twist;
+        }
+    }
+}
+
 /// The last clear motion before a restart.
 #[derive(Debug, Clone, Copy)]
 struct Approach {
@@ -498,6 +536,12 @@ impl Restart {
             approach,
             warmth: None,
         }
+    }
+
+    /// Sample from which a run-in twists a shaft.
+    fn winds_since(&self, log: &Log) -> usize {
+        let run_in = samples(SHAFT_RUN_IN, log.period, LEAST_RUN_IN);
+        self.start.saturating_sub(run_in).max(LEAST_HALF_WIDTH)
     }
 
     /// Share by which warmth has raised the resistance of a model's winding.
@@ -731,12 +775,11 @@ fn accumulate_all<const N: usize>(
     ensemble: &Ensemble,
 ) {
     let simulators = ensemble.simulators();
-    let remembers = simulators.iter().any(Simulator::remembers);
-    let Some(mut places) = Places::<N>::new(data, results.len(), at, remembers) else {
+    let Some(mut places) = Places::<N>::new(data, results.len(), at, simulators) else {
         return;
     };
     let settings = &data.settings;
-    let mut runners: Vec<Lockstep<&Modes, Varied, N>, MOST_SIMULATORS> = simulators
+    let mut replays: Vec<Replay<&Modes, Varied, N>, MOST_SIMULATORS> = simulators
         .iter()
         .map(|simulator| places.start(simulator))
         .collect();
@@ -748,7 +791,7 @@ fn accumulate_all<const N: usize>(
     let (position_weight, current_weight) = (settings.position_weight, settings.current_weight);
     let with_current = current_weight > 0.0;
     for _ in 0..places.steps() {
-        if !places.step(&mut runners, &mut residuals) {
+        if !places.step(&mut replays, &mut residuals) {
             continue;
         }
         let mut next = 1;
@@ -885,16 +928,17 @@ fn replay_all<const N: usize>(
     at: impl Fn(usize) -> Option<Window>,
     simulator: &Simulator,
 ) {
-    let Some(mut places) = Places::<N>::new(data, results.len(), at, simulator.remembers()) else {
+    let simulators = slice::from_ref(simulator);
+    let Some(mut places) = Places::<N>::new(data, results.len(), at, simulators) else {
         return;
     };
     let settings = &data.settings;
-    let mut runners = [places.start(simulator)];
+    let mut replays = [places.start(simulator)];
     let mut residuals = [([0.0; N], [0.0; N])];
     let (mut position, mut current, mut largest) = ([0.0; N], [0.0; N], [0.0; N]);
     let mut cost = [0.0; N];
     for _ in 0..places.steps() {
-        if !places.step(&mut runners, &mut residuals) {
+        if !places.step(&mut replays, &mut residuals) {
             continue;
         }
         let [(positions, currents)] = &residuals;

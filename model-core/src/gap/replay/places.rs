@@ -1,10 +1,10 @@
 //! Windows side by side, replayed in lockstep.
 //!
-//! Simulators whose effects remember run in to the restart. The way there is longer in one window than in
-//! another, so that lanes begin one after the other and restart together; those that sleep are left where
-//! they are.
+//! Simulators whose effects remember run in to the restart, and before that those with a shaft past it,
+//! to twist it. The way there is longer in one window than in another, so that lanes begin one after the
+//! other and come there together; those that sleep are left where they are.
 
-use super::{Data, Restart, Runner, Settings, Window};
+use super::{Data, Restart, Runner, Settings, Winding, Window};
 use crate::gap::held::Acting;
 use crate::gap::log::Log;
 use crate::gap::simulator::lockstep::{Givens, Lockstep};
@@ -21,12 +21,59 @@ pub(super) struct Places<'a, const N: usize> {
     /// What is compared besides the position.
     seconds: [Second; N],
     restarts: [Restart; N],
-    /// Steps that a lane runs in, and most of them: lanes begin one after the other and restart
-    /// together.
-    leads: [usize; N],
-    lead: usize,
+    /// What twists a shaft, where there is one.
+    winding: Leads<N>,
+    /// Steps past the restart that it takes, 0 without a shaft.
+    wound: usize,
+    run_in: Leads<N>,
     /// Steps made.
     step: usize,
+}
+
+/// Steps that a lane makes before the restart, and most of them.
+#[derive(Clone, Copy)]
+struct Leads<const N: usize> {
+    each: [usize; N],
+    most: usize,
+}
+
+impl<const N: usize> Leads<N> {
+    fn new(each: [usize; N]) -> Self {
+        let most = each.into_iter().max().unwrap_or(0);
+        Self { each, most }
+    }
+}
+
+/// What a step is made for.
+#[derive(Clone, Copy, PartialEq)]
+enum Phase {
+    /// To twist a shaft.
+    Winding,
+    /// For what effects remember.
+    RunIn,
+    /// For the residuals.
+    Window,
+}
+
+/// A simulator in the windows.
+pub(super) struct Replay<'s, M, H, const N: usize> {
+    lanes: Lockstep<'s, M, H, N>,
+    /// Where it restarts, without what the effects remember.
+    restarts: [Course; N],
+    windings: [Winding; N],
+}
+
+impl<M: Borrow<Modes>, H: Acting, const N: usize> Replay<'_, M, H, N> {
+    /// Whether it takes steps that are made for this.
+    #[inline(always)]
+    fn takes(&self, phase: Phase) -> bool {
+        let simulator = self.lanes.simulator();
+        match phase {
+            Phase::Winding => simulator.shaft().is_some(),
+            Phase::RunIn => simulator.remembers(),
+            Phase::Window => true,
+        }
+    }
 }
 
 /// The second channel of a log.
@@ -47,14 +94,16 @@ struct Rows<const N: usize> {
 }
 
 impl<'a, const N: usize> Places<'a, N> {
-    /// At the start of so many windows; lanes that are left go through the last of them, too.
-    /// `remembers`: whether a simulator does.
-    pub(super) fn new(
+    /// Before so many windows, for these simulators; lanes that are left go through the last of them,
+    /// too.
+    pub(super) fn new<M: Borrow<Modes>, H: Acting>(
         data: &'a Data<'a>,
         count: usize,
         at: impl Fn(usize) -> Option<Window>,
-        remembers: bool,
+        simulators: &[Simulator<M, H>],
     ) -> Option<Self> {
+        let remembers = simulators.iter().any(Simulator::remembers);
+        let winds = simulators.iter().any(|it| it.shaft().is_some());
         let settings = &data.settings;
         let mut windows = [at(0)?; N];
         for (lane, window) in windows.iter_mut().enumerate() {
@@ -69,18 +118,27 @@ impl<'a, const N: usize> Places<'a, N> {
         let restarts: [Restart; N] = array::from_fn(|lane| {
             Restart::new(logs[lane], windows[lane].start, settings, remembers)
         });
-        let leads: [usize; N] = array::from_fn(|lane| {
+        let run_in = Leads::new(array::from_fn(|lane| {
             let simulated = settings.own_velocity(logs[lane]).is_none();
             let approach = restarts[lane].approach.filter(|_| simulated);
             approach.map_or(0, |approach| restarts[lane].start - approach.since)
-        });
+        }));
+        let winding = Leads::new(array::from_fn(|lane| {
+            restarts[lane].start - restarts[lane].winds_since(logs[lane])
+        }));
+        let wound = if winds {
+            winding.most + settings.half_width
+        } else {
+            0
+        };
         Some(Self {
             logs,
             settings,
             seconds,
             restarts,
-            leads,
-            lead: leads.into_iter().max().unwrap_or(0),
+            winding,
+            wound,
+            run_in,
             step: 0,
         })
     }
@@ -89,51 +147,124 @@ impl<'a, const N: usize> Places<'a, N> {
     pub(super) fn start<'s, M: Borrow<Modes>, H: Acting>(
         &mut self,
         simulator: &'s Simulator<M, H>,
-    ) -> Lockstep<'s, M, H, N> {
-        let mut courses = [Course::default(); N];
-        for (lane, course) in courses.iter_mut().enumerate() {
+    ) -> Replay<'s, M, H, N> {
+        let mut restarts = [Course::default(); N];
+        for (lane, course) in restarts.iter_mut().enumerate() {
             let (log, restart) = (self.logs[lane], &mut self.restarts[lane]);
-            let runner = if self.leads[lane] > 0 {
-                Runner::at_restart(simulator, log, restart, self.settings)
+            *course = Runner::unwound(simulator, log, restart, self.settings).course;
+        }
+        let mut courses = restarts;
+        for (lane, course) in courses.iter_mut().enumerate() {
+            let there = self.runner(simulator, lane, *course);
+            *course = if simulator.shaft().is_some() {
+                let restart = &self.restarts[lane];
+                there.before(restart, self.settings).course
             } else {
-                Runner::from_restart(simulator, log, restart, self.settings)
-            };
-            let approach = restart.approach.filter(|_| self.leads[lane] > 0);
-            *course = match approach {
-                Some(approach) if simulator.remembers() => {
-                    runner.run_in(&approach, self.settings).course
-                }
-                _ => runner.course,
+                self.entered(&there, lane)
             };
         }
-        Lockstep::new(simulator, &courses)
+        Replay {
+            lanes: Lockstep::new(simulator, &courses),
+            restarts,
+            windings: [Winding::new(); N],
+        }
+    }
+
+    /// A simulator somewhere in a lane.
+    fn runner<'s, M: Borrow<Modes>, H: Acting>(
+        &'s self,
+        simulator: &'s Simulator<M, H>,
+        lane: usize,
+        course: Course,
+    ) -> Runner<'s, M, H> {
+        Runner {
+            simulator,
+            log: self.logs[lane],
+            course,
+            velocity_channel: self.settings.velocity_channel,
+        }
+    }
+
+    /// Where a simulator that is to restart there runs in, if it does.
+    fn entered<M: Borrow<Modes>, H: Acting>(
+        &self,
+        there: &Runner<'_, M, H>,
+        lane: usize,
+    ) -> Course {
+        let restart = &self.restarts[lane];
+        match &restart.approach {
+            Some(approach) if there.simulator.remembers() => {
+                if self.run_in.each[lane] > 0 {
+                    there.run_in(approach, self.settings).course
+                } else {
+                    there.behind(approach, restart, self.settings).course
+                }
+            }
+            _ => there.course,
+        }
+    }
+
+    /// Takes down the twists behind a step.
+    #[inline(never)]
+    fn observe<M: Borrow<Modes>, H: Acting>(
+        &self,
+        replay: &mut Replay<M, H, N>,
+        samples: &[usize; N],
+    ) {
+        for lane in 0..N {
+            let twist = replay.lanes.at(lane).memory.twist;
+            let (restart, sample) = (&self.restarts[lane], samples[lane] + 1);
+            replay.windings[lane].observe(twist, sample, restart, self.settings);
+        }
+    }
+
+    /// Puts a simulator whose shaft is twisted to the restarts, or where it runs in to them.
+    #[inline(never)]
+    fn wind<M: Borrow<Modes>, H: Acting>(&self, replay: &mut Replay<M, H, N>) {
+        let simulator = replay.lanes.simulator();
+        let Some(shaft) = simulator.shaft() else {
+            return;
+        };
+        for lane in 0..N {
+            let (restart, winding) = (&self.restarts[lane], &replay.windings[lane]);
+            let mut there = self.runner(simulator, lane, replay.restarts[lane]);
+            there.wound(shaft, winding, restart, self.settings);
+            replay.restarts[lane] = there.course;
+            replay.lanes.put(lane, &self.entered(&there, lane));
+        }
     }
 
     /// Puts a simulator that has run in to the restarts.
     #[inline(never)]
-    fn resume<M: Borrow<Modes>, H: Acting>(&mut self, runner: &mut Lockstep<M, H, N>) {
-        let simulator = runner.simulator();
+    fn resume<M: Borrow<Modes>, H: Acting>(&self, replay: &mut Replay<M, H, N>) {
+        let simulator = replay.lanes.simulator();
         for lane in 0..N {
-            let (log, restart) = (self.logs[lane], &mut self.restarts[lane]);
-            let approach = restart.approach.filter(|_| self.leads[lane] > 0);
-            if let Some(approach) = approach.filter(|_| simulator.remembers()) {
-                let there = Runner::at_restart(simulator, log, restart, self.settings);
-                let run_in = (&runner.at(lane), 0.0);
-                let resumed = there.resumed(run_in, &approach, self.settings);
-                runner.put(lane, &resumed.course);
+            let approach = self.restarts[lane].approach.as_ref();
+            let ran_in = |_: &&_| self.run_in.each[lane] > 0 && simulator.remembers();
+            if let Some(approach) = approach.filter(ran_in) {
+                let there = self.runner(simulator, lane, replay.restarts[lane]);
+                let run_in = (&replay.lanes.at(lane), 0.0);
+                let resumed = there.resumed(run_in, approach, self.settings);
+                replay.lanes.put(lane, &resumed.course);
             }
         }
     }
 
-    /// Steps of a run-in and a window.
+    /// Steps of all phases.
     pub(super) fn steps(&self) -> usize {
-        self.lead + self.settings.window
+        self.wound + self.run_in.most + self.settings.window
     }
 
-    /// Whether the next step is one of a run-in.
+    /// What the next step is made for.
     #[inline(always)]
-    fn runs_in(&self) -> bool {
-        self.step < self.lead
+    fn phase(&self) -> Phase {
+        if self.step < self.wound {
+            Phase::Winding
+        } else if self.step < self.wound + self.run_in.most {
+            Phase::RunIn
+        } else {
+            Phase::Window
+        }
     }
 
     /// What the logs say of the next step.
@@ -154,14 +285,19 @@ impl<'a, const N: usize> Places<'a, N> {
             current: [0.0; N],
             next_velocity: [0.0; N],
         };
+        let (leads, step) = match self.phase() {
+            Phase::Winding => (&self.winding, self.step),
+            Phase::RunIn | Phase::Window => (&self.run_in, self.step - self.wound),
+        };
+        let ahead = leads.most.saturating_sub(step);
+        let behind = step.saturating_sub(leads.most);
         for lane in 0..N {
             let log = self.logs[lane];
             let given = &mut rows.given;
-            // Asleep until its own run-in begins.
-            let ahead = self.lead.saturating_sub(self.step);
-            let asleep = ahead > self.leads[lane];
-            let behind = self.step.saturating_sub(self.lead);
-            let index = self.restarts[lane].start - ahead.min(self.leads[lane]) + behind;
+            // Asleep until its own way begins.
+            let lead = leads.each[lane];
+            let asleep = ahead > lead;
+            let index = self.restarts[lane].start - ahead.min(lead) + behind;
             given.asleep[lane] = asleep;
             given.awake += usize::from(!asleep);
             given.index[lane] = index;
@@ -187,23 +323,30 @@ impl<'a, const N: usize> Places<'a, N> {
     #[inline(always)]
     pub(super) fn step<M: Borrow<Modes>, H: Acting>(
         &mut self,
-        runners: &mut [Lockstep<M, H, N>],
+        replays: &mut [Replay<M, H, N>],
         residuals: &mut [(Lanes<N>, Lanes<N>)],
     ) -> bool {
-        let runs_in = self.runs_in();
+        let phase = self.phase();
         let rows = self.rows();
-        for (runner, residual) in runners.iter_mut().zip(residuals) {
-            if !runs_in || runner.simulator().remembers() {
-                *residual = self.advance(runner, &rows);
+        for (replay, residual) in replays.iter_mut().zip(residuals) {
+            if replay.takes(phase) {
+                *residual = self.advance(&mut replay.lanes, &rows);
+                if phase == Phase::Winding {
+                    self.observe(replay, &rows.given.index);
+                }
             }
         }
         self.step += 1;
-        if runs_in && !self.runs_in() {
-            for runner in runners {
-                self.resume(runner);
+        if phase != self.phase() {
+            for replay in replays {
+                if phase == Phase::Winding {
+                    self.wind(replay);
+                } else {
+                    self.resume(replay);
+                }
             }
         }
-        !runs_in
+        phase == Phase::Window
     }
 
     /// As [`Runner::advance`].

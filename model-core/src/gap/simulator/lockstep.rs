@@ -6,7 +6,7 @@
 
 use super::{Course, Given, Simulator};
 use crate::effect::backlash::follow;
-use crate::effect::compliance::Twist;
+use crate::effect::compliance::{Rigid, Shaft, Twist};
 use crate::effect::lanes::Middles;
 use crate::effect::learned_map::LearnedMap;
 use crate::effect::presliding::{Bristles, Free};
@@ -15,7 +15,7 @@ use crate::effect::{Memory, Middle};
 use crate::gap::held::Acting;
 use crate::plant::InputRefused;
 use crate::plant::actuator::Actuator;
-use crate::plant::actuator::lanes::{Lanes, Loads, States, Ways};
+use crate::plant::actuator::lanes::{Lanes, Loads, States, Unhelds, Ways};
 use crate::plant::modes::Modes;
 use core::borrow::Borrow;
 
@@ -65,6 +65,22 @@ struct Memories<const N: usize> {
     twist_rate: Lanes<N>,
 }
 
+impl<const N: usize> Memories<N> {
+    #[inline(always)]
+    fn twist_at(&self, lane: usize) -> Twist {
+        Twist {
+            angle: self.twist[lane],
+            rate: self.twist_rate[lane],
+        }
+    }
+}
+
+/// [`Reaction`](crate::effect::compliance::Reaction)s of a shaft side by side.
+struct Reactions<const N: usize> {
+    torque: Lanes<N>,
+    share: Lanes<N>,
+}
+
 /// Where the lanes are.
 #[derive(Debug, Clone, Copy)]
 struct Courses<const N: usize> {
@@ -80,10 +96,7 @@ impl<const N: usize> Courses<N> {
                 far: self.memories.far[lane],
                 friction: self.memories.friction[lane],
                 warmth: self.memories.warmth[lane],
-                twist: Twist {
-                    angle: self.memories.twist[lane],
-                    rate: self.memories.twist_rate[lane],
-                },
+                twist: self.memories.twist_at(lane),
             },
         }
     }
@@ -200,8 +213,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     #[inline(always)]
     pub fn step(&mut self, given: &Givens<N>) -> Lanes<N> {
         let before = self.courses;
-        // Behind a shaft, too: its steps are not written for lanes.
-        if given.awake <= FEW || self.simulator.shaft().is_some() {
+        if given.awake <= FEW {
             let mut currents = [0.0; N];
             self.step_alone(&before, given, &given.asleep, &mut currents);
             return currents;
@@ -218,7 +230,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         }
         if let Some(half_play) = self.simulator.half_play() {
             for lane in 0..N {
-                let near = states.position[lane];
+                let near = states.position[lane] + memories.twist[lane];
                 memories.far[lane] = follow(memories.far[lane], near, half_play);
             }
         }
@@ -300,14 +312,13 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         lasts: &mut [bool; N],
     ) {
         let simulator = self.simulator;
-        if let Some(bristles) = simulator.yielding() {
-            let length = share * simulator.period / f32::from(simulator.parts);
-            for _ in 0..simulator.parts {
-                self.advance_yielding((actuator, length), bristles, inputs, given, lasts);
-            }
-            return;
-        }
-        if simulator.held.is_nothing() {
+        let drive = (
+            actuator,
+            share * simulator.period / f32::from(simulator.parts),
+        );
+        let shaft = simulator.shaft();
+        let bristles = simulator.yielding();
+        if bristles.is_none() && shaft.is_none() && simulator.held.is_nothing() {
             let mut loads = Loads::all(&actuator.load());
             if given.braked {
                 for lane in 0..N {
@@ -320,7 +331,26 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             return;
         }
         for _ in 0..simulator.parts {
-            self.advance_held(actuator, inputs, given, lasts);
+            let before = self.courses.states;
+            match bristles {
+                Some(bristles) => self.advance_yielding(drive, bristles, inputs, given, lasts),
+                None => self.advance_held(drive, inputs, given, lasts),
+            }
+            if let Some(shaft) = shaft {
+                self.twist(shaft, &before, drive.1, lasts);
+            }
+        }
+    }
+
+    /// As [`Simulator::advance_twisted`] behind the drive's step.
+    #[inline(always)]
+    fn twist(&mut self, shaft: &Shaft, before: &States<N>, length: f32, lasts: &mut [bool; N]) {
+        let Courses { states, memories } = &mut self.courses;
+        for lane in 0..N {
+            let twist = shaft.after(memories.twist_at(lane), states.gain(before, lane), length);
+            memories.twist[lane] = twist.angle;
+            memories.twist_rate[lane] = twist.rate;
+            lasts[lane] &= twist.angle.is_finite() & twist.rate.is_finite();
         }
     }
 
@@ -328,25 +358,78 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     #[inline(always)]
     fn advance_held(
         &mut self,
-        actuator: &Actuator<&Modes>,
+        drive: (&Actuator<&Modes>, f32),
         inputs: &Lanes<N>,
         given: &Givens<N>,
         lasts: &mut [bool; N],
     ) {
+        let actuator = drive.0;
         let mut middle = self.starts(inputs, given);
+        let alone = self.simulator.held.is_nothing();
         // From the start to the middle, and from there on: a loop, for the laws are compiled into it.
-        for ahead in [true, false] {
+        for ahead in [true, false].into_iter().skip(usize::from(alone)) {
             let loads = self.loads_at(&middle, given);
             self.exceed(&mut middle, actuator, inputs, &loads);
             let fed = self.fed(inputs, &middle);
+            let loads = self.twisted(drive, &fed, &loads);
             let states = &mut self.courses.states;
             if ahead {
                 let ways = actuator.middles(states, &fed, &loads);
                 self.go(&mut middle, &ways);
             } else {
+                if self.simulator.shaft().is_some() {
+                    actuator.hold(states, &fed, &loads, lasts);
+                }
                 actuator.steps_under(states, &fed, &loads, lasts);
             }
         }
+    }
+
+    /// As [`Simulator::twisted`].
+    #[inline(always)]
+    fn twisted(
+        &self,
+        (actuator, length): (&Actuator<&Modes>, f32),
+        inputs: &Lanes<N>,
+        loads: &Loads<N>,
+    ) -> Loads<N> {
+        let mut twisted = *loads;
+        if let Some(shaft) = self.simulator.shaft() {
+            let states = &self.courses.states;
+            let unheld = actuator.unhelds(states, inputs, loads);
+            let frictions = loads.frictions(states);
+            twisted.add(&self.reactions(shaft, &unheld, &frictions, length).torque);
+        }
+        twisted
+    }
+
+    /// As [`super::reaction`].
+    #[inline(always)]
+    fn reactions(
+        &self,
+        shaft: &Shaft,
+        unheld: &Unhelds<N>,
+        frictions: &Lanes<N>,
+        length: f32,
+    ) -> Reactions<N> {
+        let Courses { states, memories } = &self.courses;
+        let mut reactions = Reactions {
+            torque: [0.0; N],
+            share: [0.0; N],
+        };
+        for lane in 0..N {
+            let rests = states.rests(lane);
+            let moving = |number: f32| if rests { 0.0 } else { number };
+            let rigid = Rigid {
+                gain: moving(unheld.gain(lane, frictions[lane])),
+                give: moving(unheld.quickening(lane)),
+                length,
+            };
+            let reaction = shaft.reaction(memories.twist_at(lane), &rigid);
+            reactions.torque[lane] = reaction.torque;
+            reactions.share[lane] = reaction.share;
+        }
+        reactions
     }
 
     /// As [`Simulator::advance_yielding`].
@@ -373,25 +456,47 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             fed = self.fed(inputs, &middle);
             // Alone, they are under the same load all the time.
             if alone == ahead {
-                slid = slide_on((actuator, bristles), (&before, &forces), &fed, &loads);
+                let twisted = self.twisted((actuator, length), &fed, &loads);
+                slid = slide_on((actuator, bristles), (&before, &forces), &fed, &twisted);
                 if all(&slid.1) {
                     self.courses.states = slid.0;
                     return;
                 }
             }
             if ahead {
+                let against = self.twisted((actuator, length), &fed, &against);
                 let ways = actuator.middles(&before, &fed, &against);
                 self.go(&mut middle, &ways);
             }
         }
-        let unheld = actuator.unhelds(&before, &fed, &loads);
+        let mut unheld = actuator.unhelds(&before, &fed, &loads);
         let levels = |lane: usize| bristles.levels(&loads.at(lane), middle.velocity[lane]);
-        let free = |lane: usize| Free {
-            travel: unheld.travel[lane],
-            give: unheld.give[lane],
-            length,
+        let reactions = self
+            .simulator
+            .shaft()
+            .map(|shaft| self.reactions(shaft, &unheld, &[0.0; N], length));
+        let free = |lane: usize| {
+            let (travel, give) = (unheld.travel[lane], unheld.give[lane]);
+            match &reactions {
+                Some(reactions) => Free {
+                    travel: travel + reactions.torque[lane] * give,
+                    give: give + reactions.share[lane] * give,
+                    length,
+                },
+                None => Free {
+                    travel,
+                    give,
+                    length,
+                },
+            }
         };
         let frictions = bristles.all_held((&forces, &slid.1), free, levels);
+        if let Some(reactions) = &reactions {
+            for lane in 0..N {
+                let torque = reactions.torque[lane] - reactions.share[lane] * frictions[lane];
+                unheld.load(lane, torque);
+            }
+        }
         let Courses { states, memories } = &mut self.courses;
         let mut yielded = [true; N];
         let moved = actuator.steps_unheld((states, &unheld), &fed, &frictions, &mut yielded);

@@ -97,6 +97,19 @@ impl<const N: usize> States<N> {
         }
     }
 
+    /// Whether a lane is at rest.
+    #[inline(always)]
+    pub fn rests(&self, lane: usize) -> bool {
+        self.sign[lane] == 0.0
+    }
+
+    /// By how much a lane's velocity has changed.
+    #[inline(always)]
+    pub fn gain(&self, before: &Self, lane: usize) -> f32 {
+        let origin = before.velocity[lane];
+        self.velocity_at(lane).from(origin) - before.velocity_at(lane).from(origin)
+    }
+
     #[inline(always)]
     fn start(&self, lane: usize) -> Start {
         Start {
@@ -104,7 +117,7 @@ impl<const N: usize> States<N> {
             velocity: self.velocity_at(lane),
             position: self.position_at(lane),
             forward: self.sign[lane] > 0.0,
-            rests: self.sign[lane] == 0.0,
+            rests: self.rests(lane),
         }
     }
 }
@@ -157,9 +170,7 @@ impl<const N: usize> Loads<N> {
         self.breakaway_forward[lane] = load.breakaway.forward;
         self.breakaway_backward[lane] = load.breakaway.backward;
     }
-}
 
-impl<const N: usize> Loads<N> {
     /// As [`Load::against`], a friction in each lane.
     #[inline(always)]
     pub fn against(&self, frictions: &Lanes<N>) -> Self {
@@ -168,6 +179,27 @@ impl<const N: usize> Loads<N> {
             loads.put(lane, &self.at(lane).against(frictions[lane]));
         }
         loads
+    }
+
+    /// Adds a torque in each lane.
+    #[inline(always)]
+    pub fn add(&mut self, torques: &Lanes<N>) {
+        for lane in 0..N {
+            self.torque[lane] += torques[lane];
+        }
+    }
+
+    /// Friction of what slides, positive against forward motion.
+    #[inline(always)]
+    pub fn frictions(&self, states: &States<N>) -> Lanes<N> {
+        let mut frictions = [0.0; N];
+        for lane in 0..N {
+            let forward = states.sign[lane] > 0.0;
+            let (ahead, back) = (self.coulomb_forward[lane], -self.coulomb_backward[lane]);
+            let slides = if forward { ahead } else { back };
+            frictions[lane] = if states.rests(lane) { 0.0 } else { slides };
+        }
+        frictions
     }
 }
 
@@ -215,7 +247,52 @@ pub(crate) struct Unhelds<const N: usize> {
     pub give: Lanes<N>,
 }
 
+impl<const N: usize> Unhelds<N> {
+    /// As [`Unheld::gain`](super::Unheld::gain).
+    #[inline(always)]
+    pub fn gain(&self, lane: usize, friction: f32) -> f32 {
+        self.velocity[lane] - friction * self.velocity_give[lane]
+    }
+
+    /// As [`Unheld::quickening`](super::Unheld::quickening).
+    #[inline(always)]
+    pub fn quickening(&self, lane: usize) -> f32 {
+        self.velocity_give[lane]
+    }
+
+    /// As [`Unheld::under`](super::Unheld::under).
+    #[inline(always)]
+    pub fn load(&mut self, lane: usize, torque: f32) {
+        self.current[lane] += torque * self.current_give[lane];
+        self.velocity[lane] += torque * self.velocity_give[lane];
+        self.travel[lane] += torque * self.give[lane];
+    }
+}
+
 impl<M: Borrow<Modes>> Actuator<M> {
+    /// As [`Actuator::wake`], in all lanes. Those that start from rest are marked as by
+    /// [`Actuator::steps_under`].
+    #[inline(always)]
+    pub(crate) fn hold<const N: usize>(
+        &self,
+        states: &mut States<N>,
+        inputs: &Lanes<N>,
+        loads: &Loads<N>,
+        lasts: &mut [bool; N],
+    ) {
+        for lane in 0..N {
+            let from = states.start(lane);
+            let current = match self.algebraic {
+                Some((back_emf, conductance)) if from.rests => {
+                    conductance * inputs[lane] - back_emf * from.velocity.value
+                }
+                _ => from.current,
+            };
+            lasts[lane] &= !from.rests | self.stays::<true>(&from, current, &loads.at(lane));
+            states.current[lane] = current;
+        }
+    }
+
     /// As [`Actuator::middle`], in all lanes.
     #[inline(always)]
     pub(crate) fn middles<const N: usize>(
