@@ -7,49 +7,15 @@ use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, InOrder, Settings};
 use model_core::gap::screen::{Candidate, screen};
-use model_core::plant::Directional;
-use model_core::plant::parameters::{Drive, Parameters};
+use tracing::{PERIOD, model, plant, winding};
 
-const PERIOD: f32 = 1e-3;
+mod tracing;
 
-const SCOPE: Scope = Scope {
-    friction: 0.12,
-    torque: 0.2,
-    voltage: 6.0,
-    current: 3.0,
-    speed: 10.0,
-    stroke: 2.0,
-    period: PERIOD,
-    seconds: 0.3,
-    rotary: true,
-};
+const SCOPE: Scope = tracing::scope(0.3);
 
 /// A machine in which every parameter means something.
 fn declared() -> Model {
-    Model {
-        plant: Parameters {
-            drive: Drive::Voltage {
-                resistance: 1.0,
-                inductance: 1e-3,
-                torque_constant: 0.06,
-            },
-            gain: 1.0,
-            inertia: 1.2e-4,
-            viscous: Directional::both(2e-4),
-            coulomb: Directional::both(0.12),
-            breakaway: Directional::both(0.15),
-            spring: 0.02,
-            spring_rest: 0.1,
-            spring_preload: 0.01,
-            offset: 0.0,
-            lower_stop: -1.0,
-            upper_stop: 1.0,
-        },
-        gravity_torque: 0.0,
-        gravity_rest: 0.0,
-        effects: Default::default(),
-        map: None,
-    }
+    model(&plant(winding(1e-3), true))
 }
 
 fn with(effects: &[(Id, [f32; 3])]) -> Model {

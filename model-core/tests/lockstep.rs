@@ -9,23 +9,14 @@ use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, Fold, InOrder, Job, Schedule, Settings};
 use model_core::gap::screen::screen;
+use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::parameters::{Drive, Parameters};
-use model_core::plant::{Directional, State};
+use tracing::{PERIOD, model, plant, winding};
 
-const PERIOD: f32 = 1e-3;
+mod tracing;
 
-const SCOPE: Scope = Scope {
-    friction: 0.12,
-    torque: 0.2,
-    voltage: 6.0,
-    current: 3.0,
-    speed: 10.0,
-    stroke: 2.0,
-    period: PERIOD,
-    seconds: 1.5,
-    rotary: true,
-};
+const SCOPE: Scope = tracing::scope(1.5);
 
 /// So many windows at once.
 struct Together<const N: usize>;
@@ -52,46 +43,13 @@ impl<const N: usize> Schedule for Together<N> {
     }
 }
 
-fn plant(drive: Drive, sprung: bool) -> Parameters {
-    let stiff = |value: f32| if sprung { value } else { 0.0 };
-    Parameters {
-        drive,
-        gain: if drive == Drive::Torque { 0.06 } else { 1.0 },
-        inertia: 1.2e-4,
-        viscous: Directional::both(2e-4),
-        coulomb: Directional::both(0.12),
-        breakaway: Directional::both(0.15),
-        spring: stiff(0.02),
-        spring_rest: stiff(0.1),
-        spring_preload: stiff(0.01),
-        offset: 0.0,
-        lower_stop: -1.0,
-        upper_stop: 1.0,
-    }
-}
-
 /// A voltage drive with and without inductance, and a torque drive without a spring.
 fn plants() -> [Parameters; 3] {
-    let winding = |inductance| Drive::Voltage {
-        resistance: 1.0,
-        inductance,
-        torque_constant: 0.06,
-    };
     [
         plant(winding(1e-3), true),
         plant(winding(0.0), false),
         plant(Drive::Torque, false),
     ]
-}
-
-fn model(plant: &Parameters) -> Model {
-    Model {
-        plant: *plant,
-        gravity_torque: 0.0,
-        gravity_rest: 0.0,
-        effects: Default::default(),
-        map: None,
-    }
 }
 
 /// A recording of a plant that slides, turns, rests and meets its stops.

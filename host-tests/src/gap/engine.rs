@@ -30,7 +30,8 @@ const LEAST_VALIDATE_WINDOWS: usize = 1;
 /// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
 const LEAST_ENTRIES: usize = 8;
 
-/// All cores, and on each sixteen windows at once; results are folded in the order of the windows, so that the sums have the same bits as on one core and one by one.
+/// All cores, and on each sixteen windows at once; results are folded in the order of the windows, so
+/// that the sums have the same bits as on one core and one by one.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AllCores;
 
@@ -107,8 +108,8 @@ pub struct Found {
 /// `validate` is called once, when nothing is left to be chosen or fitted.
 ///
 /// # Errors
-/// What [`model`] refuses; a machine whose replay diverges; logs too short, at rest or without force throughout, or of different
-/// sampling periods; whatever `validate` returns.
+/// What [`model`] refuses; a machine whose replay diverges; logs too short, at rest or without force
+/// throughout, or of different sampling periods; whatever `validate` returns.
 pub fn run(
     machine: &Machine,
     train: &[Log],

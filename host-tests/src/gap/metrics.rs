@@ -7,7 +7,7 @@ use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
 use model_core::gap::replay::{self, Data, MARGIN, Row, Runner, Schedule};
 use model_core::gap::simulator::{Lateness, Simulator};
-use model_core::plant::parameters::{Drive, ParameterError};
+use model_core::plant::parameters::{Drive, ParameterError, Winding};
 
 /// Samples at the start of a free run that are not counted.
 const FREE_RUN_START: usize = 20;
@@ -97,14 +97,10 @@ pub fn torque_balance(
         let now = back(log.input, index, late);
         0.5 * (now + back(log.input, index.saturating_sub(1), late))
     };
-    let (resistance, torque_constant) = match plant.drive {
-        Drive::Voltage {
-            resistance,
-            torque_constant,
-            ..
-        } => (resistance, torque_constant),
-        Drive::Torque => (0.0, 0.0),
-    };
+    let Winding {
+        resistance,
+        torque_constant,
+    } = plant.drive.winding();
     let mut warmth = vec![0.0; samples];
     if let Some(heating) = simulator.heating() {
         for index in 1..samples {

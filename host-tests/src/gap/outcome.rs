@@ -193,8 +193,9 @@ pub struct Cost {
     pub samples: usize,
 }
 
-/// Sample-by-sample evidence for the report's plots, one entry a log. All series of one
-/// `Evidence` have the same length, but for those of its components. Windowed replays: restarted every `ErrorSet::window_s`.
+/// Sample-by-sample evidence for the report's plots, one entry a log. All series of one `Evidence` have
+/// the same length, but for those of its components. Windowed replays: restarted every
+/// `ErrorSet::window_s`.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// The file it came from, as the user named it.

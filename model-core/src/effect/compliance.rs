@@ -4,22 +4,22 @@
 //! J₂ ẍ = −k (x − θ) − d (ẋ − θ̇),  the drive θ carries the reaction;  J = J₁ + J₂ as declared
 //! ```
 //!
-//! The strength is s = J₂/k, by which the far side x trails behind for each unit of acceleration; 1/√s is
-//! its angular frequency with the drive held, and at 0 the shaft is rigid. Shapes are the share J₂/J,
-//! which shows in the free swing alone, √(1/(1 − J₂/J)) times as fast, and the damping ratio
-//! d/(2 √(k J₂)). Friction, spring and stops act on the drive. Source: the two-mass system of any text on
+//! The strength is s = J₂/k, by which the far side x trails behind for each unit of acceleration; 1/√s
+//! is its angular frequency with the drive held, and at 0 the shaft is rigid. Shapes are the share
+//! J₂/J, which shows in the free swing alone, √(1/(1 − J₂/J)) times as fast, and the damping ratio d/(2
+//! √(k J₂)). Friction, spring and stops act on the drive. Source: the two-mass system of any text on
 //! drives (W. Leonhard, *Control of electrical drives*, 2001).
 //!
-//! What the drive feels of the far side, besides the inertia that it has without a shaft, is −J₂ φ̈ with
-//! the twist φ = x − θ, sliding or held. So its modes stay those of the rigid machine. Over a step the
-//! drive accelerates evenly and the twist obeys the midpoint rule, which keeps energy; its impulse on
-//! the drive is that of the same equation, so that the momentum of both is kept too. It is of second order
-//! in the step, and stable however stiff the shaft is.
+//! What the drive feels of the far side, besides the inertia that it has without a shaft, is −J₂ φ̈
+//! with the twist φ = x − θ, sliding or held. So its modes stay those of the rigid machine. Over a step
+//! the drive accelerates evenly and the twist obeys the midpoint rule, which keeps energy; its impulse
+//! on the drive is that of the same equation, so that the momentum of both is kept too. It is of second
+//! order in the step, and stable however stiff the shaft is.
 //!
 //! Told from backlash and delays by accelerations: what trails behind is −s ẍ, whatever speed and
-//! direction are. Motions well below the shaft's frequency show s alone. What lies between small and large
-//! is a swing, not a line, so that it is screened at several sizes. Replays start from the far side,
-//! which is measured, and with the twist of a run-in, in which a wrong one dies out.
+//! direction are. Motions well below the shaft's frequency show s alone. What lies between small and
+//! large is a swing, not a line, so that it is screened at several sizes. Replays start from the far
+//! side, which is measured, and with the twist of a run-in, in which a wrong one dies out.
 
 use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::{ParameterError, Parameters};

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Source: a disc that turns about a point beside its centre errs by e/r once a turn, e the distance
-//! and r the radius of the track (X.-D. Lu, D. L. Trumper, *Self-calibration of on-axis rotary encoders*,
-//! CIRP Annals 56, 2007). The period is scanned: a turn and its parts, and, for an encoder behind a gear,
-//! in cycles a stroke.
+//! and r the radius of the track (X.-D. Lu, D. L. Trumper, *Self-calibration of on-axis rotary
+//! encoders*, CIRP Annals 56, 2007). The period is scanned: a turn and its parts, and, for an encoder
+//! behind a gear, in cycles a stroke.
 //!
 //! The machine moves at the true position: its back-EMF, springs and stops do not know the error. A
 //! replay starts from the true position and velocity that belong to the measured ones. A velocity with

@@ -10,10 +10,10 @@
 //! fit. Of several logs it acts in each.
 //!
 //! Told from a constant [`offset_torque`](super::offset_torque) by the time without it, from friction
-//! by motion both ways while it lasts; one that fills nine tenths of the log is left to those. A torque over position looks the same as long as the machine
-//! comes to that place once only. It is held against the part of the log in which it acts, in short
-//! windows: elsewhere it says nothing. Less than about a second of it, at rest throughout, stays
-//! unseen.
+//! by motion both ways while it lasts; one that fills nine tenths of the log is left to those. A torque
+//! over position looks the same as long as the machine comes to that place once only. It is held
+//! against the part of the log in which it acts, in short windows: elsewhere it says nothing. Less than
+//! about a second of it, at rest throughout, stays unseen.
 
 use super::{Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;

@@ -1,7 +1,7 @@
 //! Where effects are evaluated, many places at once.
 
 use super::Middle;
-use crate::plant::actuator::lanes::Lanes;
+use crate::plant::lanes::Lanes;
 
 /// Middles of a step side by side.
 #[derive(Debug, Clone, Copy)]

@@ -17,7 +17,8 @@ use self::encoder_eccentricity::EncoderEccentricity;
 use self::lanes::Middles;
 use self::presliding::Bristles;
 use crate::plant::actuator::Load;
-use crate::plant::actuator::lanes::{Lanes, Loads};
+use crate::plant::actuator::lanes::Loads;
+use crate::plant::lanes::Lanes;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 

@@ -33,7 +33,7 @@ use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope}
 use crate::numeric::exponential::decay;
 use crate::plant::Directional;
 use crate::plant::actuator::Load;
-use crate::plant::actuator::lanes::Lanes;
+use crate::plant::lanes::Lanes;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -49,11 +49,12 @@ const LEAST_DAMPING: f32 = 0.5;
 /// Steps to the root, each of which at least halves what is left once it is near.
 const MOST_STEPS: u32 = 12;
 
-/// Share of the displacement at which a step to the root is the last: what is left behind it goes with its
-/// square.
+/// Share of the displacement at which a step to the root is the last: what is left behind it goes with
+/// its square.
 const FOUND: f32 = 1e-4;
 
-/// Displacement, in shares of the length over which bristles bend, behind which the way to the level counts no more.
+/// Displacement, in shares of the length over which bristles bend, behind which the way to the level
+/// counts no more.
 const SATURATED: f32 = 1e6;
 
 /// Share of the travel that a step to the root loses to rounding: no smaller one comes nearer.
@@ -65,8 +66,8 @@ const MOST_TIME: f32 = 1e6;
 /// Decay that leaves less than the rounding of what it is beside.
 const FORGOTTEN: f32 = 17.5;
 
-/// What a decay leaves, exp(−x): nothing where that is lost beside 1. Hardware is slow on numbers near the
-/// smallest.
+/// What a decay leaves, exp(−x): nothing where that is lost beside 1. Hardware is slow on numbers near
+/// the smallest.
 #[inline(always)]
 fn left(x: f32) -> f32 {
     if x < FORGOTTEN { decay(x) } else { 0.0 }
@@ -107,8 +108,8 @@ impl Bristles {
         }
     }
 
-    /// Whether they slide at the Coulomb level: bent all the way towards a motion that is too fast for the
-    /// breakaway level to count.
+    /// Whether they slide at the Coulomb level: bent all the way towards a motion that is too fast for
+    /// the breakaway level to count.
     #[inline(always)]
     pub fn slide(&self, force: f32, coulomb: Directional, velocity: f32) -> bool {
         let slow = velocity * self.inverse_velocity;

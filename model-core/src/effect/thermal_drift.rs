@@ -34,8 +34,8 @@ pub struct ThermalDrift {
 }
 
 impl ThermalDrift {
-    /// The rise after so many seconds under a current. Of first order in their ratio to the time constant,
-    /// and stable at any.
+    /// The rise after so many seconds under a current. Of first order in their ratio to the time
+    /// constant, and stable at any.
     ///
     /// ```
     /// use model_core::effect::{Effect, thermal_drift::ThermalDrift};

@@ -105,8 +105,8 @@ impl Information {
         Some(problem.simulated)
     }
 
-    /// Adds the mean square of how far the fit would be moved by restarts that are smoothed over the next
-    /// fewer and the next more samples.
+    /// Adds the mean square of how far the fit would be moved by restarts that are smoothed over the
+    /// next fewer and the next more samples.
     ///
     /// `None` if the model cannot be built.
     pub fn allow_for_restarts(

@@ -57,8 +57,8 @@ pub const WINDOW: f32 = 0.2;
 /// Counts of the sensor that a clear motion passes.
 pub(super) const CLEAR_COUNTS: f32 = 4.0;
 
-/// Length of the run-in that twists a shaft, s, and fewest samples in it: a wrong twist falls to a tenth in
-/// two or three swings.
+/// Length of the run-in that twists a shaft, s, and fewest samples in it: a wrong twist falls to a
+/// tenth in two or three swings.
 const SHAFT_RUN_IN: f32 = 0.1;
 const LEAST_RUN_IN: usize = 100;
 
@@ -159,10 +159,18 @@ impl<'a> Data<'a> {
     }
 
     /// Whether a window and a span of time, s since the log began, have something in common.
-    pub fn overlaps(&self, window: Window, (begin, end): (f32, f32)) -> bool {
+    fn overlaps(&self, window: Window, (begin, end): (f32, f32)) -> bool {
         let period = self.logs[window.log].period;
         let last = window.start + self.settings.window;
         window.start as f32 * period < end && last as f32 * period > begin
+    }
+
+    /// Numbers of the windows that have something in common with one of these spans of time.
+    pub fn overlapping<'s>(&'s self, spans: &'s [(f32, f32)]) -> impl Iterator<Item = usize> + 's {
+        (0..self.windows()).filter(|&number| {
+            let window = self.window(number);
+            window.is_some_and(|it| spans.iter().any(|&span| self.overlaps(it, span)))
+        })
     }
 
     /// Whole windows in all logs that take part in a fold of blocks of so many windows.
@@ -296,12 +304,12 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     #[inline(never)]
     fn wind(&mut self, shaft: &Shaft, restart: &Restart, settings: &Settings) {
         let mut run_in = self.before(restart, settings);
-        let mut winding = Winding::new();
+        let mut twists = Twists::new();
         for index in restart.winds_since(self.log)..restart.start + settings.half_width {
             run_in.advance(&Row::new(self.log, index));
-            winding.observe(run_in.course.memory.twist, index + 1, restart, settings);
+            twists.observe(run_in.course.memory.twist, index + 1, restart, settings);
         }
-        self.wound(shaft, &winding, restart, settings);
+        self.wound(shaft, &twists, restart, settings);
     }
 
     /// Where the run-in that twists a shaft begins.
@@ -318,10 +326,10 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     }
 
     /// With the twist that a run-in leads to.
-    fn wound(&mut self, shaft: &Shaft, winding: &Winding, restart: &Restart, settings: &Settings) {
+    fn wound(&mut self, shaft: &Shaft, twists: &Twists, restart: &Restart, settings: &Settings) {
         let (log, start) = (self.log, restart.start);
         let first = start - settings.half_width;
-        let ahead = |index: usize| shaft.ahead() * winding.angles[index - first];
+        let ahead = |index: usize| shaft.ahead() * twists.angles[index - first];
         let state = measured_state_less(log, start, settings, ahead);
         let warmth = self.course.memory.warmth;
         *self = Self {
@@ -331,7 +339,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         self.course.memory.warmth = warmth;
         let own_velocity = settings.own_velocity(log).is_some();
         self.simulator
-            .twist(&mut self.course, shaft, winding.twist, own_velocity);
+            .twist(&mut self.course, shaft, twists.twist, own_velocity);
     }
 
     /// With what the effects remember of the approach to the restart.
@@ -472,14 +480,14 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
 /// What a run-in shows of a shaft's twist, in which what it started with has died out. What the far side
 /// swings about is smoothed over it, for a swing is too fast for that.
 #[derive(Debug, Clone, Copy)]
-struct Winding {
+struct Twists {
     /// The twist at the restart.
     twist: Twist,
     /// Its angles on either side of it, as far as that is smoothed over.
     angles: [f32; 2 * MARGIN + 1],
 }
 
-impl Winding {
+impl Twists {
     fn new() -> Self {
         Self {
             twist: Twist::default(),

@@ -10,7 +10,7 @@ use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load, Unheld};
 use crate::plant::modes::{Basis, Modes};
-use crate::plant::parameters::{Drive, ParameterError};
+use crate::plant::parameters::{ParameterError, Winding};
 use crate::plant::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
@@ -100,9 +100,7 @@ pub struct Simulator<M = Modes, H = Held> {
     earlier: Option<M>,
     held: H,
     period: f32,
-    /// Winding resistance and torque constant; 0 with a torque input.
-    resistance: f32,
-    torque_constant: f32,
+    winding: Winding,
     parts: u8,
     /// Whether something adds to the winding's voltage.
     electric: bool,
@@ -144,16 +142,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         } else {
             PARTS_UNDER_HELD_EFFECTS
         };
-        let (resistance, torque_constant) = match plant.drive {
-            Drive::Voltage {
-                resistance,
-                torque_constant,
-                ..
-            } => (resistance, torque_constant),
-            Drive::Torque => (0.0, 0.0),
-        };
-        let has_winding = resistance > 0.0;
-        let electric = has_winding && held.is_electric();
+        let winding = plant.drive.winding();
+        let electric = winding.is_there() && held.is_electric();
         let input = Lateness::new(chain.input_delay + chain.sensor_delay, period);
         let modes_over = |share: f32| modes(&Basis::new(&plant, share * period / f32::from(parts)));
         let earlier = if input.share == 0.0 {
@@ -166,8 +156,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             earlier,
             held,
             period,
-            resistance,
-            torque_constant,
+            winding,
             parts,
             electric,
             gain: plant.gain,
@@ -177,7 +166,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             bristles: chain.bristles,
             shaft,
             reading: chain.reading,
-            heats: has_winding && chain.heats,
+            heats: winding.is_there() && chain.heats,
         })
     }
 
@@ -557,23 +546,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         Ok(())
     }
 
-    /// Torque or force of the motor at a current, which with a torque input is that already.
-    #[inline]
-    fn motor_torque(&self, current: f32) -> f32 {
-        if self.resistance > 0.0 {
-            self.torque_constant * current
-        } else {
-            current
-        }
-    }
-
     /// The actuator in the beginning of a step.
     #[inline]
     fn start(&self, (state, memory): (&State, &Memory), input: f32, given: &Given) -> Middle {
         Middle {
-            motor_torque: self.motor_torque(state.current),
-            torque_constant: self.torque_constant,
-            resistance: self.resistance,
+            motor_torque: self.winding.torque(state.current),
+            torque_constant: self.winding.torque_constant,
+            resistance: self.winding.resistance,
             warmth: memory.warmth,
             voltage: self.gain * input,
             excess: 0.0,
@@ -588,7 +567,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     #[inline]
     fn behind(&self, start: &Middle, (current, velocity, travel): (f32, f32, f32)) -> Middle {
         Middle {
-            motor_torque: self.motor_torque(current),
+            motor_torque: self.winding.torque(current),
             velocity,
             position: start.position + travel,
             ..*start
@@ -640,14 +619,18 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// Current of a cold winding at its steady value: what a replay starts from where none was measured.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        let (resistance, torque_constant) = (self.resistance, self.torque_constant);
+        let winding = self.winding;
         let voltage = self.gain * input;
-        if resistance == 0.0 {
-            return voltage;
+        let current = winding.steady_current(voltage, velocity);
+        if !winding.is_there() {
+            return current;
         }
-        let current = (voltage - torque_constant * velocity) / resistance;
+        let Winding {
+            resistance,
+            torque_constant,
+        } = winding;
         let middle = Middle {
-            motor_torque: torque_constant * current,
+            motor_torque: winding.torque(current),
             torque_constant,
             resistance,
             warmth: 0.0,
@@ -699,8 +682,8 @@ fn behind_shaft(course: &Course) -> f32 {
     course.state.position.value() + course.memory.twist.angle
 }
 
-/// One step of bristles with this force that slide all through it: as rigid friction, without a search for
-/// what they hold. Whether they do; else the state is unchanged.
+/// One step of bristles with this force that slide all through it: as rigid friction, without a search
+/// for what they hold. Whether they do; else the state is unchanged.
 #[inline]
 fn slide_on(
     (actuator, bristles): (&Actuator<impl Borrow<Modes>>, &Bristles),

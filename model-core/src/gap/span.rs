@@ -67,8 +67,8 @@ impl Job for Gains<'_> {
     }
 }
 
-/// When the logs are followed best by acting, s since they began, at the borders of windows, and how many
-/// windows were simulated for that. From the first window on it is from the beginning.
+/// When the logs are followed best by acting, s since they began, at the borders of windows, and how
+/// many windows were simulated for that. From the first window on it is from the beginning.
 ///
 /// `None` inside if no window gains.
 pub fn best_span(

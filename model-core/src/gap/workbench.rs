@@ -6,9 +6,7 @@ use super::fit::{self, Effort, Fit, Variables};
 use super::held_out::{HeldOut, MOST_BLOCKS, Mask, windows_per_block};
 use super::log::Log;
 use super::model::{Base, Model};
-use super::replay::{
-    self, Data, Fold, HALF_WIDTHS, Replays, Schedule, Window, WindowError, samples,
-};
+use super::replay::{self, Data, Fold, HALF_WIDTHS, Replays, Schedule, WindowError, samples};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
 use super::span::best_span;
@@ -49,8 +47,8 @@ const WORTH_A_FIT: f64 = 2.0;
 /// this part of it, is bent.
 const BENT: f32 = 2.0;
 
-/// Share of the windows from which on what acts in them acts always: what tells it from an effect without
-/// edges is too little to be more than noise.
+/// Share of the windows from which on what acts in them acts always: what tells it from an effect
+/// without edges is too little to be more than noise.
 const MOST_FILLED: f32 = 0.9;
 
 /// Samples under which an edge in time is left to a fit.
@@ -220,15 +218,13 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         self.weigh(model, window)?;
         let data = self.data.with_window(window);
         self.data = chosen;
-        let acts = |number: &usize| {
-            let window = data.window(*number);
-            window.is_some_and(|window| data.overlaps(window, span))
-        };
-        let count = (0..data.windows()).filter(acts).count();
+        let spans = [span];
+        let acting = || data.overlapping(&spans);
+        let count = acting().count();
         let part = count.div_ceil(MOST_BLOCKS).max(1);
         let place = |number: usize| {
-            let before = (0..number).filter(acts).count();
-            acts(&number).then_some(before / part)
+            let place = acting().position(|acting| acting == number)?;
+            Some(place / part)
         };
         blocks.clear();
         let _ = blocks.resize(count.div_ceil(part), WindowError::default());
@@ -446,8 +442,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let (span, windows) = best_span(&data, self.schedule, (&without, &throughout));
         self.count(windows, data.settings.window);
         let comes_and_goes = |span: &(f32, f32)| {
-            let all = (0..data.windows()).filter_map(|number| data.window(number));
-            let filled = all.filter(|window| data.overlaps(*window, *span)).count();
+            let filled = data.overlapping(&[*span]).count();
             (filled as f32) < MOST_FILLED * data.windows() as f32
         };
         Some(span.filter(comes_and_goes).and_then(acting))
@@ -500,11 +495,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     fn cost_within(&mut self, model: &Model, spans: [(f32, f32); 2]) -> Option<f64> {
         let data = self.data;
         let simulator = model.build(data.logs.first()?.period).ok()?;
-        let within = |number: &usize| {
-            let overlaps = |window: Window| spans.iter().any(|span| data.overlaps(window, *span));
-            data.window(*number).is_some_and(overlaps)
-        };
-        let numbers = || (0..data.windows()).filter(within);
+        let numbers = || data.overlapping(&spans);
         let windows = numbers().count();
         let replays = Replays {
             data: &data,

@@ -7,22 +7,10 @@
 //! takes it into its next mode.
 
 use super::actuator::{Actuator, INPUT_LIMIT};
+use super::lanes::{End, Lanes, Numbers};
 use super::modes::{Increment, Modes};
 use super::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
-
-/// A number of each lane.
-type Lanes<const N: usize> = [f32; N];
-
-/// The lanes' states but for the direction of motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Numbers<const N: usize> {
-    current: Lanes<N>,
-    velocity: Lanes<N>,
-    velocity_remainder: Lanes<N>,
-    position: Lanes<N>,
-    position_remainder: Lanes<N>,
-}
 
 /// Coefficients of a row of the modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -147,11 +135,7 @@ impl<const N: usize> Held<N> {
                 self.position.set(lane, position, sliding.torque);
                 self.torque[lane] = sliding.torque;
                 self.preload[lane] = mode.preload;
-                self.sign[lane] = if state.motion == Motion::Forward {
-                    1.0
-                } else {
-                    -1.0
-                };
+                self.sign[lane] = state.motion.sign();
                 (self.lower[lane], self.upper[lane]) = mode.stops;
                 (self.up[lane], self.down[lane]) = (f32::INFINITY, f32::INFINITY);
             }
@@ -189,52 +173,41 @@ impl<const N: usize> Held<N> {
         lasts: &mut [bool; N],
     ) {
         for lane in 0..N {
-            let (velocity, remainder) = (old.velocity[lane], old.velocity_remainder[lane]);
-            let position = Compensated {
-                value: old.position[lane],
-                remainder: old.position_remainder[lane],
-            };
+            let mut velocity = old.velocity_at(lane);
+            let mut position = old.position_at(lane);
             let deflection = position.from(self.spring_rest[lane]);
             let push = self.push::<SPRUNG>(lane, deflection);
             let from = Start {
                 current: old.current[lane],
-                velocity,
+                velocity: velocity.value,
                 deflection,
                 input: inputs[lane],
                 torque: self.torque[lane] - push,
             };
             let travel = self.position.change::<SPRUNG>(lane, &from);
             let current = from.current + self.current.change::<SPRUNG>(lane, &from);
-            let mut velocity = Compensated {
-                value: velocity,
-                remainder,
-            };
             velocity.advance(self.velocity.change::<SPRUNG>(lane, &from));
-            let mut position = position;
             position.advance(travel);
+            let end = End {
+                current,
+                velocity,
+                position,
+            };
 
-            // Each by itself, without the branches of a chain.
             let accepted = from.input.abs() <= INPUT_LIMIT;
-            let sum = current + velocity.value() + position.value();
-            let spoilt = 0.0 * sum;
-            let below = position.value() + spoilt <= self.upper[lane];
-            let above = position.value() >= self.lower[lane];
+            let within = end.is_within(self.lower[lane], self.upper[lane]);
             let sign = self.sign[lane];
             let mut onwards = velocity.value() * sign > 0.0;
             if RESTS {
                 onwards |= (sign == 0.0) & self.holds(lane, current);
             }
-            let mut lasting = accepted & below & above & onwards;
+            let mut lasting = accepted & within & onwards;
             if SPRUNG {
                 let crosses = (deflection + travel) * push < 0.0;
                 lasting &= !crosses;
             }
             lasts[lane] = lasting;
-            new.current[lane] = current;
-            new.velocity[lane] = velocity.value;
-            new.velocity_remainder[lane] = velocity.remainder;
-            new.position[lane] = position.value;
-            new.position_remainder[lane] = position.remainder;
+            new.put(lane, &end);
         }
     }
 
@@ -319,18 +292,11 @@ impl<M: Borrow<Modes>, const N: usize> Batch<M, N> {
     /// Actuators and where they are.
     pub fn new(actuators: [Actuator<M>; N], states: [State; N]) -> Self {
         let sprung = actuators.iter().any(Actuator::is_sprung);
-        let nothing = Numbers {
-            current: [0.0; N],
-            velocity: [0.0; N],
-            velocity_remainder: [0.0; N],
-            position: [0.0; N],
-            position_remainder: [0.0; N],
-        };
         let mut batch = Self {
             actuators,
             motion: [Motion::Rest; N],
             held: Held::NOTHING,
-            numbers: [nothing; 2],
+            numbers: [Numbers::NOTHING; 2],
             now: 0,
             resting: N,
             sprung,
@@ -350,29 +316,12 @@ impl<M: Borrow<Modes>, const N: usize> Batch<M, N> {
     }
 
     fn state_in(&self, now: usize, lane: usize) -> State {
-        let numbers = &self.numbers[now];
-        State {
-            current: numbers.current[lane],
-            velocity: Compensated {
-                value: numbers.velocity[lane],
-                remainder: numbers.velocity_remainder[lane],
-            },
-            position: Compensated {
-                value: numbers.position[lane],
-                remainder: numbers.position_remainder[lane],
-            },
-            motion: self.motion[lane],
-        }
+        self.numbers[now].at(lane, self.motion[lane])
     }
 
     /// Puts a lane where it is to be now, in the mode that it is in there.
     fn put(&mut self, lane: usize, state: &State) {
-        let numbers = &mut self.numbers[self.now];
-        numbers.current[lane] = state.current;
-        numbers.velocity[lane] = state.velocity.value;
-        numbers.velocity_remainder[lane] = state.velocity.remainder;
-        numbers.position[lane] = state.position.value;
-        numbers.position_remainder[lane] = state.position.remainder;
+        self.numbers[self.now].put(lane, &End::of(state));
         self.resting -= usize::from(self.motion[lane] == Motion::Rest);
         self.resting += usize::from(state.motion == Motion::Rest);
         self.motion[lane] = state.motion;

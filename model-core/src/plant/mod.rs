@@ -29,6 +29,7 @@ pub mod ema;
 pub mod euler;
 pub mod inter_sample;
 pub mod karnopp;
+pub(crate) mod lanes;
 pub mod mode_store;
 pub mod modes;
 pub mod parameters;
@@ -59,6 +60,15 @@ impl Motion {
             Self::Backward
         } else {
             Self::Rest
+        }
+    }
+
+    /// 1 forwards, −1 backwards, 0 at rest.
+    pub fn sign(self) -> f32 {
+        match self {
+            Self::Forward => 1.0,
+            Self::Backward => -1.0,
+            Self::Rest => 0.0,
         }
     }
 }

@@ -19,17 +19,60 @@ pub enum Drive {
     Torque,
 }
 
+/// A winding whose current has settled; all 0 with a torque input, where there is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Winding {
+    /// Ω.
+    pub resistance: f32,
+    /// N·m/A or N/A, and V·s/rad or V·s/m.
+    pub torque_constant: f32,
+}
+
+impl Winding {
+    /// Whether there is one.
+    #[inline]
+    pub fn is_there(&self) -> bool {
+        self.resistance > 0.0
+    }
+
+    /// Torque or force of the motor at a current, which without a winding is that already.
+    #[inline]
+    pub fn torque(&self, current: f32) -> f32 {
+        if self.is_there() {
+            self.torque_constant * current
+        } else {
+            current
+        }
+    }
+
+    /// Current that it settles on at this voltage and this velocity, m/s or rad/s; without one, the
+    /// torque or force that stands for the voltage.
+    #[inline]
+    pub fn steady_current(&self, voltage: f32, velocity: f32) -> f32 {
+        if self.is_there() {
+            (voltage - self.torque_constant * velocity) / self.resistance
+        } else {
+            voltage
+        }
+    }
+}
+
 impl Drive {
-    /// Current that the winding settles on at this velocity, m/s or rad/s, and this input of so many
-    /// V, N·m or N a unit; with a torque input, the torque.
-    pub fn steady_current(&self, gain: f32, velocity: f32, input: f32) -> f32 {
+    /// The winding, its inductance left aside.
+    pub fn winding(&self) -> Winding {
         match *self {
             Self::Voltage {
                 resistance,
                 torque_constant,
                 ..
-            } => (gain * input - torque_constant * velocity) / resistance,
-            Self::Torque => gain * input,
+            } => Winding {
+                resistance,
+                torque_constant,
+            },
+            Self::Torque => Winding {
+                resistance: 0.0,
+                torque_constant: 0.0,
+            },
         }
     }
 }
@@ -195,17 +238,13 @@ impl Parameters {
     /// Torque or force that one unit of motor current gives; 1 with a torque input, where the
     /// state's current is the torque itself.
     pub fn torque_per_current(&self) -> f32 {
-        match self.drive {
-            Drive::Voltage {
-                torque_constant, ..
-            } => torque_constant,
-            Drive::Torque => 1.0,
-        }
+        self.drive.winding().torque(1.0)
     }
 
     /// Current that the winding settles on at this velocity and input; with a torque input, the
     /// torque.
     pub fn steady_current(&self, velocity: f32, input: f32) -> f32 {
-        self.drive.steady_current(self.gain, velocity, input)
+        let winding = self.drive.winding();
+        winding.steady_current(self.gain * input, velocity)
     }
 }

@@ -4,12 +4,12 @@
 //! to twist it. The way there is longer in one window than in another, so that lanes begin one after the
 //! other and come there together; those that sleep are left where they are.
 
-use super::{Data, Restart, Runner, Settings, Winding, Window};
+use super::{Data, Restart, Runner, Settings, Twists, Window};
 use crate::gap::held::Acting;
 use crate::gap::log::Log;
 use crate::gap::simulator::lockstep::{Givens, Lockstep};
 use crate::gap::simulator::{Course, Lateness, Simulator};
-use crate::plant::actuator::lanes::Lanes;
+use crate::plant::lanes::Lanes;
 use crate::plant::modes::Modes;
 use core::array;
 use core::borrow::Borrow;
@@ -60,7 +60,7 @@ pub(super) struct Replay<'s, M, H, const N: usize> {
     lanes: Lockstep<'s, M, H, N>,
     /// Where it restarts, without what the effects remember.
     restarts: [Course; N],
-    windings: [Winding; N],
+    twists: [Twists; N],
 }
 
 impl<M: Borrow<Modes>, H: Acting, const N: usize> Replay<'_, M, H, N> {
@@ -166,7 +166,7 @@ impl<'a, const N: usize> Places<'a, N> {
         Replay {
             lanes: Lockstep::new(simulator, &courses),
             restarts,
-            windings: [Winding::new(); N],
+            twists: [Twists::new(); N],
         }
     }
 
@@ -214,7 +214,7 @@ impl<'a, const N: usize> Places<'a, N> {
         for lane in 0..N {
             let twist = replay.lanes.at(lane).memory.twist;
             let (restart, sample) = (&self.restarts[lane], samples[lane] + 1);
-            replay.windings[lane].observe(twist, sample, restart, self.settings);
+            replay.twists[lane].observe(twist, sample, restart, self.settings);
         }
     }
 
@@ -226,9 +226,9 @@ impl<'a, const N: usize> Places<'a, N> {
             return;
         };
         for lane in 0..N {
-            let (restart, winding) = (&self.restarts[lane], &replay.windings[lane]);
+            let (restart, twists) = (&self.restarts[lane], &replay.twists[lane]);
             let mut there = self.runner(simulator, lane, replay.restarts[lane]);
-            there.wound(shaft, winding, restart, self.settings);
+            there.wound(shaft, twists, restart, self.settings);
             replay.restarts[lane] = there.course;
             replay.lanes.put(lane, &self.entered(&there, lane));
         }

@@ -15,7 +15,8 @@ use crate::effect::{Memory, Middle};
 use crate::gap::held::Acting;
 use crate::plant::InputRefused;
 use crate::plant::actuator::Actuator;
-use crate::plant::actuator::lanes::{Lanes, Loads, States, Unhelds, Ways};
+use crate::plant::actuator::lanes::{Loads, States, Unhelds, Ways};
+use crate::plant::lanes::Lanes;
 use crate::plant::modes::Modes;
 use core::borrow::Borrow;
 
@@ -140,7 +141,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     /// Starts from these courses.
     pub fn new(simulator: &'a Simulator<M, H>, courses: &[Course; N]) -> Self {
         let mut lanes = Courses {
-            states: States::new(&courses.map(|course| course.state)),
+            states: States::NOTHING,
             memories: Memories {
                 far: [0.0; N],
                 friction: [0.0; N],
@@ -179,7 +180,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     /// The drives' velocities.
     #[inline(always)]
     pub fn velocities(&self) -> &Lanes<N> {
-        &self.courses.states.velocity
+        &self.courses.states.numbers.velocity
     }
 
     /// As [`Simulator::reported_from`].
@@ -192,7 +193,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             distances[lane] = if played {
                 memories.far[lane] - measured[lane]
             } else {
-                states.position_at(lane).from(measured[lane]) + memories.twist[lane]
+                states.numbers.position_at(lane).from(measured[lane]) + memories.twist[lane]
             };
         }
         let reading = &self.simulator.reading;
@@ -201,7 +202,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
                 let sensed = if played {
                     memories.far[lane]
                 } else {
-                    states.position[lane] + memories.twist[lane]
+                    states.numbers.position[lane] + memories.twist[lane]
                 };
                 distances[lane] += reading.error(sensed);
             }
@@ -225,12 +226,12 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             let period = self.simulator.period;
             for lane in 0..N {
                 let warmth = &mut memories.warmth[lane];
-                *warmth = heating.after(*warmth, states.current[lane], period);
+                *warmth = heating.after(*warmth, states.numbers.current[lane], period);
             }
         }
         if let Some(half_play) = self.simulator.half_play() {
             for lane in 0..N {
-                let near = states.position[lane] + memories.twist[lane];
+                let near = states.numbers.position[lane] + memories.twist[lane];
                 memories.far[lane] = follow(memories.far[lane], near, half_play);
             }
         }
@@ -270,7 +271,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     #[inline(always)]
     fn step_actuators(&mut self, given: &Givens<N>, lasts: &mut [bool; N]) -> Lanes<N> {
         let simulator = self.simulator;
-        let before = self.courses.states.current;
+        let before = self.courses.states.numbers.current;
         let (split, moment) = (simulator.input.share, simulator.current.share);
         let own = simulator.actuator.on(simulator.actuator.modes());
         let first = match &simulator.earlier {
@@ -285,12 +286,12 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             (&own, 1.0 - split, &given.input),
         ];
         for (actuator, share, inputs) in ways.into_iter().skip(usize::from(whole)) {
-            between = self.courses.states.current;
+            between = self.courses.states.numbers.current;
             self.advance((actuator, share), inputs, given, lasts);
         }
         let mut currents = before;
         for lane in 0..N {
-            let after = self.courses.states.current[lane];
+            let after = self.courses.states.numbers.current[lane];
             currents[lane] = if whole {
                 before[lane] + moment * (after - before[lane])
             } else if moment <= split {
@@ -517,19 +518,20 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         let Courses { states, memories } = &self.courses;
         Middles {
             common: Middle {
-                torque_constant: simulator.torque_constant,
-                resistance: simulator.resistance,
+                torque_constant: simulator.winding.torque_constant,
+                resistance: simulator.winding.resistance,
                 step: simulator.period,
                 ..Middle::default()
             },
             motor_torque: states
+                .numbers
                 .current
-                .map(|current| simulator.motor_torque(current)),
+                .map(|current| simulator.winding.torque(current)),
             warmth: memories.warmth,
             voltage: scaled(inputs, simulator.gain),
             excess: [0.0; N],
-            velocity: states.velocity,
-            position: states.position,
+            velocity: states.numbers.velocity,
+            position: states.numbers.position,
             time: scaled(&given.sample, simulator.period),
         }
     }
@@ -537,7 +539,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     /// As [`Simulator::behind`].
     #[inline(always)]
     fn go(&self, middle: &mut Middles<N>, ways: &Ways<N>) {
-        middle.motor_torque = scaled(&ways.current, self.simulator.motor_torque(1.0));
+        middle.motor_torque = scaled(&ways.current, self.simulator.winding.torque(1.0));
         for lane in 0..N {
             middle.velocity[lane] = ways.velocity[lane];
             middle.position[lane] += ways.travel[lane];
@@ -620,7 +622,7 @@ fn slide_on<const N: usize>(
     for lane in 0..N {
         let coulomb = loads.at(lane).coulomb;
         let slide = |velocity: f32| bristles.slide(forces[lane], coulomb, velocity);
-        slides[lane] &= slide(states.velocity[lane]) & slide(ends.velocity[lane]);
+        slides[lane] &= slide(states.numbers.velocity[lane]) & slide(ends.numbers.velocity[lane]);
     }
     (ends, slides)
 }

@@ -6,95 +6,41 @@
 //! is stepped alone from where it was.
 
 use super::{Actuator, Change, INPUT_LIMIT, Load, Modes};
+use crate::plant::lanes::{End, Lanes, Numbers, take};
 use crate::plant::modes::{Increment, RestIncrement};
 use crate::plant::{Compensated, Directional, Motion, State};
 use core::borrow::Borrow;
 
-/// A number of each lane.
-pub(crate) type Lanes<const N: usize> = [f32; N];
-
 /// States side by side.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct States<const N: usize> {
-    pub current: Lanes<N>,
-    pub velocity: Lanes<N>,
-    velocity_remainder: Lanes<N>,
-    pub position: Lanes<N>,
-    position_remainder: Lanes<N>,
+    pub numbers: Numbers<N>,
     /// 1 forwards, −1 backwards, 0 at rest.
     sign: Lanes<N>,
 }
 
 impl<const N: usize> States<N> {
-    pub fn new(states: &[State; N]) -> Self {
-        let mut all = Self {
-            current: [0.0; N],
-            velocity: [0.0; N],
-            velocity_remainder: [0.0; N],
-            position: [0.0; N],
-            position_remainder: [0.0; N],
-            sign: [0.0; N],
-        };
-        for (lane, state) in states.iter().enumerate() {
-            all.put(lane, state);
-        }
-        all
-    }
+    pub const NOTHING: Self = Self {
+        numbers: Numbers::NOTHING,
+        sign: [0.0; N],
+    };
 
     /// The state in a lane.
     pub fn at(&self, lane: usize) -> State {
-        State {
-            current: self.current[lane],
-            velocity: self.velocity_at(lane),
-            position: self.position_at(lane),
-            motion: Motion::of(self.sign[lane]),
-        }
+        self.numbers.at(lane, Motion::of(self.sign[lane]))
     }
 
     /// Puts a lane into a state.
     pub fn put(&mut self, lane: usize, state: &State) {
-        self.current[lane] = state.current;
-        self.velocity[lane] = state.velocity.value;
-        self.velocity_remainder[lane] = state.velocity.remainder;
-        self.position[lane] = state.position.value;
-        self.position_remainder[lane] = state.position.remainder;
-        self.sign[lane] = match state.motion {
-            Motion::Forward => 1.0,
-            Motion::Backward => -1.0,
-            Motion::Rest => 0.0,
-        };
+        self.numbers.put(lane, &End::of(state));
+        self.sign[lane] = state.motion.sign();
     }
 
     /// Takes the lanes that are marked from others.
     #[inline(always)]
     pub fn take(&mut self, others: &Self, marked: &[bool; N]) {
-        let take = |own: &mut Lanes<N>, other: &Lanes<N>| {
-            for lane in 0..N {
-                own[lane] = if marked[lane] { other[lane] } else { own[lane] };
-            }
-        };
-        take(&mut self.current, &others.current);
-        take(&mut self.velocity, &others.velocity);
-        take(&mut self.velocity_remainder, &others.velocity_remainder);
-        take(&mut self.position, &others.position);
-        take(&mut self.position_remainder, &others.position_remainder);
-        take(&mut self.sign, &others.sign);
-    }
-
-    #[inline(always)]
-    fn velocity_at(&self, lane: usize) -> Compensated {
-        Compensated {
-            value: self.velocity[lane],
-            remainder: self.velocity_remainder[lane],
-        }
-    }
-
-    #[inline(always)]
-    pub fn position_at(&self, lane: usize) -> Compensated {
-        Compensated {
-            value: self.position[lane],
-            remainder: self.position_remainder[lane],
-        }
+        self.numbers.take(&others.numbers, marked);
+        take(&mut self.sign, &others.sign, marked);
     }
 
     /// Whether a lane is at rest.
@@ -106,16 +52,17 @@ impl<const N: usize> States<N> {
     /// By how much a lane's velocity has changed.
     #[inline(always)]
     pub fn gain(&self, before: &Self, lane: usize) -> f32 {
-        let origin = before.velocity[lane];
-        self.velocity_at(lane).from(origin) - before.velocity_at(lane).from(origin)
+        let origin = before.numbers.velocity[lane];
+        let gained = |states: &Self| states.numbers.velocity_at(lane).from(origin);
+        gained(self) - gained(before)
     }
 
     #[inline(always)]
     fn start(&self, lane: usize) -> Start {
         Start {
-            current: self.current[lane],
-            velocity: self.velocity_at(lane),
-            position: self.position_at(lane),
+            current: self.numbers.current[lane],
+            velocity: self.numbers.velocity_at(lane),
+            position: self.numbers.position_at(lane),
             forward: self.sign[lane] > 0.0,
             rests: self.rests(lane),
         }
@@ -289,7 +236,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
                 _ => from.current,
             };
             lasts[lane] &= !from.rests | self.stays::<true>(&from, current, &loads.at(lane));
-            states.current[lane] = current;
+            states.numbers.current[lane] = current;
         }
     }
 
@@ -380,13 +327,14 @@ impl<M: Borrow<Modes>> Actuator<M> {
             let (mut velocity, mut position) = (from.velocity, from.position);
             velocity.advance(change.velocity);
             position.advance(change.position);
-            // Each by itself, without the branches of a chain.
+            let end = End {
+                current,
+                velocity,
+                position,
+            };
             let accepted = inputs[lane].abs() <= INPUT_LIMIT;
-            let spoilt = 0.0 * (current + velocity.value + position.value);
             let onwards = velocity.value * states.sign[lane] > 0.0;
-            let below = position.value + spoilt <= upper;
-            let above = position.value >= lower;
-            let mut slides = onwards & below & above;
+            let mut slides = onwards & end.is_within(lower, upper);
             if SPRUNG {
                 let deflection = from.position.from(self.spring_rest);
                 let push = self.push_either(deflection, from.forward);
@@ -399,13 +347,12 @@ impl<M: Borrow<Modes>> Actuator<M> {
             let kept = |moved: Compensated, still: Compensated| {
                 if from.rests { still } else { moved }
             };
-            let (velocity, position) =
-                (kept(velocity, from.velocity), kept(position, from.position));
-            states.current[lane] = current;
-            states.velocity[lane] = velocity.value;
-            states.velocity_remainder[lane] = velocity.remainder;
-            states.position[lane] = position.value;
-            states.position_remainder[lane] = position.remainder;
+            let end = End {
+                current,
+                velocity: kept(velocity, from.velocity),
+                position: kept(position, from.position),
+            };
+            states.numbers.put(lane, &end);
         }
     }
 
@@ -477,20 +424,18 @@ impl<M: Borrow<Modes>> Actuator<M> {
             let (mut velocity, mut position) = (from.velocity, from.position);
             velocity.advance(unheld.velocity[lane] - friction * unheld.velocity_give[lane]);
             position.advance(travel);
+            let end = End {
+                current,
+                velocity,
+                position,
+            };
             let accepted = inputs[lane].abs() <= INPUT_LIMIT;
-            let spoilt = 0.0 * (current + velocity.value + position.value);
             let deflection = from.position.from(self.spring_rest);
             let push = self.push_either(deflection, from.forward);
             let passes = sprung & ((deflection + travel) * push < 0.0);
-            let below = position.value + spoilt <= upper;
-            let above = position.value >= lower;
-            lasts[lane] &= accepted & !from.rests & below & above & !passes;
+            lasts[lane] &= accepted & !from.rests & end.is_within(lower, upper) & !passes;
             moved[lane] = travel;
-            states.current[lane] = current;
-            states.velocity[lane] = velocity.value;
-            states.velocity_remainder[lane] = velocity.remainder;
-            states.position[lane] = position.value;
-            states.position_remainder[lane] = position.remainder;
+            states.numbers.put(lane, &end);
             let forward = if velocity.value > 0.0 { 1.0 } else { 0.0 };
             let backward = if velocity.value < 0.0 { -1.0 } else { 0.0 };
             states.sign[lane] = forward + backward;
