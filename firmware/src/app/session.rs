@@ -30,7 +30,8 @@ static EMULATION: StaticCell<Emulation> = StaticCell::new();
 static CONTROL: StaticCell<Control> = StaticCell::new();
 
 /// Locked by the recording while it lasts, and then by the evaluation.
-static MEMORY: Mutex<CriticalSectionRawMutex, Memory> = Mutex::new(Memory::new());
+type Shared = Mutex<CriticalSectionRawMutex, &'static mut Memory>;
+static MEMORY: StaticCell<Shared> = StaticCell::new();
 static TO_RECORD: Signal<CriticalSectionRawMutex, &'static Experiment> = Signal::new();
 static RECORDED: Signal<CriticalSectionRawMutex, Outcome> = Signal::new();
 
@@ -38,14 +39,21 @@ static RECORDED: Signal<CriticalSectionRawMutex, Outcome> = Signal::new();
 pub struct Session {
     plants: Producer<'static, emulate::Setup>,
     controllers: Producer<'static, control::Setup>,
+    memory: &'static Shared,
+}
+
+/// What [`record`] needs.
+pub struct Records {
+    recording: Recording,
+    memory: &'static Shared,
 }
 
 /// Joins the interrupts' work, gives it to the board, and gives back what is left for tasks: the
-/// session, and the recording for [`record`].
+/// session, and what [`record`] needs. `memory`: where the board keeps its log.
 ///
 /// # Panics
 /// If it is called twice.
-pub fn start(board: &mut impl Board) -> (Session, Recording) {
+pub fn start(board: &mut impl Board, memory: &'static mut Memory) -> (Session, Records) {
     let (producer, consumer) = SAMPLES.take().split();
     let (plants, next_plant) = PLANTS.take().split();
     let (controllers, next_controller) = CONTROLLERS.take().split();
@@ -53,18 +61,25 @@ pub fn start(board: &mut impl Board) -> (Session, Recording) {
     let recorder = Recorder::new(producer, &PROGRESS);
     let control = CONTROL.init(Control::new(next_controller, &WIRING, recorder));
     board.start(emulation, Some(control), &WIRING);
+    let memory = &*MEMORY.init(Mutex::new(memory));
     let session = Session {
         plants,
         controllers,
+        memory,
     };
-    (session, Recording::new(consumer, &PROGRESS, &WIRING))
+    let recording = Recording::new(consumer, &PROGRESS, &WIRING);
+    (session, Records { recording, memory })
 }
 
 /// The recording task.
-pub async fn record(mut recording: Recording) -> ! {
+pub async fn record(records: Records) -> ! {
+    let Records {
+        mut recording,
+        memory,
+    } = records;
     loop {
         let experiment = TO_RECORD.wait().await;
-        let mut memory = MEMORY.lock().await;
+        let mut memory = memory.lock().await;
         memory.clear();
         // This task runs before the session hands the new plant over, so nothing new is in there.
         recording.discard();
@@ -126,7 +141,7 @@ impl Session {
         if let Some(fault) = outcome.fault {
             defmt::error!("fault: {}; the bridge is off", fault);
         }
-        let memory = MEMORY.lock().await;
+        let memory = self.memory.lock().await;
         let evaluated = evaluate::evaluate::<B>(experiment, &memory, &WIRING);
         outcome.is_success() && evaluated
     }

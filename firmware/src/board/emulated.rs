@@ -12,6 +12,7 @@ use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
+use static_cell::ConstStaticCell;
 use systick_timer::SystickDriver;
 
 use super::interrupts::{self, Plant, Slot};
@@ -19,9 +20,9 @@ use super::{Board, Work, tape_flash};
 use crate::app::ecu;
 use crate::app::ecu::session::Trials;
 use crate::app::experiment::Experiment;
+use crate::app::memory::Memory;
 use crate::app::playback::{self, Player};
-use crate::app::record::Recording;
-use crate::app::session::{self, Session};
+use crate::app::session::{self, Records, Session};
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
 use crate::app::work::{ControlWork, PlantWork};
@@ -157,8 +158,9 @@ static SESSION_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 pub fn run(experiments: &'static [Experiment], end: fn(bool) -> !) -> ! {
     let mut board = defmt::unwrap!(Emulated::take());
     let (above, below) = board.start_executors();
-    let (session, recording) = session::start(&mut board);
-    above.spawn(defmt::unwrap!(record(recording)));
+    static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
+    let (session, records) = session::start(&mut board, MEMORY.take());
+    above.spawn(defmt::unwrap!(record(records)));
     below.spawn(defmt::unwrap!(perform(session, experiments, end)));
     idle()
 }
@@ -223,8 +225,8 @@ async fn log_replay(player: Player, end: fn(bool) -> !) {
 }
 
 #[embassy_executor::task]
-async fn record(recording: Recording) -> ! {
-    session::record(recording).await
+async fn record(records: Records) -> ! {
+    session::record(records).await
 }
 
 #[embassy_executor::task]

@@ -8,10 +8,9 @@ use static_cell::StaticCell;
 use super::safety::Safety;
 use super::tracks::Tracks;
 use super::vector::{self, Edge};
-use super::{Chip, PERIOD_CYCLES, end, ticker};
+use super::{Chip, PERIOD_CYCLES, core_coupled, end, ticker};
 use crate::app::experiment::Experiment;
-use crate::app::record::Recording;
-use crate::app::session::{self, Session};
+use crate::app::session::{self, Records, Session};
 use crate::app::wiring::Wiring;
 use crate::app::work::{ControlWork, PlantWork};
 use crate::board::{Board, Work};
@@ -83,15 +82,15 @@ pub fn run(experiments: &'static [Experiment]) -> ! {
     };
     let above = board.chip.start_tasks();
     EXECUTOR.init(Executor::new()).run(|below| {
-        let (session, recording) = session::start(&mut board);
-        above.spawn(defmt::unwrap!(record(recording)));
+        let (session, records) = session::start(&mut board, core_coupled::memory());
+        above.spawn(defmt::unwrap!(record(records)));
         below.spawn(defmt::unwrap!(perform(session, experiments)));
     })
 }
 
 #[embassy_executor::task]
-async fn record(recording: Recording) -> ! {
-    session::record(recording).await
+async fn record(records: Records) -> ! {
+    session::record(records).await
 }
 
 #[embassy_executor::task]

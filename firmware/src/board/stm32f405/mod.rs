@@ -28,6 +28,7 @@ use crate::app::work::ControlWork;
 use pins::Pins;
 
 pub mod controller;
+mod core_coupled;
 pub mod demonstration;
 pub mod end;
 mod parameters;

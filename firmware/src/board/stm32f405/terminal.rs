@@ -4,9 +4,7 @@
 //! The operator never waits for the terminal: bytes go through pipes, and no further one is taken from
 //! the terminal until there is room for the longest answer.
 
-use core::cell::UnsafeCell;
 use core::fmt::{self, Write};
-use core::mem::MaybeUninit;
 
 use embassy_executor::{Executor, SendSpawner};
 use embassy_stm32::gpio::{Level, Output, Pull, Speed};
@@ -22,10 +20,9 @@ use embassy_time::{Duration, Ticker};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::parameters::Region;
-use super::{end, parameters, pins, watchdog};
+use super::{core_coupled, end, parameters, pins, watchdog};
 use crate::app::capture::{self, Capture, QUANTITIES};
 use crate::app::fault::Faults;
-use crate::app::memory::Memory;
 use crate::app::operation::evaluation::{Done, Job};
 use crate::app::operation::kit::Kit;
 use crate::app::operation::operator::{self, Cells, Joints, Operator, POLL_PERIOD_MS, Station};
@@ -90,32 +87,6 @@ impl Write for Answers {
             bytes = bytes.get(written..).unwrap_or_default();
         }
         Ok(())
-    }
-}
-
-/// Core-coupled memory, which no start clears.
-struct CoreCoupled(UnsafeCell<MaybeUninit<Memory>>);
-
-// SAFETY: it is given away once.
-unsafe impl Sync for CoreCoupled {}
-
-/// 60 of the 64 KB.
-#[unsafe(link_section = ".ccm.MEMORY")]
-static MEMORY: CoreCoupled = CoreCoupled(UnsafeCell::new(MaybeUninit::uninit()));
-
-/// The log, empty.
-///
-/// # Panics
-/// If it is called twice.
-fn memory() -> &'static mut Memory {
-    static TAKEN: ConstStaticCell<()> = ConstStaticCell::new(());
-    TAKEN.take();
-    let memory = MEMORY.0.get();
-    // SAFETY: nobody else has it. It is made of whole numbers, so zeros are a value of it, the empty log;
-    // a value that is built and then moved would need as much of the stack.
-    unsafe {
-        memory.write_bytes(0, 1);
-        (*memory).assume_init_mut()
     }
 }
 
@@ -197,7 +168,7 @@ pub fn begin(kit: &'static Kit, wiring: &'static Wiring, pins: pins::Terminal) -
         wiring,
         station: BoardStation,
         store,
-        memory: memory(),
+        memory: core_coupled::memory(),
         cells: cells(),
         spare: None,
     };
