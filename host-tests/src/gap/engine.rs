@@ -266,7 +266,8 @@ pub fn refitted_error(
 ) -> Result<f64, Failure> {
     with_workbench(machine, train, |bench| {
         bench.data.settings = settings;
-        let model = bench.fit(model)?.model;
+        let fit = bench.fit(model)?;
+        let model = bench.settle(fit).model;
         let errors = metrics::errors(&bench.data, &AllCores, &model);
         Some(errors.ok()?.position_rms)
     })

@@ -275,7 +275,8 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
         fitted = workbench.fit_windows(&fitted, window)?.model;
     }
     workbench.restart(&fitted)?;
-    workbench.best_fit([&fitted, declared])
+    let best = workbench.best_fit([&fitted, declared])?;
+    Some(workbench.settle(best))
 }
 
 /// What has been found so far.
@@ -345,7 +346,8 @@ fn take_winner(
     let _ = found.accepted.push(winner);
     found.held_out = None;
     workbench.restart(&fitted)?;
-    found.after = workbench.fit(&fitted)?;
+    let after = workbench.fit(&fitted)?;
+    found.after = workbench.settle(after);
     Some(true)
 }
 

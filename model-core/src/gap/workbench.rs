@@ -2,7 +2,7 @@
 //! count of what was simulated.
 
 use super::covariance::Information;
-use super::fit::{self, Effort, Fit, Variables};
+use super::fit::{self, Effort, Fit, Target, Variables};
 use super::held_out::{HeldOut, MOST_BLOCKS, Mask, windows_per_block};
 use super::log::Log;
 use super::model::{Base, Model};
@@ -12,6 +12,7 @@ use super::screen::{self, Candidate, Screening};
 use super::span::best_span;
 use crate::effect::learned_map::Ranges;
 use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
+use crate::numeric::random::Random;
 
 /// Effort of a fit on all of the log, and of one inside cross-validation, whose errors are compared
 /// to a tenth.
@@ -53,6 +54,18 @@ const MOST_FILLED: f32 = 0.9;
 
 /// Samples under which an edge in time is left to a fit.
 const FINEST_EDGE: f32 = 4.0;
+
+/// How far starts lie around a fit that is to settle, either way: of the base in shares of its scale, of
+/// the effects in shares of their values.
+const BASE_REACH: f32 = 0.02;
+const EFFECT_REACH: f32 = 0.25;
+
+/// Most starts, and how many have to come to nothing, which is less than this share of the cost.
+const MOST_STARTS: u32 = 8;
+const IDLE_STARTS: u32 = 3;
+const SETTLED: f64 = 1e-3;
+
+const SETTLING_SEED: u64 = 1;
 
 /// Most turns of looking for edges and fitting to them.
 const MOST_TURNS: u32 = 3;
@@ -160,6 +173,55 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     pub fn best_fit(&mut self, starts: [&Model; 2]) -> Option<Fit> {
         let (a, b) = (self.fit(starts[0])?, self.fit(starts[1])?);
         Some(if b.cost < a.cost { b } else { a })
+    }
+
+    /// The best of fits that start around this one, until none has come below it for a while.
+    ///
+    /// A window in which the machine sticks where it slid, or turns sooner, makes the cost jump: a descent
+    /// may end in front of any such jump. From a little beside, it passes most of them.
+    // A model beside the fit's own, which is not to lie below the rest of the tracing.
+    #[inline(never)]
+    pub fn settle(&mut self, fit: Fit) -> Fit {
+        let mut random = Random::new(SETTLING_SEED, 0);
+        let mut best = fit;
+        let (mut starts, mut idle) = (0, 0);
+        while starts < MOST_STARTS && idle < IDLE_STARTS {
+            let beside = self.beside(&best.model, &mut random);
+            starts += 1;
+            idle += 1;
+            // Beside the plant's range there is nothing.
+            let Some(found) = self.fit(&beside) else {
+                continue;
+            };
+            if found.cost < best.cost {
+                if found.cost < best.cost * (1.0 - SETTLED) {
+                    idle = 0;
+                }
+                best = found;
+            }
+        }
+        best
+    }
+
+    /// A model somewhere around this one. Edges in time stay: a fit does not find them again.
+    fn beside(&self, model: &Model, random: &mut Random) -> Model {
+        let mut beside = model.clone();
+        for variable in &self.variables(model) {
+            let value = variable.get(model);
+            let reach = match variable.target {
+                Target::Base(_) => BASE_REACH * variable.scale,
+                Target::Effect { slot, .. } if variable.is_strength_of(model, slot) => {
+                    EFFECT_REACH * value
+                }
+                Target::Effect { slot, .. } if model.effects[slot].law().span().is_none() => {
+                    EFFECT_REACH * value
+                }
+                Target::Effect { .. } | Target::Knot(_) => 0.0,
+            };
+            let moved = value + reach * (2.0 * random.uniform() - 1.0);
+            variable.set(&mut beside, moved);
+        }
+        beside
     }
 
     /// Fits a model on every second block and measures it on the blocks between, and the other way
