@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::board_log::{self, BoardLog, Dictionary, Recording};
 use crate::error::InputError;
 use crate::failure::Failure;
+use crate::whole_file;
 
 /// What `cargo hil decode` takes.
 #[derive(Debug, clap::Args)]
@@ -29,6 +30,7 @@ pub struct Args {
 /// # Errors
 /// A file that is not what it should be, or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    whole_file::check_apart(&args.csv, [&args.elf, &args.log])?;
     let dictionary = Dictionary::read(&args.elf)?;
     let bytes = board_log::read(&args.log, "a defmt log as the board sent it")?;
     let log = dictionary.decode(&bytes);

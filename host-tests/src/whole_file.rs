@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::error::InputError;
 use crate::failure::Failure;
 
 /// Lets `write` fill a file beside `path` and renames it: a reader never sees half of it, and a
@@ -43,6 +44,36 @@ pub fn check_place(path: Option<&Path>) -> Result<(), Failure> {
         )),
         _ => Ok(()),
     }
+}
+
+/// Refuses outputs that would replace a file which is read, or each other.
+///
+/// # Errors
+/// The first of them, by whatever names the two are called.
+pub fn check_apart<'a>(
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<(), Failure> {
+    // What is not there yet is known by its directory.
+    let place = |path: &Path| {
+        fs::canonicalize(path).ok().or_else(|| {
+            let parent = path
+                .parent()
+                .filter(|parent| !parent.as_os_str().is_empty());
+            let directory = fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()?;
+            Some(directory.join(path.file_name()?))
+        })
+    };
+    let mut taken: Vec<PathBuf> = inputs.into_iter().filter_map(|path| place(path)).collect();
+    for output in outputs {
+        let Some(place) = place(output) else { continue };
+        if taken.contains(&place) {
+            let message = "is another file of this command, and would be replaced; name a new one";
+            return Err(InputError::new(output, None, message).into());
+        }
+        taken.push(place);
+    }
+    Ok(())
 }
 
 /// Writes a value as indented JSON with a newline at its end.

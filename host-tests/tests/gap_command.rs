@@ -588,6 +588,35 @@ fn a_wrong_call_is_status_2_and_one_line() {
 }
 
 #[test]
+fn no_output_replaces_what_is_read() {
+    let bench = Bench::new();
+    let read = || [MACHINE, TRAIN, VALIDATE].map(|name| fs::read(bench.path(name)).unwrap());
+    let before = read();
+    let directory = bench.directory.path().file_name().unwrap();
+    let train_by_another_name = format!("../{}/{TRAIN}", directory.display());
+    for (output, file) in [
+        ("--json", MACHINE),
+        ("--json", TRAIN),
+        ("--json", VALIDATE),
+        ("--experiment", TRAIN),
+        ("--experiment", &train_by_another_name),
+    ] {
+        let logs = ["--train", TRAIN, "--validate", VALIDATE];
+        let arguments = [&["--machine", MACHINE][..], &logs, &[output, file]].concat();
+        let said = bench.run(&arguments);
+        let error = text(&said.stderr);
+        assert_eq!(said.status.code(), Some(2), "{error}");
+        assert!(error.starts_with(&format!("error: {file}: ")), "{error}");
+        assert!(error.contains("would be replaced"), "{error}");
+        assert_eq!(read(), before);
+    }
+    let both = ["--json", "new", "--experiment", "new"];
+    let said = bench.run(&[&["--machine", MACHINE, "--train", TRAIN][..], &both].concat());
+    assert_eq!(said.status.code(), Some(2));
+    assert!(!bench.path("new").exists());
+}
+
+#[test]
 fn a_pipe_gets_the_table_and_nothing_else() {
     let bench = Bench::new();
     let logs = ["--train", TRAIN, "--validate", VALIDATE];

@@ -127,6 +127,7 @@ fn example() -> Report {
                 identifiability: 0.6134,
                 p_value: 1.04e-6,
                 equivalent: vec!["offset_torque".into(), "spring".into()],
+                presumes: vec![],
             },
             FoundEffect {
                 id: "sensor_delay".into(),
@@ -136,6 +137,7 @@ fn example() -> Report {
                 identifiability: 0.4821,
                 p_value: 0.0042,
                 equivalent: vec![],
+                presumes: vec!["resistance".into(), "torque_constant".into()],
             },
         ],
         unknown: None,
@@ -369,6 +371,7 @@ fn the_table_gives_effects_and_parameters_with_deviation_and_unit() {
             "forward 167.2 ± 1.1 N·s/m",
             "backward 241.5 ± 1.3 N·s/m",
             "this log cannot tell it from: offset_torque, spring",
+            "a wrong resistance or torque_constant may look like it: name it in [fit]",
             "to declare it { id = \"asymmetric_viscous\", difference = -37.155 }",
             "sensor_delay score 0.222 identifiability 0.482 p 0.0042",
             "delay 504 ± 21 µs",

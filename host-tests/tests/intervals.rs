@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use host_tests::gap_benchmark::cases::{Case, Group};
+use host_tests::gap_benchmark::cases::{Case, Group, Motion};
 use host_tests::gap_benchmark::trace_all;
 
 /// Logs of a throttle: few of its windows hold a breakaway or a stop, and these decide the fit.
@@ -25,6 +25,7 @@ fn the_truth_is_as_far_off_as_the_answer_says() {
             declared: None,
             effects: Vec::new(),
             strength: 1.0,
+            motion: Motion::Sines,
             seed: 61_300 + index,
         })
         .collect();

@@ -1,7 +1,7 @@
 //! What is found is fitted as well as a fit from the truth: the cost has many small valleys, for a window
 //! in which the machine sticks where it slid makes it jump.
 
-use host_tests::gap_benchmark::cases::{Case, Group};
+use host_tests::gap_benchmark::cases::{Case, Group, Motion};
 use host_tests::gap_benchmark::judgement::Judgement;
 use host_tests::gap_benchmark::trace_all;
 use rig::{Effect, EffectKind, Machine};
@@ -29,6 +29,7 @@ fn a_found_effect_is_fitted_as_well_as_from_the_truth() {
             declared: None,
             effects: vec![Effect::nominal(kind, &rig)],
             strength: 1.0,
+            motion: Motion::Sines,
             seed: 71_400 + index as u64,
         })
         .collect();

@@ -6,7 +6,7 @@
 
 use host_tests::gap::engine;
 use host_tests::gap::outcome::Outcome;
-use host_tests::gap_benchmark::cases::{Case, Group};
+use host_tests::gap_benchmark::cases::{Case, Group, Motion};
 use host_tests::gap_benchmark::judgement::Judgement;
 use host_tests::gap_benchmark::trace_all;
 use host_tests::log::Log;
@@ -314,6 +314,7 @@ fn what_fills_the_log_is_no_external_load() {
         effects: vec![Effect::nominal(kind, &rig)],
         rig,
         strength: 1.0,
+        motion: Motion::Sines,
         seed,
     };
     let cases = [

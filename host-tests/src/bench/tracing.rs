@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::Extent;
 use crate::failure::Failure;
 use crate::gap::engine;
-use crate::gap_benchmark::cases::{self, Case, Group};
+use crate::gap_benchmark::cases::{self, Case, Group, Motion};
 use crate::workspace;
 
 /// What is recorded on each machine.
@@ -64,6 +64,7 @@ pub(super) fn measure(extent: Extent) -> Result<Vec<Tracing>, Failure> {
                 declared: None,
                 effects: kinds.iter().map(nominal).collect(),
                 strength: 1.0,
+                motion: Motion::Sines,
                 seed: SEED + tracings.len() as u64,
             };
             let machine = case.machine_file(&directory)?;

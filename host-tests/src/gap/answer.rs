@@ -69,6 +69,10 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "smaller than half a count: the sensor's own rounding".to_owned()
         }
         (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
+        (Decision::Hopeless, _) => {
+            "no start of a fit with it follows the log nearly as well as the model without"
+                .to_owned()
+        }
         (Decision::NotShortlisted, _) => "eight others score higher".to_owned(),
         (Decision::FarBehind { of }, _) => {
             format!("scores under a tenth of {}, which passed", id(of))
@@ -180,8 +184,12 @@ pub(super) fn found(
     trace: &Trace,
     spread: &Spread,
     declared: &Model,
+    base: &[Base],
     rotary: bool,
 ) -> Vec<FoundEffect> {
+    let of_motor = [Base::Resistance, Base::TorqueConstant];
+    let believed = of_motor.iter().filter(|number| !base.contains(number));
+    let believed: Vec<String> = believed.map(|number| number.name().to_owned()).collect();
     trace
         .accepted
         .iter()
@@ -225,6 +233,11 @@ pub(super) fn found(
                     .iter()
                     .map(|id| id.description().id.to_owned())
                     .collect(),
+                presumes: if accepted.candidate.effect.id.needs_winding() {
+                    believed.clone()
+                } else {
+                    Vec::new()
+                },
             }
         })
         .collect()

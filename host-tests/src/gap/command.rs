@@ -50,6 +50,11 @@ const NEXT_EXPERIMENT: &str = "next-experiment.csv";
 pub fn run(args: &Args) -> Result<(), Failure> {
     whole_file::check_place(args.json.as_deref())?;
     whole_file::check_place(args.experiment.as_deref())?;
+    let inputs = args.train.iter().chain(&args.validate);
+    whole_file::check_apart(
+        args.json.iter().chain(&args.experiment),
+        inputs.chain([&args.machine]),
+    )?;
     let machine = Machine::read(&args.machine)?;
     let train = read_all(&args.train)?;
     // A name that is wrong is better said now than after the fit; what is inside stays unread.

@@ -218,7 +218,7 @@ pub fn trace(
     let outcome = Outcome {
         machine: machine.name.clone(),
         verdict: trace.verdict(),
-        effects: found(&trace, &spread, &declared, rotary),
+        effects: found(&trace, &spread, &declared, &base, rotary),
         unknown: trace.unknown.as_ref().map(|unknown| Unknown {
             depends_on: unknown.kind.variable().to_owned(),
             score: decimal(unknown.score),

@@ -55,6 +55,8 @@ pub struct FoundEffect {
     pub p_value: f64,
     /// Effects that this log cannot tell from it.
     pub equivalent: Vec<String>,
+    /// Numbers of the motor that the fit believed: were they wrong, that might look like it.
+    pub presumes: Vec<String>,
 }
 
 /// A fitted number with its standard deviation.

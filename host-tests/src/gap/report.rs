@@ -10,7 +10,7 @@ use std::path::Path;
 
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
-    ErrorCells, Headline, cost, error_legend, error_rows, is_extended, rounds, whiteness,
+    ErrorCells, Headline, cost, error_legend, error_rows, is_extended, presumed, rounds, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
@@ -202,6 +202,9 @@ fn found(effect: &FoundEffect) -> String {
             "<p>This log cannot tell it from: <b>{}</b>.</p>",
             escape(&effect.equivalent.join(", "))
         );
+    }
+    if let Some(presumed) = presumed(effect) {
+        let _ = writeln!(text, "<p>{}.</p>", escape(&presumed));
     }
     let _ = writeln!(
         text,

@@ -2,7 +2,7 @@
 
 use model_core::gap::select::Verdict;
 
-use super::outcome::{Candidate, ErrorSet, Errors, Outcome, Report, Stages};
+use super::outcome::{Candidate, ErrorSet, Errors, FoundEffect, Outcome, Report, Stages};
 use crate::quantity::{
     Scale, change, estimate, given, prefixed_estimate, probability, significant,
 };
@@ -12,6 +12,10 @@ pub const WIDTH: usize = 100;
 
 /// Ratio of a fitted to a declared number from which on the reader is told that units may be wrong.
 const FAR_OFF: f64 = 100.0;
+
+/// Share of the held-out error below which what a refused candidate leaves is no chance, most likely: the
+/// reader is told of it first.
+const NEARLY: f64 = 0.5;
 
 /// Refused candidates that a round lists even though they were not refitted.
 const RUNNERS_UP: usize = 5;
@@ -126,12 +130,42 @@ fn evidence(report: &Report) -> String {
     } else {
         format!(
             "{place} the windowed position error of the fitted model is {} rms, its torque residual \
-             {}; nothing that was tried lowers them on held-out data.",
+             {}; {}.",
             position.quantity(stages.after.position_rms),
             percent.quantity(stages.after.torque_rel),
+            best_refused(&report.outcome)
         )
     };
     sentence + caveat
+}
+
+/// What came nearest to being found, if anything came near.
+fn best_refused(outcome: &Outcome) -> String {
+    let ratio = |candidate: &&Candidate| candidate.held_out_ratio.unwrap_or(f64::INFINITY);
+    let best = outcome
+        .candidates
+        .iter()
+        .min_by(|a, b| ratio(a).total_cmp(&ratio(b)))
+        .filter(|best| ratio(best) < NEARLY);
+    match best {
+        Some(best) => format!(
+            "{} would take {:.0} % off it on held-out data, but is refused: {}",
+            best.id,
+            100.0 * (1.0 - ratio(&best)),
+            best.reason
+        ),
+        None => "nothing that was tried lowers them clearly on held-out data".to_owned(),
+    }
+}
+
+/// What else it would be if the machine file were wrong there.
+pub(super) fn presumed(effect: &FoundEffect) -> Option<String> {
+    (!effect.presumes.is_empty()).then(|| {
+        format!(
+            "a wrong {} may look like it: name it in [fit]",
+            effect.presumes.join(" or ")
+        )
+    })
 }
 
 /// `fell from 0.291 mm to 0.052 mm rms (-82 %)`
@@ -340,6 +374,9 @@ fn effects(page: &mut Page, outcome: &Outcome) {
                 4,
                 Style::Plain,
             );
+        }
+        if let Some(presumed) = presumed(effect) {
+            page.wrapped(&format!("  {presumed}"), 4, Style::Plain);
         }
         // In one line, to be copied, however long it is.
         page.line(

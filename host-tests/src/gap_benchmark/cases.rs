@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 
-use rig::{Effect, EffectKind, Experiment, Motor, Noise, Random, Sine, Trajectory};
+use rig::{Effect, EffectKind, Experiment, Motor, Move, Noise, Random, Sine, Trajectory};
 use serde::{Serialize, Serializer};
 
 use crate::failure::Failure;
@@ -55,6 +55,35 @@ pub enum Group {
     WrongNumbers,
 }
 
+/// How a machine is moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Motion {
+    /// Five sines at once.
+    Sines,
+    /// From place to place, at rest between.
+    Moves,
+    /// To and fro at constant speed.
+    Triangle,
+    /// A sine whose frequency rises.
+    Sweep,
+}
+
+impl Motion {
+    /// Those that the rates by effect leave out.
+    pub const OTHERS: [Self; 3] = [Self::Moves, Self::Triangle, Self::Sweep];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sines => "five sines",
+            Self::Moves => "moves and rests",
+            Self::Triangle => "triangle",
+            Self::Sweep => "sweep",
+        }
+    }
+}
+
 /// One log to be made and traced.
 #[derive(Debug, Clone, Serialize)]
 pub struct Case {
@@ -71,6 +100,8 @@ pub struct Case {
     pub effects: Vec<Effect>,
     /// Their strength, of nominal.
     pub strength: f64,
+    /// How the machine is moved.
+    pub motion: Motion,
     /// Seed of motion and noise.
     pub seed: u64,
 }
@@ -105,7 +136,7 @@ pub fn all(extent: Extent, first_seed: u64) -> Vec<Case> {
         Extent::Quick => (1, 2),
     };
     let mut cases = Vec::new();
-    let mut push = |group, rig: &rig::Machine, effects: &[EffectKind], strength| {
+    let mut push = |group, rig: &rig::Machine, effects: &[EffectKind], strength, motion| {
         let seed = first_seed + cases.len() as u64;
         let effects = effects
             .iter()
@@ -117,9 +148,11 @@ pub fn all(extent: Extent, first_seed: u64) -> Vec<Case> {
             declared: (group == Group::WrongNumbers).then(|| misdeclared(rig, seed)),
             effects,
             strength,
+            motion,
             seed,
         });
     };
+    let sines = Motion::Sines;
     for rig in &machines() {
         let possible = |kind: &EffectKind| kind.can_act_on(rig);
         for kind in EffectKind::ALL.into_iter().filter(possible) {
@@ -129,21 +162,32 @@ pub fn all(extent: Extent, first_seed: u64) -> Vec<Case> {
             for _ in 0..seeds {
                 if named {
                     for strength in STRENGTHS {
-                        push(Group::Named, rig, &[kind], strength);
+                        push(Group::Named, rig, &[kind], strength, sines);
                     }
                 } else {
-                    push(Group::Outside, rig, &[kind], 1.0);
+                    push(Group::Outside, rig, &[kind], 1.0, sines);
                 }
             }
         }
         for pair in PAIRS {
             for _ in 0..seeds {
-                push(Group::Two, rig, &pair, 1.0);
+                push(Group::Two, rig, &pair, 1.0, sines);
             }
         }
         for _ in 0..healthy {
-            push(Group::Clean, rig, &[], 1.0);
-            push(Group::WrongNumbers, rig, &[], 1.0);
+            push(Group::Clean, rig, &[], 1.0, sines);
+            push(Group::WrongNumbers, rig, &[], 1.0, sines);
+        }
+    }
+    for motion in Motion::OTHERS {
+        for rig in &machines() {
+            let possible = |kind: &EffectKind| kind.can_act_on(rig) && kind.id().is_some();
+            for kind in EffectKind::ALL.into_iter().filter(possible) {
+                push(Group::Named, rig, &[kind], 1.0, motion);
+            }
+            for _ in 0..2 * seeds {
+                push(Group::Clean, rig, &[], 1.0, motion);
+            }
         }
     }
     cases
@@ -204,7 +248,7 @@ impl Case {
     pub fn log_lasting(&self, seconds: f64) -> Log {
         let recording = Experiment {
             sample_rate: SAMPLE_RATE,
-            ..Experiment::tracking(self.rig.clone(), motion(&self.rig, self.seed))
+            ..Experiment::tracking(self.rig.clone(), self.trajectory(seconds))
         }
         .with_effects(&self.effects)
         .with_noise(self.noise())
@@ -225,6 +269,15 @@ impl Case {
         }
     }
 
+    fn trajectory(&self, seconds: f64) -> Trajectory {
+        match self.motion {
+            Motion::Sines => sines(&self.rig, self.seed),
+            Motion::Moves => moves(&self.rig, self.seed),
+            Motion::Triangle => triangle(&self.rig, self.seed),
+            Motion::Sweep => sweep(&self.rig, self.seed, seconds),
+        }
+    }
+
     /// Sensors from good to poor: up to a count of noise before the encoder, 10 to 40 mA.
     fn noise(&self) -> Noise {
         let mut random = Random::new(self.seed ^ 0x0153);
@@ -237,7 +290,7 @@ impl Case {
 
 /// Five sines of random frequency and phase, from a fifth of the corner at which the whole stroke takes
 /// the whole speed to three times it, within the machine's stroke and speed.
-fn motion(rig: &rig::Machine, seed: u64) -> Trajectory {
+fn sines(rig: &rig::Machine, seed: u64) -> Trajectory {
     let mut random = Random::new(seed);
     let corner = rig.speed / (TAU * rig.amplitude());
     let mut components: Vec<Sine> = (0..5)
@@ -265,6 +318,47 @@ fn motion(rig: &rig::Machine, seed: u64) -> Trajectory {
     }
 }
 
+/// More moves than a log is long, anywhere in the stroke and at a tenth to the whole of the speed.
+fn moves(rig: &rig::Machine, seed: u64) -> Trajectory {
+    let mut random = Random::new(seed);
+    let moves = (0..40).map(|_| Move {
+        target: rig.centre() + rig.amplitude() * (2.0 * random.uniform() - 1.0),
+        speed: rig.speed * 10.0_f64.powf(-random.uniform()),
+        acceleration: rig.speed * (2.0 + 18.0 * random.uniform()),
+        dwell: 0.3 * random.uniform(),
+    });
+    Trajectory::Moves {
+        start: rig.centre(),
+        moves: moves.collect(),
+    }
+}
+
+/// Half to the whole of the stroke, at a tenth to the whole of the speed.
+fn triangle(rig: &rig::Machine, seed: u64) -> Trajectory {
+    let mut random = Random::new(seed);
+    let amplitude = rig.amplitude() * (0.5 + 0.5 * random.uniform());
+    let speed = rig.speed * 10.0_f64.powf(-random.uniform());
+    Trajectory::Triangle {
+        centre: rig.centre(),
+        amplitude,
+        period: 4.0 * amplitude / speed,
+    }
+}
+
+/// From a tenth to a fifth of the corner up to two to six times it.
+fn sweep(rig: &rig::Machine, seed: u64, seconds: f64) -> Trajectory {
+    let mut random = Random::new(seed);
+    let corner = rig.speed / (TAU * rig.amplitude());
+    Trajectory::Sweep {
+        centre: rig.centre(),
+        amplitude: rig.amplitude(),
+        from: corner * (0.1 + 0.1 * random.uniform()),
+        to: corner * (2.0 + 4.0 * random.uniform()),
+        seconds,
+        speed: rig.speed,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -273,14 +367,24 @@ mod tests {
     fn a_motion_uses_the_machine_but_no_more() {
         for rig in machines() {
             for seed in 0..50 {
-                let motion = motion(&rig, seed);
+                let motion = sines(&rig, seed);
                 let dt = 1e-3;
-                let values: Vec<f64> = (0..12_000).map(|k| motion.at(f64::from(k) * dt)).collect();
-                assert!(
-                    values
-                        .iter()
-                        .all(|&x| x >= rig.stroke.0 && x <= rig.stroke.1)
-                );
+                let at = |motion: &Trajectory| -> Vec<f64> {
+                    (0..12_000).map(|k| motion.at(f64::from(k) * dt)).collect()
+                };
+                let values = at(&motion);
+                let others = [
+                    moves(&rig, seed),
+                    triangle(&rig, seed),
+                    sweep(&rig, seed, 12.0),
+                ];
+                for values in others.iter().map(at).chain([values.clone()]) {
+                    assert!(
+                        values
+                            .iter()
+                            .all(|&x| x >= rig.stroke.0 && x <= rig.stroke.1)
+                    );
+                }
                 let top = values
                     .windows(2)
                     .map(|w| ((w[1] - w[0]) / dt).abs())
@@ -303,7 +407,7 @@ mod tests {
         assert_eq!(seeds.len(), cases.len());
         let clean = cases
             .iter()
-            .filter(|case| case.group == Group::Clean)
+            .filter(|case| case.group == Group::Clean && case.motion == Motion::Sines)
             .count();
         assert!(clean >= 40, "{clean}");
     }

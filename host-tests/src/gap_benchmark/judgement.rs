@@ -81,6 +81,7 @@ pub fn judge(case: &Case, answer: &Answer) -> Judgement {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gap_benchmark::cases::Motion;
     use rig::{Effect, EffectKind};
 
     fn case(group: Group, kinds: &[EffectKind]) -> Case {
@@ -94,6 +95,7 @@ mod tests {
                 .collect(),
             rig,
             strength: 1.0,
+            motion: Motion::Sines,
             seed: 1,
         }
     }

@@ -43,7 +43,8 @@ pub(super) fn html(summary: &Summary) -> io::Result<String> {
         "Effect by effect",
         "On three machines.",
         table(&rate_cells("effect × strength", &summary.effects))
-            + &table(&rate_cells("machine", &summary.machines)),
+            + &table(&rate_cells("machine", &summary.machines))
+            + &table(&rate_cells("other motions", &summary.motions)),
     );
     Ok(page(
         "How often the tracing is right",

@@ -287,7 +287,7 @@ fn library(machine: &Machine, signals: &Signals, explained: &[f64]) -> Vec<Term>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gap_benchmark::cases::{Case, Group, machines};
+    use crate::gap_benchmark::cases::{Case, Group, Motion, machines};
     use rig::{Effect, EffectKind};
 
     /// A comparison that could not find anything would be none.
@@ -305,6 +305,7 @@ mod tests {
                 effects: vec![Effect::nominal(kind, &rig).scaled(4.0)],
                 rig,
                 strength: 4.0,
+                motion: Motion::Sines,
                 seed: 5,
             };
             let machine = case.machine_file(directory.path()).unwrap();

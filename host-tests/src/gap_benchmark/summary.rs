@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Traced;
-use super::cases::{Group, STRENGTHS, label};
+use super::cases::{Group, Motion, STRENGTHS, label};
 use super::judgement::{Answer, Judgement};
 use crate::cells::{self, Cells};
 use crate::reproduce::prognostics::statistics::quantile;
@@ -55,6 +55,8 @@ pub struct Summary {
     pub effects: Vec<Rates>,
     /// By machines, single effects at both strengths.
     pub machines: Vec<Rates>,
+    /// By other motions, of which all else here knows nothing.
+    pub motions: Vec<Rates>,
     /// Truth against answer.
     pub confusion: Confusion,
     /// Windowed position error after over before where an effect at nominal strength was found: median.
@@ -65,12 +67,23 @@ pub struct Summary {
     pub coverage: f64,
     /// How many numbers that are.
     pub numbers: usize,
+    /// The same share on other motions, and of how many numbers.
+    pub coverage_on_others: f64,
+    /// How many these are.
+    pub numbers_on_others: usize,
     /// Wall-clock seconds of a tracing beside another one: median and longest.
     pub seconds: [f64; 2],
 }
 
 impl Summary {
-    pub(super) fn of(traced: &[Traced]) -> Self {
+    pub(super) fn of(all: &[Traced]) -> Self {
+        let (traced, others): (Vec<Traced>, Vec<Traced>) = all
+            .iter()
+            .cloned()
+            .partition(|traced| traced.case.motion == Motion::Sines);
+        let traced = &traced[..];
+        let (coverage, numbers) = coverage_of(traced);
+        let (coverage_on_others, numbers_on_others) = coverage_of(&others);
         let single = |traced: &Traced| traced.case.group == Group::Named;
         let mut effects = Vec::new();
         for kind in rig::EffectKind::ALL {
@@ -97,23 +110,19 @@ impl Summary {
             .iter()
             .filter_map(|traced| traced.after_over_oracle)
             .collect();
-        let deviations: Vec<f64> = traced
-            .iter()
-            .flat_map(|traced| traced.deviations.iter().map(|it| it.deviation))
-            .collect();
-        let held = deviations
-            .iter()
-            .filter(|deviation| deviation.abs() <= HOLDS_95);
-        let seconds: Vec<f64> = traced.iter().map(|traced| traced.seconds).collect();
+        let seconds: Vec<f64> = all.iter().map(|traced| traced.seconds).collect();
         Self {
             groups: groups(traced),
             effects,
             machines: machines.collect(),
+            motions: motions(&others),
             confusion: confusion(traced),
             after_over_before: quantile(&found, 0.5),
             after_over_oracle: [quantile(&oracle, 0.5), quantile(&oracle, 0.9)],
-            coverage: held.count() as f64 / deviations.len() as f64,
-            numbers: deviations.len(),
+            coverage,
+            numbers,
+            coverage_on_others,
+            numbers_on_others,
             seconds: [quantile(&seconds, 0.5), quantile(&seconds, 1.0)],
         }
     }
@@ -124,6 +133,8 @@ impl Summary {
         text += &cells::render(&rate_cells("one effect", &self.effects));
         text.push('\n');
         text += &cells::render(&rate_cells("one effect", &self.machines));
+        text.push('\n');
+        text += &cells::render(&rate_cells("other motions", &self.motions));
         text.push('\n');
         text += &cells::render(&self.figure_cells());
         text
@@ -146,6 +157,13 @@ impl Summary {
             line(
                 &format!("of {} true numbers, in their 95 % interval", self.numbers),
                 per_cent(self.coverage),
+            ),
+            line(
+                &format!(
+                    "of {} on other motions, in their 95 % interval",
+                    self.numbers_on_others
+                ),
+                per_cent(self.coverage_on_others),
             ),
             line(
                 "a log of 12,000 samples beside another, median (longest)",
@@ -181,6 +199,25 @@ pub(super) fn rate_cells(name: &str, rates: &[Rates]) -> Cells {
         ]
     }));
     rows
+}
+
+/// Share of true numbers in their 95 % interval, and how many there are.
+fn coverage_of(traced: &[Traced]) -> (f64, usize) {
+    let deviations = || traced.iter().flat_map(|traced| &traced.deviations);
+    let held = deviations().filter(|it| it.deviation.abs() <= HOLDS_95);
+    let numbers = deviations().count();
+    (held.count() as f64 / numbers as f64, numbers)
+}
+
+fn motions(traced: &[Traced]) -> Vec<Rates> {
+    let kinds = [(Group::Named, "one effect"), (Group::Clean, "no effect")];
+    let rows = Motion::OTHERS.iter().flat_map(|motion| {
+        kinds.iter().filter_map(move |(group, name)| {
+            let of = |traced: &Traced| traced.case.motion == *motion && traced.case.group == *group;
+            rates(format!("{name}, {}", motion.name()), traced, of)
+        })
+    });
+    rows.collect()
 }
 
 fn groups(traced: &[Traced]) -> Vec<Rates> {

@@ -49,6 +49,11 @@ pub struct Args {
 /// A wrong file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     whole_file::check_place(args.json.as_deref())?;
+    let inputs = [&args.machine, &args.slow, &args.fast];
+    whole_file::check_apart(
+        args.json.iter().chain(&args.machine_out),
+        inputs.into_iter().chain(&args.validate),
+    )?;
     let start = Start::new(Machine::read(&args.machine)?)?;
     let (slow, fast) = (Log::read(&args.slow)?, Log::read(&args.fast)?);
     let identified = identify(&start, &slow, &fast)?;

@@ -105,6 +105,8 @@ pub enum Decision {
     BelowResolution,
     /// Explains too little of the residual to be refitted.
     ScoreTooLow,
+    /// No start of a fit with it follows the log nearly as well as the model does without.
+    Hopeless,
     /// Eight others score higher.
     NotShortlisted,
     /// Scores far below another one, which passed.
@@ -371,11 +373,15 @@ fn look_beneath(
     if left <= POOR_EXPLANATION && !found.accepted.iter().any(expanded) {
         return Some(None);
     }
+    let structured = found.accepted.is_empty() && is_structured(workbench, before)?;
+    unknown::learn(workbench, (before, &without), limit, structured, observe)
+}
+
+/// Whether a model's error is so large that it has a cause.
+fn is_structured(workbench: &mut Workbench<impl Schedule>, model: &Model) -> Option<bool> {
     let sensor = STRUCTURED_COUNTS * f64::from(workbench.data.settings.resolution);
     let stroke = STRUCTURED_STROKE * f64::from(workbench.options.scope.stroke);
-    let error = workbench.position_rms(before)?;
-    let structured = found.accepted.is_empty() && error > sensor.max(stroke);
-    unknown::learn(workbench, (before, &without), limit, structured, observe)
+    Some(workbench.position_rms(model)? > sensor.max(stroke))
 }
 
 impl Candidate {
@@ -590,11 +596,20 @@ fn refit(
             scored += usize::from(!bends_base);
         }
     }
+    // Where the machine sticks while the model slides, what is linear in an effect says little of it.
+    let structured = is_structured(workbench, model)?;
+    for index in 0..looks.len() {
+        if structured && looks[index].decision == Decision::ScoreTooLow && scored < SHORTLIST {
+            let _ = shortlist.push(index);
+            scored += 1;
+        }
+    }
     let smaller = judge(workbench, &mut found.held_out, model)?;
     for &index in &shortlist {
         let own = candidates[index].effect;
         let ahead = shortlist.iter().find(|&&other| {
             looks[other].decision == Decision::Accepted
+                && !structured
                 && !own.id.bends_base()
                 && candidates[index].score < FAR_BEHIND * candidates[other].score
         });
@@ -623,7 +638,7 @@ fn refit(
                 looks[index].held_out = Some(comparison);
                 refusal.map_or(Decision::Accepted, Decision::Refused)
             }
-            None => Decision::ScoreTooLow,
+            None => Decision::Hopeless,
         };
     }
 
