@@ -41,8 +41,8 @@ const CLEAR_STROKE: f32 = 5e-4;
 const SCREEN_WINDOW: f32 = 0.04;
 
 /// A tried strength whose error, before anything is fitted to it, is beyond this multiple of what the
-/// model has without is hopeless.
-const WORTH_A_FIT: f64 = 2.0;
+/// model has without is hopeless. Large, for a base that has settled without it has bent to that.
+const WORTH_A_FIT: f64 = 10.0;
 
 /// A number of the base that is fitted to more than this multiple of what is declared, or to less than
 /// this part of it, is bent.
@@ -393,7 +393,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     #[inline(never)]
     fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
         let unbent = self.unbent(model);
-        let limit = WORTH_A_FIT * self.cost(model)?;
+        let without = self.cost(model)?;
+        let limit = WORTH_A_FIT * without;
         let mut best: Option<(Model, f64)> = None;
         for base in [model, &unbent] {
             let values = (0..).map_while(|index| id.trial(&self.options.scope, index));
@@ -411,7 +412,16 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             }
         }
         Some(match best {
-            Some((tried, _)) => Some(self.fit(&tried)?.model),
+            Some((tried, _)) => {
+                let fit = self.fit(&tried)?;
+                // With more to fit it can only be worse where it was caught on its way.
+                let settled = if fit.cost > without {
+                    self.settle(fit)
+                } else {
+                    fit
+                };
+                Some(settled.model)
+            }
             None => None,
         })
     }
