@@ -371,7 +371,7 @@ fn the_table_gives_effects_and_parameters_with_deviation_and_unit() {
             "forward 167.2 ± 1.1 N·s/m",
             "backward 241.5 ± 1.3 N·s/m",
             "this log cannot tell it from: offset_torque, spring",
-            "a wrong resistance or torque_constant may look like it: name it in [fit]",
+            "A wrong resistance or torque_constant may look like it: name it in [fit]",
             "to declare it { id = \"asymmetric_viscous\", difference = -37.155 }",
             "sensor_delay score 0.222 identifiability 0.482 p 0.0042",
             "delay 504 ± 21 µs",

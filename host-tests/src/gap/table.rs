@@ -162,7 +162,7 @@ fn best_refused(outcome: &Outcome) -> String {
 pub(super) fn presumed(effect: &FoundEffect) -> Option<String> {
     (!effect.presumes.is_empty()).then(|| {
         format!(
-            "a wrong {} may look like it: name it in [fit]",
+            "A wrong {} may look like it: name it in [fit]",
             effect.presumes.join(" or ")
         )
     })
