@@ -156,9 +156,9 @@ static SESSION_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 /// # Panics
 /// If it is called twice.
 pub fn run(experiments: &'static [Experiment], end: fn(bool) -> !) -> ! {
+    static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
     let mut board = defmt::unwrap!(Emulated::take());
     let (above, below) = board.start_executors();
-    static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
     let (session, records) = session::start(&mut board, MEMORY.take());
     above.spawn(defmt::unwrap!(record(records)));
     below.spawn(defmt::unwrap!(perform(session, experiments, end)));

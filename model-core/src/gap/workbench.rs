@@ -189,7 +189,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             let beside = self.beside(&best.model, &mut random);
             starts += 1;
             idle += 1;
-            // Beside the plant's range there is nothing.
+            // Beyond the plant's range there is nothing.
             let Some(found) = self.fit(&beside) else {
                 continue;
             };
@@ -206,14 +206,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// A model somewhere around this one. Edges in time stay: a fit does not find them again.
     fn beside(&self, model: &Model, random: &mut Random) -> Model {
         let mut beside = model.clone();
+        let comes_and_goes = |slot: usize| model.effects[slot].law().span().is_some();
         for variable in &self.variables(model) {
             let value = variable.get(model);
             let reach = match variable.target {
                 Target::Base(_) => BASE_REACH * variable.scale,
-                Target::Effect { slot, .. } if variable.is_strength_of(model, slot) => {
-                    EFFECT_REACH * value
-                }
-                Target::Effect { slot, .. } if model.effects[slot].law().span().is_none() => {
+                Target::Effect { slot, .. }
+                    if variable.is_strength_of(model, slot) || !comes_and_goes(slot) =>
+                {
                     EFFECT_REACH * value
                 }
                 Target::Effect { .. } | Target::Knot(_) => 0.0,
