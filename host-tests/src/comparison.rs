@@ -179,7 +179,7 @@ fn check_lines(finding: &check::Finding, samples: usize) -> Vec<String> {
     if let Some(variable) = finding.unknown {
         lines.push(format!("unknown depends_on={variable}"));
     }
-    for (parameter, value) in check::BASE.iter().zip(finding.fitted) {
+    for (parameter, value) in &finding.fitted {
         lines.push(format!("fitted name={} value={value:?}", parameter.name()));
     }
     lines

@@ -94,6 +94,7 @@ fn fitted(name: &str, declared: f64, value: f64, std: Option<f64>, unit: &str) -
         fitted: value,
         std,
         unit: unit.into(),
+        freed: false,
     }
 }
 
@@ -235,6 +236,12 @@ fn variants() -> Vec<(&'static str, Report)> {
     variants.push(("no effect", report));
 
     let mut report = example();
+    report.outcome.verdict = Verdict::NoMissingEffect;
+    report.outcome.effects.clear();
+    report.outcome.fit[3].freed = true;
+    variants.push(("wrong number", report));
+
+    let mut report = example();
     report.outcome.verdict = Verdict::UnknownEffect;
     report.outcome.effects.clear();
     report.outcome.unknown = Some(Unknown {
@@ -362,6 +369,26 @@ fn the_table_leads_with_the_verdict_on_unseen_data() {
 }
 
 #[test]
+fn a_wrong_number_is_said_first_and_marked() {
+    let (_, report) = variants()
+        .into_iter()
+        .find(|(name, _)| *name == "wrong number")
+        .unwrap();
+    let text = table::render(&report, false);
+    let opening = text.lines().take(2).collect::<Vec<_>>().join(" ");
+    assert!(
+        opening.starts_with(
+            "slide: no effect is missing, but the declared inductance is wrong. On the validation \
+             log the windowed position error fell from 308 µm to 106 µm rms"
+        ),
+        "{opening}"
+    );
+    let marked = "not in [fit], and wrong: no effect follows the log better than this value";
+    assert_lines(&text, &[marked]);
+    assert!(page(&report).contains(marked));
+}
+
+#[test]
 fn the_table_gives_effects_and_parameters_with_deviation_and_unit() {
     let text = table::render(&example(), false);
     assert_lines(
@@ -371,7 +398,7 @@ fn the_table_gives_effects_and_parameters_with_deviation_and_unit() {
             "forward 167.2 ± 1.1 N·s/m",
             "backward 241.5 ± 1.3 N·s/m",
             "this log cannot tell it from: offset_torque, spring",
-            "A wrong resistance or torque_constant may look like it: name it in [fit]",
+            "A wrong resistance or torque_constant explains less; the values presume the declared ones",
             "to declare it { id = \"asymmetric_viscous\", difference = -37.155 }",
             "sensor_delay score 0.222 identifiability 0.482 p 0.0042",
             "delay 504 ± 21 µs",

@@ -1,5 +1,5 @@
-//! A motor whose numbers are wrong in the machine file: refitted where the file says so, and else named
-//! beside what it may have been taken for.
+//! A motor whose numbers are wrong in the machine file is refitted, whether `[fit]` names them or not, and
+//! not called an effect.
 
 use host_tests::gap::engine;
 use host_tests::gap::outcome::Outcome;
@@ -12,8 +12,13 @@ use std::fs;
 /// Numbers of the motor for `[fit]`.
 const MOTOR: &str = "\"resistance\", \"torque_constant\", ";
 
-/// A log of a rotary actuator, traced with the declared one, whose `[fit]` has these numbers besides.
-fn trace(rig: rig::Machine, effects: Vec<Effect>, seed: u64, fit: &str) -> Outcome {
+/// A log of a machine, traced with the one that is declared, whose `[fit]` has these numbers besides.
+fn trace(
+    (rig, declared): (rig::Machine, &rig::Machine),
+    effects: Vec<Effect>,
+    seed: u64,
+    fit: &str,
+) -> Outcome {
     let case = Case {
         group: Group::WrongNumbers,
         rig,
@@ -25,7 +30,7 @@ fn trace(rig: rig::Machine, effects: Vec<Effect>, seed: u64, fit: &str) -> Outco
     };
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("machine.toml");
-    let text = rig::Machine::rotary_ema().to_toml();
+    let text = declared.to_toml();
     assert_eq!(text.matches("parameters = [").count(), 1, "{text}");
     let listed = format!("parameters = [{fit}");
     fs::write(&path, text.replace("parameters = [", &listed)).unwrap();
@@ -34,26 +39,86 @@ fn trace(rig: rig::Machine, effects: Vec<Effect>, seed: u64, fit: &str) -> Outco
     report.outcome
 }
 
+/// The machine with another motor, as shares of its own.
+fn with_motor(rig: &rig::Machine, resistance: f64, torque_constant: f64) -> rig::Machine {
+    let mut changed = rig.clone();
+    let Motor::Winding {
+        resistance: own,
+        torque_constant: constant,
+        ..
+    } = &mut changed.motor
+    else {
+        panic!("{} has no winding", rig.name);
+    };
+    *own *= resistance;
+    *constant *= torque_constant;
+    changed
+}
+
+/// How a fitted number compares with its declared one.
+fn change(outcome: &Outcome, name: &str) -> Option<f64> {
+    let fitted = outcome.fit.iter().find(|fit| fit.name == name)?;
+    Some(fitted.fitted / fitted.declared)
+}
+
 #[test]
 fn a_wrong_motor_is_refitted_where_it_may_be() {
-    let mut rig = rig::Machine::rotary_ema();
-    if let Motor::Winding {
-        resistance,
-        torque_constant,
-        ..
-    } = &mut rig.motor
-    {
-        *resistance *= 1.2;
-        *torque_constant *= 0.9;
-    }
+    let declared = rig::Machine::rotary_ema();
     for seed in 72_800..72_804 {
-        let outcome = trace(rig.clone(), Vec::new(), seed, MOTOR);
+        let rig = with_motor(&declared, 1.2, 0.9);
+        let outcome = trace((rig, &declared), Vec::new(), seed, MOTOR);
         assert_eq!(outcome.verdict, Verdict::NoMissingEffect, "{outcome:?}");
-        let fitted = |name| outcome.fit.iter().find(|fit| fit.name == name).unwrap();
-        let (resistance, constant) = (fitted("resistance"), fitted("torque_constant"));
-        assert!((resistance.fitted / resistance.declared - 1.2).abs() < 0.01);
-        assert!((constant.fitted / constant.declared - 0.9).abs() < 0.02);
+        assert!((change(&outcome, "resistance").unwrap() - 1.2).abs() < 0.01);
+        assert!((change(&outcome, "torque_constant").unwrap() - 0.9).abs() < 0.02);
+        assert_eq!(outcome.freed().count(), 0);
     }
+}
+
+#[test]
+fn a_wrong_motor_is_no_effect_though_it_is_not_to_be_fitted() {
+    let machines = [rig::Machine::rotary_ema(), rig::Machine::throttle()];
+    for (machine, declared) in machines.iter().enumerate() {
+        for (case, motor) in [(1.2, 1.0), (0.85, 1.0), (1.0, 0.9), (1.2, 0.9), (0.9, 1.15)]
+            .into_iter()
+            .enumerate()
+        {
+            let (resistance, torque_constant) = motor;
+            let seed = 72_820 + 10 * machine as u64 + case as u64;
+            let rig = with_motor(declared, resistance, torque_constant);
+            let outcome = trace((rig, declared), Vec::new(), seed, "");
+            let said = format!("{} {motor:?}: {outcome:?}", declared.name);
+            assert_eq!(outcome.verdict, Verdict::NoMissingEffect, "{said}");
+            for (name, expected) in [
+                ("resistance", resistance),
+                ("torque_constant", torque_constant),
+            ] {
+                // What is right is left alone.
+                let is_freed = outcome.freed().any(|freed| freed == name);
+                assert_eq!(is_freed, expected != 1.0, "{name} of {said}");
+                if is_freed {
+                    let change = change(&outcome, name).unwrap();
+                    assert!((change - expected).abs() < 0.02, "{name} of {said}");
+                }
+            }
+            let train = &outcome.errors.train;
+            assert!(
+                train.after.position_rms < train.before.position_rms,
+                "{said}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_effect_and_a_wrong_motor_are_told_apart() {
+    let declared = rig::Machine::throttle();
+    let rig = with_motor(&declared, 1.2, 1.0);
+    let cogging = Effect::nominal(EffectKind::Cogging, &rig);
+    let outcome = trace((rig, &declared), vec![cogging], 72_850, "");
+    let named: Vec<&str> = outcome.effects.iter().map(|found| &*found.id).collect();
+    assert_eq!(named, ["cogging"], "{outcome:?}");
+    assert_eq!(outcome.freed().collect::<Vec<_>>(), ["resistance"]);
+    assert!((change(&outcome, "resistance").unwrap() - 1.2).abs() < 0.02);
 }
 
 #[test]
@@ -61,11 +126,12 @@ fn else_what_may_be_the_motor_says_so() {
     let rig = rig::Machine::rotary_ema();
     let brushes = Effect::nominal(EffectKind::BrushDrop, &rig);
     for (fit, presumed) in [("", &["resistance", "torque_constant"][..]), (MOTOR, &[])] {
-        let outcome = trace(rig.clone(), vec![brushes], 72_810, fit);
+        let outcome = trace((rig.clone(), &rig), vec![brushes], 72_810, fit);
         let [found] = &outcome.effects[..] else {
             panic!("{outcome:?}");
         };
         assert_eq!(&*found.id, "brush_drop");
         assert_eq!(found.presumes, presumed);
+        assert_eq!(outcome.freed().count(), 0);
     }
 }

@@ -12,7 +12,7 @@ use model_core::gap::workbench::Options;
 use super::machine::Machine;
 
 /// Parameters that are estimated anew before an effect is looked for: those that `[fit]` names in
-/// the machine's file.
+/// the machine's file. All of them are [`Base::WITHOUT_EFFECT`].
 pub const BASE: [Base; 4] = [Base::Inertia, Base::Viscous, Base::Coulomb, Base::Static];
 
 /// An effect that was found.
@@ -37,8 +37,9 @@ pub struct Finding {
     pub effects: Vec<Found, ROUNDS>,
     /// The variable that carries what is unknown, if it is that.
     pub unknown: Option<&'static str>,
-    /// The parameters of [`BASE`], fitted together with what was found.
-    pub fitted: [f32; BASE.len()],
+    /// What was fitted together with what was found: the parameters of [`BASE`], and behind them those
+    /// of the machine that turned out wrong.
+    pub fitted: Vec<(Base, f32), { Base::WITHOUT_EFFECT.len() }>,
     /// Error of the position, rms in windows, rad: of the machine with its parameters fitted.
     pub before: f64,
     /// With what was found.
@@ -118,7 +119,11 @@ pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
             .unknown
             .as_ref()
             .map(|unknown| unknown.kind.variable()),
-        fitted: BASE.map(|parameter| trace.after.model.get(parameter)),
+        fitted: trace
+            .base
+            .iter()
+            .map(|&parameter| (parameter, trace.after.model.get(parameter)))
+            .collect(),
         before: error(&trace.before.model)?,
         after: error(&trace.after.model)?,
         simulations: trace.simulated / judged.windows() as u64,

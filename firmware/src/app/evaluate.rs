@@ -104,7 +104,7 @@ fn check(machine: &Machine, memory: &Memory) -> bool {
     if let Some(variable) = finding.unknown {
         defmt::info!("unknown depends_on={=str}", variable);
     }
-    for (parameter, fitted) in check::BASE.iter().zip(finding.fitted) {
+    for (parameter, fitted) in &finding.fitted {
         defmt::info!("fitted name={=str} value={=f32}", parameter.name(), fitted);
     }
     true

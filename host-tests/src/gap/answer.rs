@@ -29,10 +29,17 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             held_out.p_value
         ),
         (Decision::Outdone { by }, Some(held_out)) => format!(
-            "would take {} off the held-out error, {} takes more",
+            "would take {} off the held-out error, {}",
             share(held_out.ratio),
-            id(by)
+            match by {
+                // They are taken where they do as well.
+                Subject::Numbers => "but so do the machine file's own numbers".to_owned(),
+                _ => format!("{} takes more", subject(by)),
+            }
         ),
+        (Decision::Outdone { by }, None) => {
+            format!("taken at first, but {} explains clearly more", subject(by))
+        }
         (Decision::Refused(Refusal::NotSignificant { required }), Some(held_out)) => format!(
             "gain on held-out blocks not significant: p = {}, with so many looks {} is required",
             probability(held_out.p_value),
@@ -80,30 +87,25 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         (Decision::Dropped, _) => {
             "taken at first, not needed beside the effects found later".to_owned()
         }
-        (Decision::OutdoneByMap { by }, Some(held_out)) => format!(
-            "would take {} off the held-out error, {} takes more",
-            share(held_out.ratio),
-            map_name(by)
-        ),
-        (Decision::OutdoneByMap { by }, None) => {
-            format!("taken at first, but {} explains clearly more", map_name(by))
-        }
-        (Decision::Accepted | Decision::Outdone { .. }, None) | (Decision::Refused(_), None) => {
-            String::new()
-        }
+        (Decision::Accepted | Decision::Refused(_), None) => String::new(),
     };
     Candidate {
         round: look.round,
-        id: match look.subject {
-            Subject::Effect(effect) => id(effect).to_owned(),
-            Subject::Map(kind) => map_name(kind),
-        },
+        id: subject(look.subject),
         score: decimal(look.score),
         identifiability: decimal(look.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
         p_value: look.held_out.map(|held_out| held_out.p_value),
         accepted: matches!(look.decision, Decision::Accepted | Decision::LeastBad),
         reason,
+    }
+}
+
+fn subject(subject: Subject) -> String {
+    match subject {
+        Subject::Effect(effect) => effect.description().id.to_owned(),
+        Subject::Map(kind) => map_name(kind),
+        Subject::Numbers => "numbers".to_owned(),
     }
 }
 
@@ -168,7 +170,7 @@ impl Spread {
     /// Of the final fit, with the data as the tracing weighed it in the end.
     pub fn new(trace: &Trace, data: &Data, declared: &Model, options: &Options) -> Option<Self> {
         let model = &trace.after.model;
-        let variables = variables(declared, model, options.base, &options.scope);
+        let variables = variables(declared, model, &trace.base, &options.scope);
         let mut information = Information::default();
         information.gather(data, &AllCores, model, &variables)?;
         information.allow_for_restarts(data, &AllCores, model, &variables)?;
@@ -184,11 +186,12 @@ pub(super) fn found(
     trace: &Trace,
     spread: &Spread,
     declared: &Model,
-    base: &[Base],
     rotary: bool,
 ) -> Vec<FoundEffect> {
     let of_motor = [Base::Resistance, Base::TorqueConstant];
-    let believed = of_motor.iter().filter(|number| !base.contains(number));
+    let believed = of_motor
+        .iter()
+        .filter(|number| !trace.base.contains(number));
     let believed: Vec<String> = believed.map(|number| number.name().to_owned()).collect();
     trace
         .accepted
@@ -247,10 +250,12 @@ pub(super) fn fitted(
     trace: &Trace,
     spread: &Spread,
     declared: &Model,
-    base: &[Base],
+    options: &Options,
     rotary: bool,
 ) -> Vec<FittedParameter> {
-    base.iter()
+    trace
+        .base
+        .iter()
         .map(|&parameter| {
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
             let dimensions = [parameter.dimension()];
@@ -262,6 +267,7 @@ pub(super) fn fitted(
                 fitted: decimal(fitted),
                 std: std.is_finite().then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
+                freed: !options.base.contains(&parameter),
             }
         })
         .collect()

@@ -218,12 +218,12 @@ pub fn trace(
     let outcome = Outcome {
         machine: machine.name.clone(),
         verdict: trace.verdict(),
-        effects: found(&trace, &spread, &declared, &base, rotary),
+        effects: found(&trace, &spread, &declared, rotary),
         unknown: trace.unknown.as_ref().map(|unknown| Unknown {
             depends_on: unknown.kind.variable().to_owned(),
             score: decimal(unknown.score),
         }),
-        fit: fitted(&trace, &spread, &declared, &base, rotary),
+        fit: fitted(&trace, &spread, &declared, &options, rotary),
         errors: Errors {
             train: train_errors,
             validate: validate_errors,

@@ -55,7 +55,8 @@ pub struct FoundEffect {
     pub p_value: f64,
     /// Effects that this log cannot tell from it.
     pub equivalent: Vec<String>,
-    /// Numbers of the motor that the fit believed: were they wrong, that might look like it.
+    /// Numbers of the motor that its values presume, for they were not fitted: freed instead of it, they
+    /// explain less.
     pub presumes: Vec<String>,
 }
 
@@ -72,7 +73,7 @@ pub struct Estimate {
     pub unit: String,
 }
 
-/// One parameter of `[fit]`.
+/// One number of the machine file that was fitted.
 #[derive(Debug, Clone, Serialize)]
 pub struct FittedParameter {
     /// Name, as in the machine file.
@@ -86,6 +87,16 @@ pub struct FittedParameter {
     pub std: Option<f64>,
     /// Its unit.
     pub unit: String,
+    /// Whether `[fit]` leaves it out, and it was fitted because it is wrong. Only "after" has it so.
+    pub freed: bool,
+}
+
+impl Outcome {
+    /// Names of the numbers of the machine file that are wrong although `[fit]` leaves them out.
+    pub fn freed(&self) -> impl Iterator<Item = &str> {
+        let freed = self.fit.iter().filter(|parameter| parameter.freed);
+        freed.map(|parameter| parameter.name.as_str())
+    }
 }
 
 /// Structure that the catalogue does not explain.
@@ -142,7 +153,8 @@ pub struct ErrorSet {
 pub struct Candidate {
     /// Round of the selection, from 1.
     pub round: usize,
-    /// The catalogue's id, or `map:VARIABLE` for a learned map.
+    /// The catalogue's id, `map:VARIABLE` for a learned map, or `numbers` for those of the machine file
+    /// that `[fit]` leaves out.
     pub id: String,
     /// As in [`FoundEffect`], from the screening.
     pub score: f64,

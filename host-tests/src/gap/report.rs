@@ -8,9 +8,12 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
+use model_core::gap::select::Verdict;
+
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
-    ErrorCells, Headline, cost, error_legend, error_rows, is_extended, presumed, rounds, whiteness,
+    ErrorCells, FREED, Headline, cost, error_legend, error_rows, is_extended, presumed, rounds,
+    whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
@@ -140,7 +143,7 @@ fn errors(report: &Report) -> String {
 
 fn effects(report: &Report) -> io::Result<String> {
     let outcome = &report.outcome;
-    if !is_extended(outcome) {
+    if outcome.verdict == Verdict::NoMissingEffect {
         return Ok(String::new());
     }
     let mut text = String::from("<section>\n<h2>What was missing</h2>\n");
@@ -242,6 +245,9 @@ fn parameters(outcome: &Outcome) -> String {
             escape(&fitted),
             change(parameter.declared, parameter.fitted).unwrap_or("–".into())
         );
+        if parameter.freed {
+            let _ = writeln!(text, "<tr><td></td><td colspan=\"3\">{FREED}</td></tr>");
+        }
     }
     text + "</tbody>\n</table></div>\n</section>\n"
 }

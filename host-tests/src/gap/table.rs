@@ -17,6 +17,10 @@ const FAR_OFF: f64 = 100.0;
 /// reader is told of it first.
 const NEARLY: f64 = 0.5;
 
+/// What is said of a number that was fitted although `[fit]` leaves it out.
+pub(super) const FREED: &str =
+    "not in [fit], and wrong: no effect follows the log better than this value";
+
 /// Refused candidates that a round lists even though they were not refitted.
 const RUNNERS_UP: usize = 5;
 
@@ -76,9 +80,24 @@ fn finding(outcome: &Outcome) -> String {
             rest.join(", ")
         ),
     };
+    let freed: Vec<&str> = outcome.freed().collect();
+    let wrong = match freed.as_slice() {
+        [] => None,
+        [one] => Some(format!("the declared {one} is wrong")),
+        [rest @ .., last] => Some(format!(
+            "the declared {} and {last} are wrong",
+            rest.join(", ")
+        )),
+    };
     match (outcome.verdict, &outcome.unknown) {
-        (Verdict::NoMissingEffect, _) => "no effect is missing.".into(),
-        (Verdict::EffectsFound, _) => known,
+        (Verdict::NoMissingEffect, _) => match wrong {
+            Some(wrong) => format!("no effect is missing, but {wrong}."),
+            None => "no effect is missing.".into(),
+        },
+        (Verdict::EffectsFound, _) => match wrong {
+            Some(wrong) => format!("{known} Besides, {wrong}."),
+            None => known,
+        },
         (Verdict::UnknownEffect, unknown) => {
             let subject = if known.is_empty() {
                 "an effect is missing"
@@ -158,11 +177,11 @@ fn best_refused(outcome: &Outcome) -> String {
     }
 }
 
-/// What else it would be if the machine file were wrong there.
+/// What its values rest on.
 pub(super) fn presumed(effect: &FoundEffect) -> Option<String> {
     (!effect.presumes.is_empty()).then(|| {
         format!(
-            "A wrong {} may look like it: name it in [fit]",
+            "A wrong {} explains less; the values presume the declared ones",
             effect.presumes.join(" or ")
         )
     })
@@ -181,7 +200,7 @@ fn movement(scale: &Scale, before: f64, after: f64, suffix: &str) -> String {
 
 /// Whether the model after the tracing differs from the one before.
 pub(super) fn is_extended(outcome: &Outcome) -> bool {
-    !outcome.effects.is_empty() || outcome.verdict == Verdict::UnknownEffect
+    outcome.verdict != Verdict::NoMissingEffect || outcome.freed().next().is_some()
 }
 
 /// One kind of error, in one unit, on both sets of logs.
@@ -437,6 +456,9 @@ fn parameters(page: &mut Page, outcome: &Outcome) {
             ),
             Style::Plain,
         );
+        if parameter.freed {
+            page.wrapped(&format!("  {FREED}"), 4, Style::Warning);
+        }
     }
     let far = outcome.fit.iter().filter(|parameter| {
         let ratio = (parameter.fitted / parameter.declared).abs();

@@ -213,13 +213,50 @@ fn misdeclared(rig: &rig::Machine, seed: u64) -> rig::Machine {
     let friction = off();
     declared.coulomb *= friction;
     declared.static_friction *= friction;
-    if let Motor::Winding { resistance, .. } = &mut declared.motor {
+    if let Motor::Winding {
+        resistance,
+        torque_constant,
+        ..
+    } = &mut declared.motor
+    {
         *resistance *= off();
+        *torque_constant *= off();
     }
     declared
 }
 
+/// A number of a machine, by its name in the machine file.
+fn number(machine: &rig::Machine, name: &str) -> Option<f64> {
+    match (name, machine.motor) {
+        ("inertia", _) => Some(machine.inertia),
+        ("viscous", _) => Some(machine.viscous),
+        ("coulomb", _) => Some(machine.coulomb),
+        ("static", _) => Some(machine.static_friction),
+        ("resistance", Motor::Winding { resistance, .. }) => Some(resistance),
+        (
+            "torque_constant",
+            Motor::Winding {
+                torque_constant, ..
+            },
+        ) => Some(torque_constant),
+        _ => None,
+    }
+}
+
 impl Case {
+    /// Whether the machine file's number of this name is not the rig's.
+    pub fn misdeclares(&self, name: &str) -> bool {
+        let declared = self.declared.as_ref().unwrap_or(&self.rig);
+        number(declared, name) != number(&self.rig, name)
+    }
+
+    /// Whether the machine file lets wrong numbers of a motor be fitted: of every second one.
+    fn fits_motor(&self) -> bool {
+        self.declared.is_some()
+            && matches!(self.rig.motor, Motor::Winding { .. })
+            && self.seed.is_multiple_of(2)
+    }
+
     /// Writes the machine file, unless it is there, and reads it as a user's.
     ///
     /// # Errors
@@ -232,8 +269,9 @@ impl Case {
             .map_or(String::new(), |_| format!("-{}", self.seed));
         let path = directory.join(format!("{}{seed}.toml", declared.name));
         let mut text = declared.to_toml();
-        if self.declared.is_some() && matches!(declared.motor, Motor::Winding { .. }) {
-            text = text.replace("parameters = [", "parameters = [\"resistance\", ");
+        if self.fits_motor() {
+            let listed = "parameters = [\"resistance\", \"torque_constant\", ";
+            text = text.replace("parameters = [", listed);
         }
         fs::write(&path, text).map_err(|error| Failure::system(path.display(), &error))?;
         Ok(Machine::read(&path)?)

@@ -10,6 +10,8 @@ use crate::gap::outcome::Outcome;
 pub struct Answer {
     /// Each effect that was named: its id, then those that the log cannot tell from it.
     pub named: Vec<Vec<String>>,
+    /// Numbers of the machine file that are said to be wrong although `[fit]` leaves them out.
+    pub freed: Vec<String>,
     /// The variable that carries what the catalogue does not explain.
     pub unknown: Option<String>,
 }
@@ -23,6 +25,7 @@ impl Answer {
         });
         Self {
             named: named.collect(),
+            freed: outcome.freed().map(str::to_owned).collect(),
             unknown: outcome
                 .unknown
                 .as_ref()
@@ -39,7 +42,7 @@ pub enum Judgement {
     Right,
     /// It says too little: nothing, something unknown, or one effect of two.
     Abstained,
-    /// It names what is not there, or sees something where nothing is.
+    /// It names what is not there, sees something where nothing is, or calls a right number wrong.
     Wrong,
 }
 
@@ -55,7 +58,11 @@ pub fn judge(case: &Case, answer: &Answer) -> Judgement {
         .iter()
         .filter(|class| class.iter().any(|id| truth.contains(id)))
         .count();
-    if true_ones < answer.named.len() || answer.named.len() > truth.len() {
+    let is_right = |name: &String| !case.misdeclares(name);
+    if true_ones < answer.named.len()
+        || answer.named.len() > truth.len()
+        || answer.freed.iter().any(is_right)
+    {
         return Judgement::Wrong;
     }
     let said_unknown = answer.unknown.is_some();
@@ -106,6 +113,7 @@ mod tests {
                 .iter()
                 .map(|class| class.iter().map(|id| (*id).to_owned()).collect())
                 .collect(),
+            freed: Vec::new(),
             unknown: unknown.map(str::to_owned),
         }
     }
@@ -143,6 +151,21 @@ mod tests {
             ),
         ] {
             assert_eq!(judge(&case, &answer(named, None)), judgement, "{named:?}");
+        }
+    }
+
+    #[test]
+    fn a_right_number_that_is_called_wrong_is_wrong() {
+        let mut case = case(Group::WrongNumbers, &[]);
+        let mut declared = case.rig.clone();
+        declared.inertia *= 1.2;
+        case.declared = Some(declared);
+        for (number, judgement) in [("inertia", Judgement::Right), ("viscous", Judgement::Wrong)] {
+            let freed = Answer {
+                freed: vec![number.to_owned()],
+                ..answer(&[], None)
+            };
+            assert_eq!(judge(&case, &freed), judgement, "{number}");
         }
     }
 

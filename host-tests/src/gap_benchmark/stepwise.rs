@@ -98,6 +98,7 @@ pub fn answer(machine: &Machine, log: &Log) -> Answer {
     }
     Answer {
         named,
+        freed: Vec::new(),
         unknown: None,
     }
 }

@@ -12,6 +12,10 @@ use crate::reproduce::prognostics::statistics::quantile;
 pub(super) const NOTHING: &str = "nothing";
 /// Where it names a variable.
 pub(super) const UNKNOWN: &str = "unknown effect";
+/// What an answer says that calls right numbers wrong.
+const NUMBERS: &str = "wrong numbers";
+/// What is behind a log whose machine file has wrong numbers.
+const WRONG_NUMBERS: &str = "no effect, wrong numbers";
 
 /// Standard deviations that hold 95 % of a normal population.
 const HOLDS_95: f64 = 1.96;
@@ -283,6 +287,8 @@ fn word(answer: &Answer, truth: &str) -> String {
         .find(|class| !class.iter().any(|id| id == truth));
     match (foreign, answer.named.is_empty(), &answer.unknown) {
         (Some(class), _, _) => class[0].clone(),
+        // Of a machine file that is right.
+        _ if !answer.freed.is_empty() && truth != WRONG_NUMBERS => NUMBERS.to_owned(),
         (None, _, Some(_)) => UNKNOWN.to_owned(),
         (None, false, None) => truth.to_owned(),
         (None, true, None) => NOTHING.to_owned(),
@@ -298,7 +304,7 @@ fn confusion(traced: &[Traced]) -> Confusion {
             let truth = match traced.case.effects.first() {
                 Some(effect) => label(effect.kind()),
                 None if traced.case.group == Group::Clean => "no effect".to_owned(),
-                None => "wrong numbers".to_owned(),
+                None => WRONG_NUMBERS.to_owned(),
             };
             let word = word(&traced.answer, &truth);
             (truth, word)
@@ -322,7 +328,7 @@ fn confusion(traced: &[Traced]) -> Confusion {
             answers.push(answer.clone());
         }
     }
-    answers.extend([UNKNOWN.to_owned(), NOTHING.to_owned()]);
+    answers.extend([UNKNOWN, NUMBERS, NOTHING].map(str::to_owned));
     let counts = truths
         .iter()
         .map(|truth| {

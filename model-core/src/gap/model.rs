@@ -47,7 +47,21 @@ pub enum Base {
     Static,
 }
 
+/// Some of them, each once.
+pub type Numbers = Vec<Base, { Base::ALL.len() }>;
+
 impl Base {
+    /// Those of which no effect says the same: where the residual asks for another value, the machine
+    /// file is wrong.
+    pub const WITHOUT_EFFECT: [Self; 6] = [
+        Self::Resistance,
+        Self::TorqueConstant,
+        Self::Inertia,
+        Self::Viscous,
+        Self::Coulomb,
+        Self::Static,
+    ];
+
     /// Every parameter that a machine file may name in `[fit]`.
     pub const ALL: [Self; 14] = [
         Self::Resistance,
@@ -102,6 +116,14 @@ impl Base {
                 Dimension::Torque
             }
         }
+    }
+
+    /// Whether only a machine with a winding has it.
+    pub fn is_of_motor(self) -> bool {
+        matches!(
+            self,
+            Self::Resistance | Self::Inductance | Self::TorqueConstant
+        )
     }
 
     /// Whether it may be negative.

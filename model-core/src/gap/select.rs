@@ -3,13 +3,14 @@
 //! A round screens every effect, refits the best of them together with the base on every second
 //! block of the training log and measures the error on the blocks between; then the other way
 //! round. The effect that lowers the held-out error most is taken, if the gain is significant,
-//! large enough and common to most blocks; then the next round starts from the model with it. In
-//! the end each effect must hold against its own absence, and what they leave against
+//! large enough and common to most blocks; then the next round starts from the model with it. Where
+//! declared numbers that are not to be fitted do as well as that effect once they are, they are wrong:
+//! they are freed, and no effect is taken. In the end each effect must hold against its own absence, and what they leave against
 //! [`unknown`] structure.
 
 use super::fit::Fit;
 use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare, compare_within};
-use super::model::Model;
+use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule, Settings};
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
@@ -30,8 +31,11 @@ const SHORTLIST: usize = 8;
 /// Room for one that is refitted whatever its score, besides.
 const MOST_REFITTED: usize = SHORTLIST + 1;
 
-/// A candidate under this score is not refitted.
-const LEAST_SCORE: f32 = 0.01;
+/// Looks of a round: at the candidates, and at the declared numbers.
+const MOST_LOOKS: usize = MOST_CANDIDATES + 1;
+
+/// A candidate, or a map, under this score is not refitted.
+pub(super) const LEAST_SCORE: f32 = 0.01;
 
 /// A candidate under this identifiability is absorbed by the base.
 const LEAST_IDENTIFIABILITY: f32 = 0.05;
@@ -82,15 +86,10 @@ const CLEARLY_BETTER: f64 = 0.5;
 pub enum Decision {
     /// Best of those that passed.
     Accepted,
-    /// Passed, but another one explains the residual better.
+    /// Passed, but something else explains the residual better.
     Outdone {
-        /// The one that was taken.
-        by: Id,
-    },
-    /// Passed, but a learned map explains the residual better.
-    OutdoneByMap {
-        /// The one that was taken.
-        by: Kind,
+        /// What was taken.
+        by: Subject,
     },
     /// The same model as another candidate for this log.
     SameAs {
@@ -130,6 +129,8 @@ pub enum Subject {
     Effect(Id),
     /// A learned map.
     Map(Kind),
+    /// The declared numbers that are not to be fitted, fitted nevertheless.
+    Numbers,
 }
 
 /// One look at one effect, or at one learned map, in one round.
@@ -139,9 +140,11 @@ pub struct Consideration {
     pub round: usize,
     /// The effect or the map.
     pub subject: Subject,
-    /// As in [`Candidate`]. For a map: the share that all its knots explain together.
+    /// As in [`Candidate`]. For a map: the share that all its knots explain together; for numbers: the
+    /// share by which the held-out error falls.
     pub score: f32,
-    /// As in [`Candidate`]; 1 for a map, whose knots overlap with the base by their nature.
+    /// As in [`Candidate`]; 1 for a map, whose knots overlap with the base by their nature, and for
+    /// numbers.
     pub identifiability: f32,
     /// Held-out mean square error with the effect over that without, if it was refitted.
     pub held_out: Option<Comparison>,
@@ -192,6 +195,9 @@ pub struct Trace {
     pub after: Fit,
     /// What was accepted, in the order of the final model's effects behind the declared ones.
     pub accepted: Vec<Accepted, ROUNDS>,
+    /// Numbers of the declared actuator that the final fit has moved: those of the options, and behind
+    /// them those that turned out wrong.
+    pub base: Numbers,
     /// Structure that none of the catalogue explains, where nothing was accepted.
     pub unknown: Option<Unknown>,
     /// How the log was cut and weighed in the end.
@@ -236,21 +242,25 @@ pub fn trace<S: Schedule>(
             break;
         }
     }
-    if !found.accepted.is_empty() {
+    if found.is_more(&workbench) {
         // Both models are judged on the same restarts, so the first is fitted to these too.
+        let fitted = workbench.hold_freed();
         before = workbench.best_fit([&before.model, model])?;
+        workbench.base = fitted;
     }
     drop_replaced(&mut workbench, &mut found, &mut observe)?;
     let unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
     if let Some(unknown) = &unknown {
         for effect in &found.accepted {
-            let outdone = Decision::OutdoneByMap { by: unknown.kind };
-            observe(&effect.candidate.look(1, outdone));
+            let by = Subject::Map(unknown.kind);
+            observe(&effect.candidate.look(1, Decision::Outdone { by }));
         }
         found.accepted.clear();
+        workbench.hold_freed();
         found.after = workbench.fit(&unknown.start)?;
     }
     Some(Trace {
+        base: workbench.base.clone(),
         settings: workbench.data.settings,
         simulated: workbench.simulated,
         before,
@@ -290,7 +300,14 @@ struct Found {
     held_out: Option<HeldOut>,
 }
 
-/// One round. Whether it has found an effect.
+impl Found {
+    /// Whether there is more in it than the base.
+    fn is_more(&self, workbench: &Workbench<impl Schedule>) -> bool {
+        !self.accepted.is_empty() || workbench.has_freed()
+    }
+}
+
+/// One round. Whether it has found something.
 #[inline(never)]
 fn add_effect(
     workbench: &mut Workbench<impl Schedule>,
@@ -298,51 +315,115 @@ fn add_effect(
     found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<bool> {
-    let mut judgement = consider(workbench, round, found, observe)?;
-    take_winner(workbench, round, found, &mut judgement, observe)
+    let mut round = Round::new(round);
+    consider(workbench, &mut round, found, observe)?;
+    if free_numbers(workbench, &mut round, found)? {
+        round.tell(Subject::Numbers, observe);
+        return Some(true);
+    }
+    take_winner(workbench, &mut round, found, observe)
+}
+
+/// Frees the numbers that the base holds, if they explain what is left as well as the best effect does.
+/// Whether they do: a number that is a little off is commoner than an effect that nobody declared.
+#[inline(never)]
+fn free_numbers(
+    workbench: &mut Workbench<impl Schedule>,
+    round: &mut Round,
+    found: &mut Found,
+) -> Option<bool> {
+    let held = workbench.held_numbers();
+    if held.is_empty() {
+        return Some(false);
+    }
+    let model = &found.after.model;
+    let smaller = judge(workbench, &mut found.held_out, model)?;
+    let comparison = compare(smaller, &workbench.held_out_freeing(model, &held)?);
+    let refusal = comparison.refusal(held.len());
+    let _ = round.looks.push(Consideration {
+        round: round.number,
+        subject: Subject::Numbers,
+        score: (1.0 - comparison.ratio).max(0.0) as f32,
+        identifiability: 1.0,
+        held_out: Some(comparison),
+        decision: refusal.map_or(Decision::Accepted, Decision::Refused),
+    });
+    if refusal.is_some() || comparison.ratio > EQUALLY_GOOD * round.least {
+        return Some(false);
+    }
+    let limit = EQUALLY_GOOD * comparison.ratio;
+    let numbers = fewest(workbench, (model, smaller), &held, limit)?;
+    found.after = workbench.free(&found.after.model, &numbers)?;
+    found.held_out = None;
+    Some(true)
+}
+
+/// The fewest of these numbers that bring the held-out error under this ratio once they are free.
+#[inline(never)]
+fn fewest(
+    workbench: &mut Workbench<impl Schedule>,
+    (model, smaller): (&Model, &HeldOut),
+    held: &Numbers,
+    limit: f64,
+) -> Option<Numbers> {
+    let mut freed = Numbers::new();
+    let mut ratio = f64::INFINITY;
+    while freed.len() < held.len() && ratio > limit {
+        let mut best: Option<(Base, f64)> = None;
+        for &number in held.iter().filter(|number| !freed.contains(number)) {
+            let mut tried = freed.clone();
+            let _ = tried.push(number);
+            let larger = workbench.held_out_freeing(model, &tried)?;
+            let ratio = compare(smaller, &larger).ratio;
+            if best.is_none_or(|(_, least)| ratio < least) {
+                best = Some((number, ratio));
+            }
+        }
+        let (number, least) = best?;
+        let _ = freed.push(number);
+        ratio = least;
+    }
+    Some(freed)
 }
 
 /// Adds the effect that a round has found to what has been found. Whether there is one.
 #[inline(never)]
 fn take_winner(
     workbench: &mut Workbench<impl Schedule>,
-    round: usize,
+    round: &mut Round,
     found: &mut Found,
-    judgement: &mut Judgement,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<bool> {
-    let Judgement {
-        looks,
-        winner,
-        rival,
-    } = judgement;
+    let Round { winner, rival, .. } = round;
     if let (Some(leading), Some(rival)) = (winner.as_mut(), rival.take()) {
         let pair = [rival.candidate.effect, leading.candidate.effect];
         if wins_on_its_restarts(workbench, &found.after.model, pair)? {
             *leading = rival;
         }
     }
-    let by = winner.as_ref().map(|winner| winner.candidate.effect.id);
-    for look in looks {
-        if let Some(by) = by
-            && look.decision == Decision::Accepted
-            && look.subject != Subject::Effect(by)
-        {
-            look.decision = Decision::Outdone { by };
-        }
-        observe(look);
-    }
-    let Some(winner) = winner.take() else {
+    let winner = winner.take();
+    let taken = winner.as_ref().map_or(Subject::Numbers, |winner| {
+        Subject::Effect(winner.candidate.effect.id)
+    });
+    round.tell(taken, observe);
+    let Some(winner) = winner else {
         return Some(false);
     };
-    let larger = workbench.start(&found.after.model, winner.candidate.effect);
-    let Some(larger) = larger? else {
-        return Some(false);
+    let effect = winner.candidate.effect;
+    let leads = |(_, model): &&(f64, Model)| {
+        let last = model.effects.last();
+        last.is_some_and(|last| last.id == effect.id)
     };
-    let fitted = workbench.fit(&larger)?.model;
+    let fitted = match round.leader.as_ref().filter(leads) {
+        Some((_, started)) => workbench.fit(started)?.model,
+        None => match workbench.start(&found.after.model, effect)? {
+            Some(started) => workbench.fit(&started)?.model,
+            None => return Some(false),
+        },
+    };
     if workbench.certainty(&fitted, fitted.effects.len() - 1)? < LEAST_CERTAINTY {
         let refused = Decision::Refused(Refusal::Uncertain);
-        observe(&winner.candidate.look(round, refused));
+        observe(&winner.candidate.look(round.number, refused));
         return Some(false);
     }
     let _ = found.accepted.push(winner);
@@ -361,20 +442,25 @@ fn look_beneath(
     found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<Option<Unknown>> {
+    let is_more = found.is_more(workbench);
     let with = judge(workbench, &mut found.held_out, &found.after.model)?;
-    let (without, left, limit) = if found.accepted.is_empty() {
-        (with.clone(), 1.0, LARGEST_RATIO)
-    } else {
+    let fitted = workbench.hold_freed();
+    let (without, left, limit) = if is_more {
         let without = workbench.held_out(before)?;
         let left = compare(&without, with).ratio;
         (without, left, left * CLEARLY_BETTER)
+    } else {
+        (with.clone(), 1.0, LARGEST_RATIO)
     };
     let expanded = |accepted: &Accepted| accepted.candidate.effect.id.is_expansion();
-    if left <= POOR_EXPLANATION && !found.accepted.iter().any(expanded) {
-        return Some(None);
-    }
-    let structured = found.accepted.is_empty() && is_structured(workbench, before)?;
-    unknown::learn(workbench, (before, &without), limit, structured, observe)
+    let unknown = if left > POOR_EXPLANATION || found.accepted.iter().any(expanded) {
+        let structured = found.accepted.is_empty() && is_structured(workbench, &found.after.model)?;
+        unknown::learn(workbench, (before, &without), limit, structured, observe)?
+    } else {
+        None
+    };
+    workbench.base = fitted;
+    Some(unknown)
 }
 
 /// Whether a model's error is so large that it has a cause.
@@ -431,8 +517,8 @@ fn judge<'k>(
     known.as_ref()
 }
 
-/// Tries to do without each effect again: one taken early may have stood in for what a later one
-/// explains.
+/// Tries to do without each effect and each freed number again: one taken early may have stood in for
+/// what a later one explains.
 #[inline(never)]
 fn drop_replaced(
     workbench: &mut Workbench<impl Schedule>,
@@ -440,7 +526,7 @@ fn drop_replaced(
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<()> {
     let mut place = 0;
-    while found.accepted.len() > 1 && place < found.accepted.len() {
+    while place < found.accepted.len() && (found.accepted.len() > 1 || workbench.has_freed()) {
         let mut smaller = found.after.model.clone();
         let slot = workbench.declared.effects.len() + place;
         smaller.effects.remove(slot);
@@ -461,27 +547,72 @@ fn drop_replaced(
             ..dropped.look(found.accepted.len() + 1, Decision::Dropped)
         });
     }
+    let mut place = workbench.options.base.len();
+    while place < workbench.base.len() && !found.accepted.is_empty() {
+        judge(workbench, &mut found.held_out, &found.after.model)?;
+        let number = workbench.base.remove(place);
+        let mut smaller = found.after.model.clone();
+        smaller.set(number, workbench.declared.get(number));
+        let without = workbench.held_out(&smaller)?;
+        let with = found.held_out.as_ref()?;
+        if compare(&without, with).refusal(1).is_none() {
+            let _ = workbench.base.insert(place, number);
+            place += 1;
+            continue;
+        }
+        found.after = workbench.fit(&smaller)?;
+        found.held_out = None;
+    }
     Some(())
 }
 
-/// What a round decided.
-struct Judgement {
-    looks: Vec<Consideration, MOST_CANDIDATES>,
+/// What a round has looked at and decided. In one place: on the chip there is no room for copies.
+struct Round {
+    /// From 1.
+    number: usize,
+    looks: Vec<Consideration, MOST_LOOKS>,
+    leader: Leader,
     winner: Option<Accepted>,
     /// An effect with a memory that comes near to it, and may win where replays restart as suits it.
     rival: Option<Accepted>,
+    /// Least held-out error of those that passed, over that without; infinite if none has.
+    least: f64,
+}
+
+impl Round {
+    fn new(number: usize) -> Self {
+        Self {
+            number,
+            looks: Vec::new(),
+            leader: None,
+            winner: None,
+            rival: None,
+            least: f64::INFINITY,
+        }
+    }
+
+    /// Tells of every look, now that it is known what was taken.
+    fn tell(&mut self, taken: Subject, observe: &mut impl FnMut(&Consideration)) {
+        for look in &mut self.looks {
+            if look.decision == Decision::Accepted && look.subject != taken {
+                look.decision = Decision::Outdone { by: taken };
+            }
+            observe(look);
+        }
+    }
 }
 
 /// Screens the effects that a model lacks and judges the best of them.
 #[inline(never)]
 fn consider(
     workbench: &mut Workbench<impl Schedule>,
-    round: usize,
+    round: &mut Round,
     found: &mut Found,
     observe: &mut impl FnMut(&Consideration),
-) -> Option<Judgement> {
+) -> Option<()> {
     let resolution = workbench.data.settings.resolution;
-    let passed_over = |candidate: &Candidate| observe(&candidate.first_look(round, resolution));
+    let number = round.number;
+    let passed_over = |candidate: &Candidate| observe(&candidate.first_look(number, resolution));
     let screened = workbench.screen(&found.after.model, passed_over)?;
     refit(workbench, round, found, &screened)
 }
@@ -504,7 +635,12 @@ fn wins_on_its_restarts(
     Some(compare(&leading, &rival).ratio < 1.0)
 }
 
-/// Refits a model with an effect and compares it on held-out blocks, as one of `looks`.
+/// The model with the effect that has passed with the least held-out error, where a fit of it starts, and
+/// that error over the one without.
+type Leader = Option<(f64, Model)>;
+
+/// Refits a model with an effect and compares it on held-out blocks, as one of `looks`. One that passes
+/// with less error than the leader takes its place.
 ///
 /// `None` inside if it is hopeless.
 #[inline(never)]
@@ -514,6 +650,7 @@ fn judge_effect(
     smaller: &HeldOut,
     effect: Active,
     looks: usize,
+    leader: &mut Leader,
 ) -> Option<Option<(Comparison, Option<Refusal>)>> {
     let mut larger = HeldOut::new();
     let Some(with) = workbench.held_out_with(model, effect, &mut larger)? else {
@@ -524,6 +661,10 @@ fn judge_effect(
     let mut refusal = comparison.refusal(looks);
     if refusal.is_none() && effect.id.remembers() {
         refusal = compare_beside(workbench, model, effect.id, &larger)?.refusal(looks);
+    }
+    let leads = |(least, _): &(f64, Model)| comparison.ratio < *least;
+    if refusal.is_none() && leader.as_ref().is_none_or(leads) {
+        *leader = Some((comparison.ratio, with));
     }
     Some(Some((comparison, refusal)))
 }
@@ -571,10 +712,10 @@ fn compare_beside(
 #[inline(never)]
 fn refit(
     workbench: &mut Workbench<impl Schedule>,
-    round: usize,
+    round: &mut Round,
     found: &mut Found,
     screened: &Screening,
-) -> Option<Judgement> {
+) -> Option<()> {
     let Screening {
         candidates,
         imitation,
@@ -582,10 +723,14 @@ fn refit(
         ..
     } = screened;
     let resolution = workbench.data.settings.resolution;
-    let mut looks: Vec<Consideration, MOST_CANDIDATES> = candidates
-        .iter()
-        .map(|candidate| candidate.first_look(round, resolution))
-        .collect();
+    let Round {
+        number,
+        looks,
+        leader,
+        ..
+    } = round;
+    let first = |candidate: &Candidate| candidate.first_look(*number, resolution);
+    looks.extend(candidates.iter().map(first));
     let model = &found.after.model;
     let mut shortlist: Vec<usize, MOST_REFITTED> = Vec::new();
     let mut scored = 0;
@@ -633,7 +778,7 @@ fn refit(
         }
         // Passed is Accepted for now; who wins is known when all have been refitted.
         let tries = screened * candidates[index].tries as usize;
-        looks[index].decision = match judge_effect(workbench, model, smaller, own, tries)? {
+        looks[index].decision = match judge_effect(workbench, model, smaller, own, tries, leader)? {
             Some((comparison, refusal)) => {
                 looks[index].held_out = Some(comparison);
                 refusal.map_or(Decision::Accepted, Decision::Refused)
@@ -649,11 +794,7 @@ fn refit(
     };
     let ratios = |index: &usize| passed(*index).map(|held_out| held_out.ratio);
     let Some(least) = shortlist.iter().filter_map(ratios).min_by(f64::total_cmp) else {
-        return Some(Judgement {
-            looks,
-            winner: None,
-            rival: None,
-        });
+        return Some(());
     };
     let parameters = |index: usize| candidates[index].effect.id.description().parameters.len();
     let (best, comparison) = shortlist
@@ -696,10 +837,8 @@ fn refit(
         let held_out = passed(index).filter(near)?;
         (index != best && remembers).then(|| accept(index, held_out))
     });
-    let winner = accept(best, comparison);
-    Some(Judgement {
-        winner: Some(winner),
-        rival,
-        looks,
-    })
+    round.winner = Some(accept(best, comparison));
+    round.rival = rival;
+    round.least = least;
+    Some(())
 }

@@ -3,7 +3,7 @@
 use super::held_out::{HeldOut, Refusal, compare};
 use super::model::Model;
 use super::replay::Schedule;
-use super::select::{Consideration, Decision, Subject};
+use super::select::{Consideration, Decision, LEAST_SCORE, Subject};
 use super::workbench::Workbench;
 use crate::effect::learned_map::{Kind, LearnedMap, Ranges};
 use heapless::Vec;
@@ -40,18 +40,24 @@ pub fn learn(
     for kind in Kind::ALL {
         let model = with_map(&workbench.options.ranges, kind);
         let score = workbench.map_score(&model)?;
-        let comparison = compare(smaller, &workbench.held_out(&model)?);
-        let refusal = comparison
-            .refusal(Kind::ALL.len())
-            .or((comparison.ratio > limit).then_some(Refusal::GainTooSmall));
-        let look = Consideration {
+        let mut look = Consideration {
             round: 1,
             subject: Subject::Map(kind),
             score,
             identifiability: 1.0,
-            held_out: Some(comparison),
-            decision: refusal.map_or(Decision::Accepted, Decision::Refused),
+            held_out: None,
+            decision: Decision::ScoreTooLow,
         };
+        if score < LEAST_SCORE && !structured {
+            let _ = looks.push((kind, f64::INFINITY, look));
+            continue;
+        }
+        let comparison = compare(smaller, &workbench.held_out(&model)?);
+        let refusal = comparison
+            .refusal(Kind::ALL.len())
+            .or((comparison.ratio > limit).then_some(Refusal::GainTooSmall));
+        look.held_out = Some(comparison);
+        look.decision = refusal.map_or(Decision::Accepted, Decision::Refused);
         let _ = looks.push((kind, comparison.ratio, look));
     }
     let best = looks
@@ -72,7 +78,8 @@ pub fn learn(
             && look.decision == Decision::Accepted
             && *kind != by
         {
-            look.decision = Decision::OutdoneByMap { by };
+            let by = Subject::Map(by);
+            look.decision = Decision::Outdone { by };
         }
         observe(look);
     }

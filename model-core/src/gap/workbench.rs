@@ -5,7 +5,7 @@ use super::covariance::Information;
 use super::fit::{self, Effort, Fit, Target, Variables};
 use super::held_out::{HeldOut, MOST_BLOCKS, Mask, windows_per_block};
 use super::log::Log;
-use super::model::{Base, Model};
+use super::model::{Base, Model, Numbers};
 use super::replay::{self, Data, Fold, HALF_WIDTHS, Replays, Schedule, WindowError, samples};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
@@ -13,14 +13,15 @@ use super::span::best_span;
 use crate::effect::learned_map::Ranges;
 use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
 use crate::numeric::random::Random;
+use crate::plant::parameters::Drive;
 
-/// Effort of a fit on all of the log, and of one inside cross-validation, whose errors are compared
-/// to a tenth.
+/// Effort of a fit that is kept, and of one that is not: inside cross-validation, whose errors are
+/// compared to a tenth, or from one of several starts.
 const FULL: Effort = Effort {
     steps: 100,
     converged: 1e-6,
 };
-const HALF: Effort = Effort {
+const ROUGH: Effort = Effort {
     steps: 30,
     converged: 1e-4,
 };
@@ -113,6 +114,9 @@ pub struct Workbench<'a, S> {
     pub declared: &'a Model,
     /// How the tracing runs.
     pub options: &'a Options<'a>,
+    /// Numbers of the declared actuator that fits move: those of the options, and behind them those
+    /// that were freed.
+    pub base: Numbers,
     /// Windows of the judging length simulated, each copy counted.
     pub simulated: u64,
     schedule: &'a S,
@@ -136,6 +140,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             data,
             declared,
             options,
+            base: options.base.iter().copied().collect(),
             simulated: 0,
             schedule,
             block: windows_per_block(&data, options.block),
@@ -144,7 +149,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
 
     /// What a fit of the model may move.
     pub fn variables(&self, model: &Model) -> Variables {
-        fit::variables(self.declared, model, self.options.base, &self.options.scope)
+        fit::variables(self.declared, model, &self.base, &self.options.scope)
     }
 
     /// Fits a model to all of the log.
@@ -154,16 +159,19 @@ impl<'a, S: Schedule> Workbench<'a, S> {
 
     /// Fits a model to all of the log in windows of another length.
     pub fn fit_windows(&mut self, model: &Model, window: usize) -> Option<Fit> {
+        self.fit_with(model, window, FULL)
+    }
+
+    /// The same roughly, for one of several starts.
+    pub fn fit_roughly(&mut self, model: &Model, window: usize) -> Option<Fit> {
+        self.fit_with(model, window, ROUGH)
+    }
+
+    fn fit_with(&mut self, model: &Model, window: usize, effort: Effort) -> Option<Fit> {
         let data = self.data.with_window(window);
         let all = (Fold::All, 1);
-        let fit = fit::fit(
-            &data,
-            self.schedule,
-            all,
-            model,
-            &self.variables(model),
-            FULL,
-        )?;
+        let variables = self.variables(model);
+        let fit = fit::fit(&data, self.schedule, all, model, &variables, effort)?;
         self.count(fit.simulated, window);
         Some(fit)
     }
@@ -171,8 +179,18 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Fits a model to all of the log from two starts and keeps the better one. One of them is the
     /// model that is compared with: the fit is never worse than that.
     pub fn best_fit(&mut self, starts: [&Model; 2]) -> Option<Fit> {
-        let (a, b) = (self.fit(starts[0])?, self.fit(starts[1])?);
-        Some(if b.cost < a.cost { b } else { a })
+        self.best_with(starts, FULL)
+    }
+
+    #[inline(never)]
+    fn best_with(&mut self, starts: [&Model; 2], effort: Effort) -> Option<Fit> {
+        let window = self.data.settings.window;
+        let mut best = self.fit_with(starts[0], window, effort)?;
+        let other = self.fit_with(starts[1], window, effort)?;
+        if other.cost < best.cost {
+            best = other;
+        }
+        Some(best)
     }
 
     /// The best of fits that start around this one, until none has come below it for a while.
@@ -183,6 +201,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     #[inline(never)]
     pub fn settle(&mut self, fit: Fit) -> Fit {
         let mut random = Random::new(SETTLING_SEED, 0);
+        let window = self.data.settings.window;
         let mut best = fit;
         let (mut starts, mut idle) = (0, 0);
         while starts < MOST_STARTS && idle < IDLE_STARTS {
@@ -190,14 +209,15 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             starts += 1;
             idle += 1;
             // Beyond the plant's range there is nothing.
-            let Some(found) = self.fit(&beside) else {
+            let Some(rough) = self.fit_roughly(&beside, window) else {
                 continue;
             };
-            if found.cost < best.cost {
-                if found.cost < best.cost * (1.0 - SETTLED) {
+            if rough.cost < best.cost {
+                let clearly = best.cost * (1.0 - SETTLED);
+                best = self.fit(&rough.model).unwrap_or(rough);
+                if best.cost < clearly {
                     idle = 0;
                 }
-                best = found;
             }
         }
         best
@@ -313,6 +333,52 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(())
     }
 
+    /// Numbers of the declared actuator that fits leave alone and that may be wrong.
+    pub fn held_numbers(&self) -> Numbers {
+        let plant = &self.declared.plant;
+        let held = Base::WITHOUT_EFFECT.into_iter();
+        held.filter(|number| !self.base.contains(number))
+            .filter(|number| !number.is_of_motor() || matches!(plant.drive, Drive::Voltage { .. }))
+            .collect()
+    }
+
+    /// Whether fits move more than what the options say.
+    pub fn has_freed(&self) -> bool {
+        self.base.len() > self.options.base.len()
+    }
+
+    /// Has fits move no more than what the options say. Gives what they moved.
+    pub fn hold_freed(&mut self) -> Numbers {
+        let moved = self.base.clone();
+        self.base.truncate(self.options.base.len());
+        moved
+    }
+
+    /// Held-out errors of a model of which the fits move these numbers besides.
+    #[inline(never)]
+    pub fn held_out_freeing(&mut self, model: &Model, numbers: &[Base]) -> Option<HeldOut> {
+        let fixed = self.base.len();
+        let _ = self.base.extend_from_slice(numbers);
+        let held_out = if self.is_bent(model) {
+            let start = self.best_with([model, &self.unbent(model)], ROUGH)?.model;
+            self.held_out(&start)
+        } else {
+            self.held_out(model)
+        };
+        self.base.truncate(fixed);
+        held_out
+    }
+
+    /// Frees these numbers, and fits a model with them.
+    #[inline(never)]
+    pub fn free(&mut self, model: &Model, numbers: &[Base]) -> Option<Fit> {
+        let _ = self.base.extend_from_slice(numbers);
+        let fitted = self.best_with([model, &self.unbent(model)], ROUGH)?.model;
+        self.restart(&fitted)?;
+        let fit = self.fit(&fitted)?;
+        Some(self.settle(fit))
+    }
+
     /// Fits a model, of which the fits move what another one has, on every second block of windows and
     /// adds the errors on the blocks between, each window's at its place; then the other way round.
     /// Gives the windows simulated.
@@ -328,7 +394,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let mut simulated = 0;
         for (train, test) in [(Fold::Even, Fold::Odd), (Fold::Odd, Fold::Even)] {
             let fold = (train, block);
-            let fit = fit::fit(data, self.schedule, fold, model, &variables, HALF)?;
+            let fit = fit::fit(data, self.schedule, fold, model, &variables, ROUGH)?;
             let tested = (data, (test, block));
             let measured = self.measure(tested, &fit.model, &floor, blocks, &place)?;
             simulated += fit.simulated + measured;
@@ -429,7 +495,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// The model with its base as it is declared.
     fn unbent(&self, model: &Model) -> Model {
         let mut unbent = model.clone();
-        for &parameter in self.options.base {
+        for &parameter in &self.base {
             unbent.set(parameter, self.declared.get(parameter));
         }
         unbent
@@ -438,7 +504,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Whether the fit has moved a number of the base to a multiple or a part of what is declared: it
     /// may then stand in for what is missing, in a valley from which no fit with the effect comes back.
     fn is_bent(&self, model: &Model) -> bool {
-        self.options.base.iter().any(|&parameter| {
+        self.base.iter().any(|&parameter| {
             let (fitted, declared) = (model.get(parameter), self.declared.get(parameter));
             let moved = fitted / declared;
             declared > 0.0 && !(1.0 / BENT..=BENT).contains(&moved)

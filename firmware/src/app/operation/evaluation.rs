@@ -42,6 +42,7 @@ pub struct Done {
 }
 
 /// What came of a log.
+#[expect(clippy::large_enum_variant, reason = "there is no allocation")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
     /// The friction, or why there is none.
@@ -99,8 +100,17 @@ impl fmt::Display for Finding {
         if let Some(variable) = self.unknown {
             write!(formatter, "\nunknown, depends on {variable}")?;
         }
-        for (parameter, fitted) in BASE.iter().zip(self.fitted) {
-            write!(formatter, "\nfitted {} {fitted:?}", parameter.name())?;
+        for (parameter, fitted) in &self.fitted {
+            let declared = if BASE.contains(parameter) {
+                ""
+            } else {
+                ", declared wrong"
+            };
+            write!(
+                formatter,
+                "\nfitted {} {fitted:?}{declared}",
+                parameter.name()
+            )?;
         }
         Ok(())
     }
