@@ -2,12 +2,20 @@
 //!
 //! A log may leave several explanations standing: effects that are one model on its motion, an effect
 //! that a fitted parameter imitates, several learned maps that come equally near. Then each of them is
-//! fitted to the logs (`candidates`), the usual excitations of the field (`excitation`) are scaled
-//! to what the machine has been shown to take (`limits`), and the one that sets the candidates apart
-//! best is proposed (`separation`): the one whose log, were one candidate true, every other one would
-//! follow worst however it were refitted. That is T-optimality (A. C. Atkinson, V. V. Fedorov, *The
-//! Design of Experiments for Discriminating Between Two Rival Models*, Biometrika 62, 1975), over a
-//! list of excitations instead of all inputs.
+//! fitted to the logs (`candidates`), and the usual excitations of the field (`excitation`) are scaled
+//! to what the machine has been shown to take (`limits`). A good experiment
+//!
+//! * is steady: with every fitted number off by up to a twentieth (`variants`), the machine still stays
+//!   within the limits, slides clearly in both directions and goes about the same way. Where the input
+//!   hardly passes breakaway, small errors decide whether anything moves, and the log says nothing;
+//! * sets the candidates apart, and each of them from the model without any (`separation`): its log,
+//!   were one candidate true, every other one would follow badly however it were refitted. That is
+//!   T-optimality (A. C. Atkinson, V. V. Fedorov, *The Design of Experiments for Discriminating Between
+//!   Two Rival Models*, Biometrika 62, 1975), over a list of excitations instead of all inputs, by the
+//!   worst of the variants;
+//! * has been rehearsed (`rehearsal`): the logs that it would leave are traced beside the known ones, and
+//!   name the candidates that it is said to tell apart and nothing that was never in doubt; and alone,
+//!   where what can be told so counts for the choice and is said.
 //!
 //! What is not allowed for: a machine that is none of the candidates; an effect that comes to light
 //! beside them only in the experiment. Where several of the effects that were found are in doubt, the
@@ -16,17 +24,21 @@
 mod candidates;
 mod excitation;
 mod limits;
+mod rehearsal;
 mod separation;
+mod variants;
 
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::Path;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
-use self::candidates::Candidate;
-use self::limits::{Limits, Trial};
+use self::candidates::{Candidate, Candidates, Reason};
+use self::limits::{Limits, Trial, Tryout};
+use self::rehearsal::Rehearsal;
 use self::separation::{Bench, Separation};
 use super::engine::{Found, with_workbench};
 use super::metrics::decimal;
@@ -36,24 +48,32 @@ use crate::machine::Machine;
 use crate::quantity::significant;
 use crate::whole_file;
 
-/// Excitations that are judged by linear theory, those that set the candidates furthest apart before
-/// anything is refitted; and of these, those that are judged by refits.
-const LINEARISED: usize = 24;
-const REFITTED: usize = 3;
-
-/// Distance, in multiples of the noise, from which on nothing better is looked for where every pair is
-/// separated.
-const CLEAR: f64 = 5.0;
+/// Steady trials of which linear theory judges the candidates as they are fitted: those that set them
+/// furthest apart before anything is refitted. Of these, those that are judged by all variants; and of
+/// these, those that are rehearsed.
+const LINEARISED: usize = 32;
+const VARIED: usize = 12;
+const REHEARSED: usize = 3;
 
 /// The experiment that would tell candidates apart, or that none was found that would.
 #[derive(Debug, Clone, Serialize)]
 pub struct NextExperiment {
-    /// What the logs cannot tell apart, what was named first.
+    /// What may be true: what was named, those equivalent to it and those near it.
     pub candidates: Vec<String>,
+    /// Those that the answer calls equivalent to what it names.
+    pub equivalent: Vec<String>,
+    /// Others that, refitted, follow the logs about as well: with a mean square error of at most 1.5
+    /// times that of what was named.
+    pub near: Vec<String>,
+    /// Identifiability of what was named, where it is so low that fitted parameters may be it; else
+    /// null.
+    pub low_identifiability: Option<f64>,
     /// Those of them that the experiment tells from one other at least.
     pub separates: Vec<String>,
     /// Pairs that it would leave as they are.
     pub leaves: Vec<[String; 2]>,
+    /// Whether its log tells as many apart alone; else it has to be given beside the others.
+    pub alone: bool,
     /// The input in words; null where no excitation within the limits separates any two.
     pub excitation: Option<String>,
     /// Least distance of two candidates that it separates, in multiples of the measurement's noise.
@@ -121,10 +141,9 @@ impl NextExperiment {
         Ok(())
     }
 
-    /// What is in doubt and what would settle it, in two sentences. `unit`: that of positions.
+    /// What is in doubt and what would settle it. `unit`: that of positions.
     pub fn sentences(&self, unit: &str) -> String {
-        let (named, others) = self.candidates.split_at(1);
-        let doubt = format!("The logs cannot tell {} from {}.", named[0], listed(others));
+        let doubt = self.doubt();
         let number = |value: f64| significant(value, 3);
         let (Some(excitation), Some(separation), Some(duration), Some(start)) = (
             &self.excitation,
@@ -134,9 +153,9 @@ impl NextExperiment {
         ) else {
             let bounds = &self.limits;
             return format!(
-                "{doubt} No excitation that was tried would, with an input up to {}, a position \
-                 from {} to {} {unit} and a speed up to {} {unit}/s; wider limits, another sensor \
-                 or a brake may.",
+                "{doubt} No excitation that was tried would tell them apart, with an input up to {}, a \
+                 position from {} to {} {unit} and a speed up to {} {unit}/s, whichever fitted numbers \
+                 are off by a twentieth; wider limits, another sensor or a brake may.",
                 number(bounds.input),
                 number(bounds.lowest_position),
                 number(bounds.highest_position),
@@ -144,21 +163,62 @@ impl NextExperiment {
             );
         };
         let pairs = self.leaves.iter();
-        let left: Vec<String> = pairs.map(|[a, b]| format!("{a} from {b}")).collect();
+        let left: Vec<String> = pairs
+            .map(|[a, b]| format!("{} from {}", in_words(a), in_words(b)))
+            .collect();
         let left = if left.is_empty() {
             String::new()
         } else {
             format!(", but not {}", listed(&left))
         };
+        let alone = [" (alone it may mislead)", ", or alone,"][usize::from(self.alone)];
         format!(
-            "{doubt} An experiment in open loop would: {excitation}, {} s from rest at {} {unit}; it \
-             sets {} apart by {} times the noise{left}.",
+            "{doubt} An experiment in open loop would tell: {excitation}, {} s from rest at {} {unit}. \
+             Its log beside these{alone} sets {} apart by {} times the noise{left}.",
             number(duration),
             number(start),
-            listed(&self.separates),
+            all_in_words(&self.separates),
             number(separation),
         )
     }
+
+    /// What the logs leave open, as the answer has it: what it calls equivalent, what is low.
+    fn doubt(&self) -> String {
+        let named = &self.candidates[0];
+        let mut doubts = Vec::new();
+        if !self.equivalent.is_empty() {
+            let equivalent = all_in_words(&self.equivalent);
+            doubts.push(format!("The logs cannot tell {named} from {equivalent}."));
+        }
+        if let Some(identifiability) = self.low_identifiability {
+            doubts.push(format!(
+                "The identifiability of {named} is only {}: fitted parameters do most of what it does.",
+                significant(identifiability, 2)
+            ));
+        }
+        if !self.near.is_empty() {
+            let (near, verb) = (all_in_words(&self.near), ["follow", "follows"]);
+            let verb = verb[usize::from(self.near.len() == 1)];
+            doubts.push(format!(
+                "Refitted, {near} {verb} the logs about as well as {named}."
+            ));
+        }
+        doubts.join(" ")
+    }
+}
+
+/// A candidate in a sentence.
+fn in_words(name: &str) -> String {
+    if name == candidates::NOTHING {
+        "the model without it".to_owned()
+    } else {
+        name.to_owned()
+    }
+}
+
+fn all_in_words(names: &[String]) -> String {
+    let names: Vec<String> = names.iter().map(|name| in_words(name)).collect();
+    listed(&names)
 }
 
 /// `a`, `a and b`, `a, b and c`
@@ -189,52 +249,84 @@ pub fn next(
         let Some(candidates) = candidates::fitted(workbench, &found.trace, &doubt) else {
             return Some(None);
         };
-        let limits = Limits::of(workbench, &candidates[0].model);
-        let trials = limits::trials(workbench, &candidates, &limits);
+        let limits = Limits::of(workbench, &candidates.all[0].model);
         let bench = Bench::new(workbench, &candidates)?;
-        let best = best(&bench, trials);
+        let best = best(&bench, &candidates.all, &limits);
         Some(Some(proposal(&candidates, &limits, best)))
     })
 }
 
-/// The trial that separates best: those that promise most by linear theory, judged by refits.
-fn best(bench: &Bench, trials: Vec<Trial>) -> Option<(Trial, Separation)> {
-    let far_apart = most_promising(bench.unfitted(trials), LINEARISED);
-    let promising = most_promising(bench.linear(far_apart), REFITTED);
-    let mut best: Option<(Trial, Separation)> = None;
-    for trial in promising {
-        let Some(separation) = bench.refitted(&trial) else {
-            continue;
-        };
-        let known = best.as_ref().map(|(_, known)| known.rank());
-        if known.is_none_or(|known| separation.rank() > known) {
-            let clear = separation.is_complete() && separation.least() >= CLEAR;
-            best = Some((trial, separation));
-            if clear {
-                break;
-            }
+/// What is proposed.
+struct Best {
+    trial: Trial,
+    rehearsal: Rehearsal,
+    separation: Separation,
+}
+
+/// The trial that tells most of the candidates apart: of those that are steady, those that promise most
+/// by linear theory are rehearsed.
+fn best(bench: &Bench, candidates: &[Candidate], limits: &Limits) -> Option<Best> {
+    let data = &bench.workbench.data;
+    let tryout = Tryout {
+        limits,
+        settings: data.settings,
+        has_winding: data.logs.iter().all(|log| log.current.is_some()),
+    };
+    let trials = tryout.trials(candidates).into_par_iter();
+    let steady = trials.filter_map(|trial| tryout.steady(trial, &bench.variants));
+    let far_apart = most_promising(steady.collect(), LINEARISED, |trial| bench.unfitted(trial));
+    let promising = most_promising(trials_of(far_apart), VARIED, |trial| bench.linear(trial, 1));
+    let all = bench.variants.len();
+    let rehearsed = most_promising(trials_of(promising), REHEARSED, |trial| {
+        bench.linear(trial, all)
+    });
+    let mut best: Option<Best> = None;
+    for (trial, separation) in rehearsed {
+        let known = best.as_ref().map_or((0, 0), |best| best.rehearsal.rank());
+        let judged = (&trial, &separation);
+        if let Some(rehearsal) = rehearsal::rehearse(bench, candidates, judged, known) {
+            best = Some(Best {
+                trial,
+                rehearsal,
+                separation,
+            });
         }
     }
-    best.filter(|(_, separation)| separation.separates_any())
+    best
 }
 
 /// So many of the trials that promise most, the best first.
-fn most_promising(mut judged: Vec<(Trial, Separation)>, count: usize) -> Vec<Trial> {
+fn most_promising(
+    trials: Vec<Trial>,
+    count: usize,
+    judge: impl Fn(&Trial) -> Option<Separation> + Sync,
+) -> Vec<(Trial, Separation)> {
+    let judged = trials.into_par_iter().filter_map(|trial| {
+        let separation = judge(&trial)?;
+        Some((trial, separation))
+    });
+    let mut judged: Vec<(Trial, Separation)> = judged.collect();
     judged.sort_by(|(_, a), (_, b)| b.promise().total_cmp(&a.promise()));
     judged.truncate(count);
+    judged
+}
+
+fn trials_of(judged: Vec<(Trial, Separation)>) -> Vec<Trial> {
     judged.into_iter().map(|(trial, _)| trial).collect()
 }
 
-fn proposal(
-    candidates: &[Candidate],
-    limits: &Limits,
-    best: Option<(Trial, Separation)>,
-) -> NextExperiment {
-    let names: Vec<String> = candidates.iter().map(|it| it.name.clone()).collect();
+fn proposal(candidates: &Candidates, limits: &Limits, best: Option<Best>) -> NextExperiment {
+    let all = &candidates.all;
+    let near = all.iter().filter(|it| it.reason == Reason::Near);
+    let names: Vec<String> = all.iter().map(|it| it.name.clone()).collect();
     let nothing = NextExperiment {
+        equivalent: candidates.equivalent.clone(),
+        near: near.map(|it| it.name.clone()).collect(),
+        low_identifiability: candidates.low_identifiability.map(decimal),
         candidates: names.clone(),
         separates: Vec::new(),
         leaves: Vec::new(),
+        alone: false,
         excitation: None,
         separation: None,
         duration_s: None,
@@ -243,16 +335,27 @@ fn proposal(
         limits: limits.bounds(),
         plan: None,
     };
-    let Some((trial, separation)) = best else {
+    let Some(best) = best else {
         return nothing;
     };
+    let Best {
+        trial,
+        rehearsal,
+        separation,
+    } = best;
+    let description = trial.description();
     let name = |place: usize| names[place].clone();
+    let settled = (0..names.len()).filter(|&place| rehearsal.settles(place));
+    let alone = rehearsal.does_alone();
+    let distances = rehearsal.told().map(|(a, b)| separation.distance(a, b));
     let period_s = decimal(limits.period);
+    let predicted = trial.courses.into_iter().next().unwrap_or_default();
     NextExperiment {
-        separates: separation.separated().into_iter().map(name).collect(),
-        leaves: separation.left().map(|(a, b)| [name(a), name(b)]).collect(),
-        excitation: Some(trial.description()),
-        separation: Some(separation.least()),
+        separates: settled.map(name).collect(),
+        leaves: rehearsal.left().map(|(a, b)| [name(a), name(b)]).collect(),
+        alone,
+        excitation: Some(description),
+        separation: distances.min_by(f64::total_cmp),
         duration_s: Some(trial.input.len() as f64 * period_s),
         start_position: Some(decimal(limits.start)),
         plan: Some(Plan {
@@ -260,7 +363,7 @@ fn proposal(
             predicted: names
                 .iter()
                 .cloned()
-                .zip(trial.courses.into_iter().map(|course| course.position))
+                .zip(predicted.into_iter().map(|course| course.position))
                 .collect(),
             input: trial.input,
         }),

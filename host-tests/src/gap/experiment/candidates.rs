@@ -27,10 +27,24 @@ pub(super) const NOTHING: &str = "no effect";
 pub(super) struct Doubt {
     /// Place of the effect among the accepted ones; `None` of an unknown effect.
     accepted: Option<usize>,
+    /// What the answer calls equivalent to it.
+    equivalent: Vec<Id>,
+    /// Others that may follow the logs about as well.
     effects: Vec<Id>,
     maps: Vec<Kind>,
-    /// Whether a refit of the base without the effect may do.
+    /// Whether a refit of the base without the effect may do: its identifiability is low.
     nothing: bool,
+}
+
+/// Why a candidate is one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Reason {
+    /// The answer names it.
+    Named,
+    /// The answer calls it equivalent to the one that it names.
+    Equivalent,
+    /// Refitted, it follows the logs about as well.
+    Near,
 }
 
 /// A model that the logs leave standing.
@@ -38,8 +52,25 @@ pub(super) struct Doubt {
 pub(super) struct Candidate {
     /// The effect's id, or `map:VARIABLE`.
     pub name: String,
+    /// What a tracing would have to find, were it true; `None` of [`NOTHING`].
+    pub subject: Option<Subject>,
+    /// Why it is one.
+    pub reason: Reason,
     /// Fitted to the training logs.
     pub model: Model,
+}
+
+/// What stands against each other.
+#[derive(Debug)]
+pub(super) struct Candidates {
+    /// The named one first, then those that the answer calls equivalent to it.
+    pub all: Vec<Candidate>,
+    /// Those that the answer calls equivalent to the named one.
+    pub equivalent: Vec<String>,
+    /// The model without any of them, fitted to the training logs.
+    pub without: Model,
+    /// Identifiability of the named effect, where it is low.
+    pub low_identifiability: Option<f32>,
 }
 
 /// What is in doubt after a tracing; `None` where nothing is.
@@ -50,15 +81,17 @@ pub(super) fn doubt(trace: &Trace, looks: &[Consideration]) -> Option<Doubt> {
     let doubts = (0..trace.accepted.len()).map(|place| doubt_of_effect(trace, looks, place));
     doubts
         .into_iter()
-        .find(|doubt| doubt.nothing || !doubt.effects.is_empty())
+        .find(|doubt| doubt.nothing || !doubt.equivalent.is_empty() || !doubt.effects.is_empty())
 }
 
 fn doubt_of_effect(trace: &Trace, looks: &[Consideration], place: usize) -> Doubt {
     let accepted = &trace.accepted[place];
     let own = accepted.candidate.effect.id;
+    let low = accepted.candidate.identifiability < LOW_IDENTIFIABILITY;
     let mut doubt = Doubt {
         accepted: Some(place),
-        effects: accepted.equivalent.to_vec(),
+        equivalent: accepted.equivalent.to_vec(),
+        nothing: low,
         ..Doubt::default()
     };
     let taken = looks.iter().find(|look| {
@@ -82,7 +115,6 @@ fn doubt_of_effect(trace: &Trace, looks: &[Consideration], place: usize) -> Doub
     // As near on held-out blocks, whatever else was held against it: a short log proves little.
     let limit = TOLD_APART * taken.held_out.map_or(0.0, |held_out| held_out.ratio);
     let near = |look: &Consideration| look.held_out.is_some_and(|other| other.ratio <= limit);
-    let low = accepted.candidate.identifiability < LOW_IDENTIFIABILITY;
     for (id, look) in others() {
         let scores = low && look.score >= NEAR_SCORE * taken.score;
         if near(look) || scores {
@@ -90,14 +122,21 @@ fn doubt_of_effect(trace: &Trace, looks: &[Consideration], place: usize) -> Doub
         }
     }
     let same: Vec<Id> = others()
-        .filter(|(_, look)| {
-            matches!(look.decision, Decision::SameAs { other } if doubt.effects.contains(&other))
+        .filter(|(_, look)| match look.decision {
+            Decision::SameAs { other } => {
+                doubt.effects.contains(&other) || doubt.equivalent.contains(&other)
+            }
+            _ => false,
         })
         .map(|(id, _)| id)
         .collect();
     doubt.effects.extend(same);
-    doubt.effects.retain(|id| !trace.after.model.has(*id));
-    doubt.nothing = low;
+    let Doubt {
+        equivalent,
+        effects,
+        ..
+    } = &mut doubt;
+    effects.retain(|id| !trace.after.model.has(*id) && !equivalent.contains(id));
     doubt
 }
 
@@ -119,13 +158,14 @@ fn doubt_of_map(kind: Kind, looks: &[Consideration]) -> Option<Doubt> {
     (!doubt.maps.is_empty() || !doubt.effects.is_empty()).then_some(doubt)
 }
 
-/// The candidates, each fitted to the logs as the named one is: the named one first, of the others
-/// those that follow the logs about as well. `None` where no other one does.
+/// The candidates, each fitted to the logs as the named one is: the named one, those that the answer
+/// calls equivalent to it, and of the others those that follow the logs about as well. `None` where
+/// there is none beside the named one.
 pub(super) fn fitted(
     workbench: &mut Workbench<impl Schedule>,
     trace: &Trace,
     doubt: &Doubt,
-) -> Option<Vec<Candidate>> {
+) -> Option<Candidates> {
     let named = trace.after.model.clone();
     let mut without = match doubt.accepted {
         Some(place) => {
@@ -138,19 +178,25 @@ pub(super) fn fitted(
         None => trace.before.model.clone(),
     };
     without = workbench.fit(&without)?.model;
-    let name = match (doubt.accepted, &trace.unknown) {
-        (Some(place), _) => name_of(trace.accepted[place].candidate.effect.id),
-        (None, Some(unknown)) => name_of_map(unknown.kind),
+    let accepted = doubt.accepted.map(|place| &trace.accepted[place].candidate);
+    let subject = match (accepted, &trace.unknown) {
+        (Some(accepted), _) => Subject::Effect(accepted.effect.id),
+        (None, Some(unknown)) => Subject::Map(unknown.kind),
         (None, None) => return None,
     };
-    let mut starts: Vec<(String, Model)> = Vec::new();
+    let mut starts: Vec<(Option<Subject>, Reason, Model)> = Vec::new();
     let screening = workbench.screen(&without, |_| ())?;
     for candidate in &screening.candidates {
         let id = candidate.effect.id;
-        if doubt.effects.contains(&id)
-            && let Some(larger) = workbench.start(&without, candidate.effect)?
-        {
-            starts.push((name_of(id), larger));
+        let reason = if doubt.equivalent.contains(&id) {
+            Reason::Equivalent
+        } else if doubt.effects.contains(&id) {
+            Reason::Near
+        } else {
+            continue;
+        };
+        if let Some(larger) = workbench.start(&without, candidate.effect)? {
+            starts.push((Some(Subject::Effect(id)), reason, larger));
         }
     }
     for &kind in &doubt.maps {
@@ -159,38 +205,56 @@ pub(super) fn fitted(
             map,
             ..without.clone()
         };
-        starts.push((name_of_map(kind), larger));
+        starts.push((Some(Subject::Map(kind)), Reason::Near, larger));
     }
     if doubt.nothing {
-        starts.push((NOTHING.to_owned(), without));
+        starts.push((None, Reason::Near, without.clone()));
     }
     let named = workbench.fit(&named)?;
     let samples = (workbench.data.windows() * workbench.data.settings.window) as f64;
     let limit = TOLD_APART * named.cost.max(samples);
     let mut others: Vec<(f64, Candidate)> = Vec::new();
-    for (name, start) in starts {
+    for (subject, reason, start) in starts {
         let Some(fit) = workbench.fit(&start) else {
             continue;
         };
-        if fit.cost <= limit {
-            let model = fit.model;
-            others.push((fit.cost, Candidate { name, model }));
+        if reason == Reason::Equivalent || fit.cost <= limit {
+            others.push((fit.cost, Candidate::new(subject, reason, fit.model)));
         }
     }
-    others.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut candidates = vec![Candidate {
-        name,
-        model: named.model,
-    }];
-    candidates.extend(others.into_iter().map(|(_, candidate)| candidate));
-    candidates.truncate(MOST);
-    (candidates.len() > 1).then_some(candidates)
+    others.sort_by(|(a_cost, a), (b_cost, b)| {
+        let reason = a.reason.cmp(&b.reason);
+        reason.then(a_cost.total_cmp(b_cost))
+    });
+    let mut all = vec![Candidate::new(Some(subject), Reason::Named, named.model)];
+    all.extend(others.into_iter().map(|(_, candidate)| candidate));
+    all.truncate(MOST);
+    (all.len() > 1).then_some(Candidates {
+        all,
+        equivalent: doubt.equivalent.iter().copied().map(name_of).collect(),
+        without,
+        low_identifiability: accepted
+            .filter(|_| doubt.nothing)
+            .map(|accepted| accepted.identifiability),
+    })
+}
+
+impl Candidate {
+    fn new(subject: Option<Subject>, reason: Reason, model: Model) -> Self {
+        let name = match subject {
+            Some(Subject::Effect(id)) => name_of(id),
+            Some(Subject::Map(kind)) => crate::gap::answer::map_name(kind),
+            None => NOTHING.to_owned(),
+        };
+        Self {
+            name,
+            subject,
+            reason,
+            model,
+        }
+    }
 }
 
 fn name_of(id: Id) -> String {
     id.description().id.to_owned()
-}
-
-fn name_of_map(kind: Kind) -> String {
-    crate::gap::answer::map_name(kind)
 }

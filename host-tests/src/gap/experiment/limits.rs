@@ -1,7 +1,7 @@
 //! Excitations scaled to what the machine has been shown to take.
 
 use model_core::gap::model::Model;
-use model_core::gap::replay::{Data, MARGIN, Row, Runner, Schedule, Settings, samples};
+use model_core::gap::replay::{MARGIN, Row, Runner, Schedule, Settings, samples};
 use model_core::gap::workbench::Workbench;
 use model_core::plant::parameters::{Drive, Parameters};
 use rayon::prelude::*;
@@ -43,8 +43,16 @@ const SHORTEST_PERIOD: f64 = 40.0;
 /// Samples over which a speed is taken.
 const SPEED_SPAN: usize = 4;
 
-/// The longest period that the limits allow and this share of it are tried.
-const PERIODS: [f64; 2] = [1.0, 0.4];
+/// The longest period that the limits allow and these shares of it are tried.
+const PERIODS: [f64; 3] = [1.0, 0.65, 0.4];
+
+/// Share of the greatest speed that was seen from which on the machine slides clearly, and shares of
+/// the acting time for which it has to in either direction.
+const CLEAR_SPEED: f32 = 0.05;
+const LEAST_SLIDING: f32 = 0.1;
+
+/// Least travel of a variant as a share of that of the one that travels farthest.
+const STEADY: f32 = 0.5;
 
 /// What the machine has been shown to take, and where the experiment starts.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +65,8 @@ pub(super) struct Limits {
     /// Input that sliding friction takes.
     friction: f64,
     position: (f32, f32),
-    speed: f32,
+    /// Greatest speed in the logs.
+    seen_speed: f32,
     /// Samples.
     length: usize,
 }
@@ -87,8 +96,8 @@ pub(super) struct Trial {
     period_s: f64,
     /// The input.
     pub input: Vec<f32>,
-    /// What each candidate makes of it.
-    pub courses: Vec<Course>,
+    /// What each candidate makes of it: as it is fitted, then each of its variants.
+    pub courses: Vec<Vec<Course>>,
 }
 
 impl Trial {
@@ -153,7 +162,7 @@ impl Limits {
             friction: f64::from(plant.coulomb.forward.max(plant.coulomb.backward))
                 / f64::from(torque_per_input(&plant)),
             position: (lower.min(start), upper.max(start)),
-            speed: FASTER * ranges.velocity.1.max(-ranges.velocity.0),
+            seen_speed: ranges.velocity.1.max(-ranges.velocity.0),
             length: longest.clamp(samples(SHORTEST, period, 1), samples(LONGEST, period, 1)),
         }
     }
@@ -165,7 +174,7 @@ impl Limits {
             input: decimal(self.input),
             lowest_position: decimal(self.position.0),
             highest_position: decimal(self.position.1),
-            speed: decimal(self.speed),
+            speed: decimal(FASTER * self.seen_speed),
         }
     }
 
@@ -211,6 +220,18 @@ impl Limits {
             .collect()
     }
 
+    /// Whether a machine slides clearly, both ways and for long enough.
+    fn slides(&self, course: &Course) -> bool {
+        let clear = CLEAR_SPEED * self.seen_speed * SPEED_SPAN as f32 * self.period;
+        let least = (LEAST_SLIDING * course.position.len() as f32) as usize;
+        let moved = || {
+            let pairs = course.position.iter().zip(&course.position[SPEED_SPAN..]);
+            pairs.map(|(before, after)| after - before)
+        };
+        moved().filter(|moved| *moved > clear).count() >= least
+            && moved().filter(|moved| *moved < -clear).count() >= least
+    }
+
     /// Whether the last of these positions is within the limits, by itself and after those before it.
     fn allow(&self, positions: &[f32]) -> bool {
         let (lower, upper) = self.position;
@@ -218,7 +239,7 @@ impl Limits {
             return true;
         };
         let past = before.iter().rev().nth(SPEED_SPAN - 1).unwrap_or(last);
-        let farthest = self.speed * SPEED_SPAN as f32 * self.period;
+        let farthest = FASTER * self.seen_speed * SPEED_SPAN as f32 * self.period;
         (lower..=upper).contains(last) && (last - past).abs() <= farthest
     }
 }
@@ -273,47 +294,90 @@ fn course(
     finite.then_some(Course { position, current })
 }
 
-/// Every excitation that the limits allow, at the longest period that they do and at a shorter one.
-pub(super) fn trials(
-    workbench: &Workbench<impl Schedule>,
-    candidates: &[Candidate],
-    limits: &Limits,
-) -> Vec<Trial> {
-    let data: &Data = &workbench.data;
-    let settings = data.settings;
-    let has_winding = data.logs.iter().all(|log| log.current.is_some());
-    let try_out = |kind: &Kind, period_s: f64| -> Option<Trial> {
-        let input = limits.input(kind, period_s);
-        let mut courses = Vec::new();
+impl Course {
+    /// The way that the machine goes, rad or m.
+    fn travel(&self) -> f32 {
+        let pairs = self.position.iter().zip(&self.position[1..]);
+        pairs.map(|(before, after)| (after - before).abs()).sum()
+    }
+}
+
+/// Makes trials of excitations.
+pub(super) struct Tryout<'a> {
+    pub limits: &'a Limits,
+    pub settings: Settings,
+    pub has_winding: bool,
+}
+
+impl Tryout<'_> {
+    fn course(&self, model: &Model, input: &[f32]) -> Option<Course> {
+        let log = (&self.settings, self.has_winding);
+        course(model, input, self.limits, log)
+    }
+
+    fn trial(&self, candidates: &[Candidate], kind: &Kind, period_s: f64) -> Option<Trial> {
+        let input = self.limits.input(kind, period_s);
+        let mut nominal = Vec::new();
         for candidate in candidates {
-            let log = (&settings, has_winding);
-            courses.push(course(&candidate.model, &input, limits, log)?);
+            nominal.push(self.course(&candidate.model, &input)?);
         }
         Some(Trial {
             kind: *kind,
             period_s,
             input,
-            courses,
+            courses: vec![nominal],
         })
-    };
-    let step = f64::from(limits.period);
-    let longest = 0.5 * limits.length as f64 * step;
-    let shortest = SHORTEST_PERIOD * step;
-    let found = limits.kinds().into_par_iter().map(|kind| {
-        let periods = std::iter::successors(Some(longest), |period| Some(period * SHORTER));
-        let first = periods
-            .take_while(|period| *period >= shortest)
-            .find_map(|period| try_out(&kind, period));
-        let Some(first) = first else {
-            return Vec::new();
+    }
+
+    /// Every excitation that the limits allow, at the longest period that they do and at shorter ones.
+    pub fn trials(&self, candidates: &[Candidate]) -> Vec<Trial> {
+        let limits = self.limits;
+        let step = f64::from(limits.period);
+        let longest = 0.5 * limits.length as f64 * step;
+        let shortest = SHORTEST_PERIOD * step;
+        let found = limits.kinds().into_par_iter().map(|kind| {
+            let periods = std::iter::successors(Some(longest), |period| Some(period * SHORTER));
+            let first = periods
+                .take_while(|period| *period >= shortest)
+                .find_map(|period| self.trial(candidates, &kind, period));
+            let Some(first) = first else {
+                return Vec::new();
+            };
+            let others = PERIODS[1..]
+                .iter()
+                .map(|share| share * first.period_s)
+                .filter(|period| *period >= shortest)
+                .filter_map(|period| self.trial(candidates, &kind, period));
+            let others: Vec<Trial> = others.collect();
+            std::iter::once(first).chain(others).collect()
+        });
+        found.flatten_iter().collect()
+    }
+
+    /// The trial with the courses of the variants, the first of which are the candidates themselves.
+    /// `None` where any of them leaves the limits, or where one that is no map hardly moves or goes
+    /// another way than the rest: then small errors of the numbers decide what the machine does.
+    pub fn steady(&self, mut trial: Trial, variants: &[Vec<Model>]) -> Option<Trial> {
+        for models in &variants[trial.courses.len()..] {
+            let mut courses = Vec::new();
+            for model in models {
+                courses.push(self.course(model, &trial.input)?);
+            }
+            trial.courses.push(courses);
+        }
+        let all = || {
+            let courses = trial.courses.iter().zip(variants);
+            courses.flat_map(|(courses, models)| {
+                let both = courses.iter().zip(models);
+                both.filter(|(_, model)| model.map.is_none())
+            })
         };
-        let others = PERIODS[1..]
-            .iter()
-            .map(|share| share * first.period_s)
-            .filter(|period| *period >= shortest)
-            .filter_map(|period| try_out(&kind, period));
-        let others: Vec<Trial> = others.collect();
-        std::iter::once(first).chain(others).collect()
-    });
-    found.flatten_iter().collect()
+        let (mut shortest, mut farthest) = (f32::MAX, 0.0f32);
+        for (course, _) in all() {
+            let travel = course.travel();
+            (shortest, farthest) = (shortest.min(travel), farthest.max(travel));
+        }
+        let slides = all().all(|(course, _)| self.limits.slides(course));
+        (slides && shortest >= STEADY * farthest).then_some(trial)
+    }
 }

@@ -7,16 +7,16 @@
 //! effect that a refit imitates is not separated.
 
 use model_core::gap::ensemble::{Ensemble, Store};
-use model_core::gap::fit::{self, Effort, MOST_VARIABLES, Matrix};
-use model_core::gap::log::Log as CoreLog;
+use model_core::gap::fit::{self, MOST_VARIABLES, Matrix};
+use model_core::gap::model::Model;
 use model_core::gap::replay::{self, Data, Fold, InOrder, Schedule, Sums};
 use model_core::gap::workbench::Workbench;
 use model_core::numeric::cholesky::Cholesky;
 use model_core::numeric::random::Random;
-use rayon::prelude::*;
 
-use super::candidates::Candidate;
+use super::candidates::Candidates;
 use super::limits::{Course, Trial};
+use super::variants;
 use crate::gap::engine::AllCores;
 use crate::gap::metrics::differentiate;
 use crate::gap::series::Series;
@@ -32,14 +32,11 @@ const SENSOR_SHARE: f32 = 0.5;
 /// above the true one's: the error at least doubles, where the selection asks for half as much again.
 const SEPARATED: f64 = 1.0;
 
+/// Mean square from which on more is worth no more.
+const CLEAR: f64 = 25.0;
+
 /// Weight that holds a variable which nothing determines.
 const LEAST_WEIGHT: f64 = 3.0;
-
-/// Effort of a refit: what is compared differs by a multiple.
-const EFFORT: Effort = Effort {
-    steps: 30,
-    converged: 1e-3,
-};
 
 /// All windows as one fold.
 const ALL: (Fold, usize) = (Fold::All, 1);
@@ -52,112 +49,81 @@ pub(super) fn weigh(workbench: &mut Workbench<impl Schedule>) {
     settings.position_weight = 1.0 / (noise * noise + floor * floor).sqrt();
 }
 
-/// Squared distances of candidates: of the one in a row, taken for the machine, from those in the
-/// columns.
+/// How far an experiment sets candidates apart: squares of distances, by the one that is taken for
+/// the machine and the one that is refitted to its log, the last of which is the model without any.
+/// The least of all variants.
 #[derive(Debug, Clone)]
 pub(super) struct Separation {
-    squares: Vec<Vec<f64>>,
-    /// Square from which two are separated.
-    limit: f64,
+    /// Refitted to the log of the experiment.
+    alone: Vec<Vec<f64>>,
+    /// Refitted to that and the training logs.
+    beside: Vec<Vec<f64>>,
 }
 
 impl Separation {
-    fn distance(&self, a: usize, b: usize) -> f64 {
-        self.squares[a][b].min(self.squares[b][a]).max(0.0).sqrt()
+    /// The distance of two candidates beside the training logs, whichever of them is the machine.
+    pub fn distance(&self, a: usize, b: usize) -> f64 {
+        self.beside[a][b].min(self.beside[b][a]).max(0.0).sqrt()
     }
 
-    fn is_separated(&self, a: usize, b: usize) -> bool {
-        self.distance(a, b).powi(2) >= self.limit
+    /// Whether it is far enough for refits to tell them apart.
+    pub fn separates(&self, a: usize, b: usize) -> bool {
+        self.distance(a, b).powi(2) >= SEPARATED
     }
 
-    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let count = self.squares.len();
-        (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
-    }
-
-    /// Least distance of a separated pair; where there is none, the greatest of all.
-    pub fn least(&self) -> f64 {
-        let separated = self.pairs().filter(|&(a, b)| self.is_separated(a, b));
-        let least = separated
-            .map(|(a, b)| self.distance(a, b))
-            .min_by(f64::total_cmp);
-        least.unwrap_or_else(|| {
-            let all = self.pairs().map(|(a, b)| self.distance(a, b));
-            all.fold(0.0, f64::max)
-        })
-    }
-
-    /// By how many pairs it separates, then by how far.
-    pub fn rank(&self) -> (usize, f64) {
-        let separated = self.pairs().filter(|&(a, b)| self.is_separated(a, b));
-        (separated.count(), self.least())
-    }
-
-    /// By how far it separates all pairs together, before refits have the last word: a pair that just
-    /// passes the limit counts for little beside one that is far beyond it.
+    /// By how far it separates all of them together: what is clear already counts no more.
     pub fn promise(&self) -> f64 {
-        let logarithm = |(a, b)| (self.distance(a, b).powi(2) / self.limit).ln_1p();
-        self.pairs().map(logarithm).sum()
-    }
-
-    /// Whether it separates every pair.
-    pub fn is_complete(&self) -> bool {
-        self.left().next().is_none()
-    }
-
-    /// Whether it separates any pair.
-    pub fn separates_any(&self) -> bool {
-        self.pairs().any(|(a, b)| self.is_separated(a, b))
-    }
-
-    /// Candidates that are told from another one.
-    pub fn separated(&self) -> Vec<usize> {
-        let count = self.squares.len();
-        let told = |&a: &usize| (0..count).any(|b| b != a && self.is_separated(a, b));
-        (0..count).filter(told).collect()
-    }
-
-    /// Pairs that are not told apart.
-    pub fn left(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.pairs().filter(|&(a, b)| !self.is_separated(a, b))
+        let squares = self.alone.iter().chain(&self.beside).flatten();
+        squares.map(|square| square.clamp(0.0, CLEAR).ln_1p()).sum()
     }
 }
 
-/// The training logs and the candidates, against which experiments are judged.
+/// What experiments are judged with.
 pub(super) struct Bench<'b, 'a> {
-    workbench: &'b Workbench<'a, AllCores>,
-    candidates: &'b [Candidate],
-    /// What the training logs say about each candidate's variables.
+    pub workbench: &'b Workbench<'a, AllCores>,
+    /// Each candidate as it is fitted, then its variants.
+    pub variants: Vec<Vec<Model>>,
+    /// The model without any of the candidates, and its variants.
+    without: Vec<Model>,
+    /// What the training logs say about the variables of each candidate, and of the model without.
     known: Vec<Matrix>,
 }
 
 impl<'b, 'a> Bench<'b, 'a> {
     /// `None` if a candidate cannot be built.
-    pub fn new(
-        workbench: &'b Workbench<'a, AllCores>,
-        candidates: &'b [Candidate],
-    ) -> Option<Self> {
+    pub fn new(workbench: &'b Workbench<'a, AllCores>, candidates: &Candidates) -> Option<Self> {
+        let by_candidate: Vec<Vec<Model>> = candidates
+            .all
+            .iter()
+            .map(|candidate| variants::of(workbench, &candidate.model))
+            .collect();
+        let variants = (0..=variants::VARIANTS).map(|variant| {
+            let models = by_candidate.iter().map(|models| models[variant].clone());
+            models.collect()
+        });
         let mut bench = Self {
             workbench,
-            candidates,
+            variants: variants.collect(),
+            without: variants::of(workbench, &candidates.without),
             known: Vec::new(),
         };
-        for place in 0..candidates.len() {
-            let sums = bench.sums(&workbench.data, &AllCores, place)?;
-            bench.known.push(sums.normal(bench.variables(place)));
+        for place in 0..=candidates.all.len() {
+            let model = bench.rival(0, place);
+            let sums = bench.sums(&workbench.data, &AllCores, model)?;
+            let known = sums.normal(workbench.variables(model).len());
+            bench.known.push(known);
         }
         Some(bench)
     }
 
-    fn variables(&self, place: usize) -> usize {
-        self.workbench
-            .variables(&self.candidates[place].model)
-            .len()
+    /// A variant of a candidate; behind the last of them, of the model without any.
+    fn rival(&self, variant: usize, place: usize) -> &Model {
+        let candidates = &self.variants[variant];
+        candidates.get(place).unwrap_or(&self.without[variant])
     }
 
-    /// Residual and sensitivities of a candidate on a log.
-    fn sums(&self, data: &Data, schedule: &impl Schedule, place: usize) -> Option<Sums> {
-        let model = &self.candidates[place].model;
+    /// Residual and sensitivities of a model on a log.
+    fn sums(&self, data: &Data, schedule: &impl Schedule, model: &Model) -> Option<Sums> {
         let period = data.logs.first()?.period;
         let store = Store::new();
         let mut ensemble = Ensemble::new();
@@ -169,8 +135,8 @@ impl<'b, 'a> Bench<'b, 'a> {
         Some(sums)
     }
 
-    /// The log that a candidate would leave.
-    fn log_of(&self, trial: &Trial, course: &Course, seed: u64) -> Series {
+    /// The log that a machine of this course would leave.
+    pub fn log_of(&self, trial: &Trial, course: &Course, seed: u64) -> Series {
         let data = &self.workbench.data;
         let settings = &data.settings;
         let mut random = Random::new(seed, 1);
@@ -218,99 +184,92 @@ impl<'b, 'a> Bench<'b, 'a> {
         }
     }
 
-    /// How far each trial sets the candidates apart as they are. No refit brings them further apart.
-    pub fn unfitted(&self, trials: Vec<Trial>) -> Vec<(Trial, Separation)> {
-        self.judged(trials, |data, place| {
-            let model = &self.candidates[place].model;
-            let simulator = model.build(data.logs.first()?.period).ok()?;
-            Some(replay::cost(data, &InOrder, ALL, &simulator).0)
+    /// How far a trial sets the candidates apart as they are fitted. No refit brings them further apart.
+    pub fn unfitted(&self, trial: &Trial) -> Option<Separation> {
+        self.separation(trial, 1, |data, (variant, place)| {
+            let simulator = self.rival(variant, place).build(data.logs.first()?.period);
+            let (cost, _) = replay::cost(data, &InOrder, ALL, &simulator.ok()?);
+            Some([cost, cost])
         })
     }
 
-    /// How far each trial sets the candidates apart by linear theory: the residual of each on the
-    /// others' logs less what a step of Gauss and Newton takes off it, within what the training logs
-    /// leave open.
-    pub fn linear(&self, trials: Vec<Trial>) -> Vec<(Trial, Separation)> {
-        self.judged(trials, |data, place| self.remaining(data, place))
+    /// How far a trial sets so many variants of the candidates apart by linear theory: the residual of
+    /// each on the others' logs less what a step of Gauss and Newton takes off it.
+    pub fn linear(&self, trial: &Trial, variants: usize) -> Option<Separation> {
+        self.separation(trial, variants, |data, rival| self.remaining(data, rival))
     }
 
-    fn judged(
-        &self,
-        trials: Vec<Trial>,
-        cost: impl Fn(&Data, usize) -> Option<f64> + Sync,
-    ) -> Vec<(Trial, Separation)> {
-        let judged = trials.into_par_iter().filter_map(|trial| {
-            let separation = self.separation(&trial, &[], &cost)?;
-            Some((trial, separation))
-        });
-        judged.collect()
-    }
-
-    /// By what the candidates cost on each other's logs of a trial, beside logs that are known.
+    /// By what the candidates, and the model without any, cost on each other's logs of a trial: alone
+    /// and beside the training logs.
     fn separation(
         &self,
         trial: &Trial,
-        known: &[CoreLog],
-        cost: impl Fn(&Data, usize) -> Option<f64>,
+        variants: usize,
+        cost: impl Fn(&Data, (usize, usize)) -> Option<[f64; 2]>,
     ) -> Option<Separation> {
-        let count = self.candidates.len();
-        let mut squares = vec![vec![0.0; count]; count];
-        let mut windows = 0;
-        for (truth, course) in trial.courses.iter().enumerate() {
-            let series = self.log_of(trial, course, truth as u64);
-            let logs: Vec<CoreLog> = known.iter().copied().chain([series.log()]).collect();
-            let on = |logs| Data {
-                logs,
-                ..self.workbench.data
-            };
-            let data = on(&logs);
-            windows = data.windows() - on(known).windows();
-            let samples = (windows * data.settings.window) as f64;
-            let own = cost(&data, truth)?;
-            for other in (0..count).filter(|other| *other != truth) {
-                squares[truth][other] = (cost(&data, other)? - own) / samples;
+        let count = self.variants[0].len();
+        let nothing = vec![vec![f64::MAX; count + 1]; count];
+        let mut separation = Separation {
+            alone: nothing.clone(),
+            beside: nothing,
+        };
+        for variant in 0..variants {
+            for truth in 0..count {
+                let course = &trial.courses[variant][truth];
+                let series = self.log_of(trial, course, truth as u64);
+                let logs = [series.log()];
+                let data = Data {
+                    logs: &logs,
+                    ..self.workbench.data
+                };
+                let windows = data.windows();
+                let samples = (windows * data.settings.window) as f64;
+                // Where the training logs count as well, on which they are one, the error of all logs
+                // has to be as large.
+                let all = self.workbench.data.windows() + windows;
+                let thinner = windows as f64 / all as f64;
+                let own = cost(&data, (variant, truth))?;
+                for other in 0..=count {
+                    let (alone, beside) = if other == truth {
+                        (0.0, 0.0)
+                    } else {
+                        let rival = cost(&data, (variant, other))?;
+                        let above = |at: usize| (rival[at] - own[at]) / samples;
+                        (above(0), thinner * above(1))
+                    };
+                    let least = &mut separation.alone[truth][other];
+                    *least = least.min(alone);
+                    let least = &mut separation.beside[truth][other];
+                    *least = least.min(beside);
+                }
             }
         }
-        let limit = self.limit(windows);
-        Some(Separation { squares, limit })
+        Some(separation)
     }
 
-    /// Sum of a candidate's squared residuals once a step has been made.
-    fn remaining(&self, data: &Data, place: usize) -> Option<f64> {
-        let sums = self.sums(data, &InOrder, place)?;
-        let count = self.variables(place);
-        let mut matrix = sums.normal(count);
-        let mut step = [0.0; MOST_VARIABLES];
-        for row in 0..count {
-            step[row] = sums.products.at(row + 1, 0);
-            for (entry, known) in matrix
-                .row_mut(row)
-                .iter_mut()
-                .zip(self.known[place].row(row))
-            {
-                *entry += known;
+    /// Sum of a model's squared residuals once a step has been made: alone and beside the training
+    /// logs.
+    fn remaining(&self, data: &Data, (variant, place): (usize, usize)) -> Option<[f64; 2]> {
+        let model = self.rival(variant, place);
+        let sums = self.sums(data, &InOrder, model)?;
+        let count = self.workbench.variables(model).len();
+        let remaining = |known: Option<&Matrix>| {
+            let mut matrix = sums.normal(count);
+            let mut step = [0.0; MOST_VARIABLES];
+            for row in 0..count {
+                step[row] = sums.products.at(row + 1, 0);
+                if let Some(known) = known {
+                    let entries = matrix.row_mut(row).iter_mut();
+                    for (entry, known) in entries.zip(known.row(row)) {
+                        *entry += known;
+                    }
+                }
+                matrix.row_mut(row)[row] += LEAST_WEIGHT;
             }
-            matrix.row_mut(row)[row] += LEAST_WEIGHT;
-        }
-        Cholesky::new(matrix, count).forward(&mut step[..count]);
-        let taken: f64 = step[..count].iter().map(|value| value * value).sum();
-        Some(sums.products.at(0, 0) - taken)
-    }
-
-    /// How far a trial sets the candidates apart, by refits to the training logs and its own.
-    pub fn refitted(&self, trial: &Trial) -> Option<Separation> {
-        self.separation(trial, self.workbench.data.logs, |data, place| {
-            let model = &self.candidates[place].model;
-            let variables = self.workbench.variables(model);
-            let fit = fit::fit(data, &AllCores, ALL, model, &variables, EFFORT)?;
-            Some(fit.cost)
-        })
-    }
-
-    /// The squared distance from which two candidates are separated by an experiment of so many
-    /// windows: the training logs, on which they are one, count as well.
-    fn limit(&self, windows: usize) -> f64 {
-        let all = self.workbench.data.windows() + windows;
-        SEPARATED * all as f64 / windows.max(1) as f64
+            Cholesky::new(matrix, count).forward(&mut step[..count]);
+            let taken: f64 = step[..count].iter().map(|value| value * value).sum();
+            sums.products.at(0, 0) - taken
+        };
+        Some([remaining(None), remaining(Some(&self.known[place]))])
     }
 }
