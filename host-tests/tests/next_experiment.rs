@@ -441,6 +441,28 @@ fn the_command_leaves_it_as_a_file() {
     roxmltree::Document::parse_with_options(&page, options).unwrap();
 }
 
+/// The search takes many times as long as the tracing: who does not ask for it hears of the doubt alone.
+#[test]
+fn the_command_names_a_doubt_and_looks_no_further_unless_asked() {
+    let machine = with_stops(RigMachine::rotary_ema());
+    let bench = Bench::new(&machine, EffectKind::AsymmetricViscous);
+    bench.log("first.csv", &bench.record(slow_triangle(&machine), 6701));
+    let directory = bench.directory.path();
+    let text = hil(directory, &["--json", "gap.json"]);
+    let text: Vec<&str> = text.split_whitespace().collect();
+    let text = text.join(" ");
+    let doubt = "The logs cannot tell asymmetric_viscous from";
+    assert!(text.contains(doubt), "{text}");
+    let remedy = "--experiment FILE, or --report DIR, looks for an input";
+    assert!(text.contains(remedy), "{text}");
+    let json = fs::read_to_string(directory.join("gap.json")).unwrap();
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let next = &json["next_experiment"];
+    assert_eq!(next["looked"], false);
+    assert!(next["excitation"].is_null());
+    assert!(next["candidates"].as_array().unwrap().len() > 1);
+}
+
 /// Nothing in doubt: null, and no file.
 #[test]
 fn the_command_writes_nothing_where_nothing_is_in_doubt() {

@@ -101,7 +101,8 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
     }
 }
 
-fn subject(subject: Subject) -> String {
+/// What was looked at, as the answer names it.
+pub(super) fn subject(subject: Subject) -> String {
     match subject {
         Subject::Effect(effect) => effect.description().id.to_owned(),
         Subject::Map(kind) => map_name(kind),
@@ -110,7 +111,7 @@ fn subject(subject: Subject) -> String {
 }
 
 /// A learned map among the candidates.
-pub(super) fn map_name(kind: Kind) -> String {
+fn map_name(kind: Kind) -> String {
     let what = if kind.is_friction() {
         "friction"
     } else {

@@ -34,8 +34,8 @@ pub struct Args {
     /// Write a report with plots to this directory
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
-    /// Write the input of the next experiment to this file, CSV with time_s,input, where the logs
-    /// leave something in doubt; without it, it goes into the report's directory
+    /// Where the logs leave something in doubt, look for an input that would settle it, and write it to
+    /// this file, CSV with time_s,input; with --report, it goes into the report's directory too
     #[arg(long, value_name = "FILE")]
     pub experiment: Option<PathBuf>,
 }
@@ -75,8 +75,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         |message| progress.set_message(message.to_owned()),
     )
     .and_then(|found| {
-        progress.set_message("looking for the next experiment");
-        let next = experiment::next(&machine, &train, &found)?;
+        let next = if args.experiment.is_some() || args.report.is_some() {
+            progress.set_message("looking for the next experiment");
+            experiment::next(&machine, &train, &found)?
+        } else {
+            experiment::doubt(&machine, &train, &found)?
+        };
         Ok((found.report, next))
     });
     progress.finish_and_clear();

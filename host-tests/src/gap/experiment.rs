@@ -68,13 +68,16 @@ pub struct NextExperiment {
     /// Identifiability of what was named, where it is so low that fitted parameters may be it; else
     /// null.
     pub low_identifiability: Option<f64>,
+    /// Whether an experiment was looked for.
+    pub looked: bool,
     /// Those of them that the experiment tells from one other at least.
     pub separates: Vec<String>,
     /// Pairs that it would leave as they are.
     pub leaves: Vec<[String; 2]>,
     /// Whether its log tells as many apart alone; else it has to be given beside the others.
     pub alone: bool,
-    /// The input in words; null where no excitation within the limits separates any two.
+    /// The input in words; null where none was looked for, or no excitation within the limits separates
+    /// any two.
     pub excitation: Option<String>,
     /// Least distance of two candidates that it separates, in multiples of the measurement's noise.
     pub separation: Option<f64>,
@@ -144,6 +147,12 @@ impl NextExperiment {
     /// What is in doubt and what would settle it. `unit`: that of positions.
     pub fn sentences(&self, unit: &str) -> String {
         let doubt = self.doubt();
+        if !self.looked {
+            return format!(
+                "{doubt} --experiment FILE, or --report DIR, looks for an input that would tell them \
+                 apart."
+            );
+        }
         let number = |value: f64| significant(value, 3);
         let (Some(excitation), Some(separation), Some(duration), Some(start)) = (
             &self.excitation,
@@ -231,7 +240,7 @@ fn listed(names: &[String]) -> String {
 }
 
 /// The experiment that would tell apart what the training logs do not; `None` where they leave
-/// nothing in doubt. Without doubt it costs nothing.
+/// nothing in doubt. Without doubt it costs nothing, else many times what the tracing did.
 ///
 /// # Errors
 /// Those of laying out the logs, which were traced before.
@@ -240,19 +249,48 @@ pub fn next(
     train: &[Log],
     found: &Found,
 ) -> Result<Option<NextExperiment>, Failure> {
+    with_doubt(machine, train, found, true)
+}
+
+/// What the training logs do not tell apart, with no experiment looked for.
+///
+/// # Errors
+/// As [`next`].
+pub fn doubt(
+    machine: &Machine,
+    train: &[Log],
+    found: &Found,
+) -> Result<Option<NextExperiment>, Failure> {
+    with_doubt(machine, train, found, false)
+}
+
+fn with_doubt(
+    machine: &Machine,
+    train: &[Log],
+    found: &Found,
+    look: bool,
+) -> Result<Option<NextExperiment>, Failure> {
     let Some(doubt) = candidates::doubt(&found.trace, &found.looks) else {
         return Ok(None);
     };
     with_workbench(machine, train, |workbench| {
         workbench.data.settings = found.settings;
+        workbench.base = found.trace.base.clone();
         separation::weigh(workbench);
         let Some(candidates) = candidates::fitted(workbench, &found.trace, &doubt) else {
             return Some(None);
         };
         let limits = Limits::of(workbench, &candidates.all[0].model);
-        let bench = Bench::new(workbench, &candidates)?;
-        let best = best(&bench, &candidates.all, &limits);
-        Some(Some(proposal(&candidates, &limits, best)))
+        let best = if look {
+            best(
+                &Bench::new(workbench, &candidates)?,
+                &candidates.all,
+                &limits,
+            )
+        } else {
+            None
+        };
+        Some(Some(proposal(&candidates, &limits, look, best)))
     })
 }
 
@@ -315,7 +353,12 @@ fn trials_of(judged: Vec<(Trial, Separation)>) -> Vec<Trial> {
     judged.into_iter().map(|(trial, _)| trial).collect()
 }
 
-fn proposal(candidates: &Candidates, limits: &Limits, best: Option<Best>) -> NextExperiment {
+fn proposal(
+    candidates: &Candidates,
+    limits: &Limits,
+    looked: bool,
+    best: Option<Best>,
+) -> NextExperiment {
     let all = &candidates.all;
     let near = all.iter().filter(|it| it.reason == Reason::Near);
     let names: Vec<String> = all.iter().map(|it| it.name.clone()).collect();
@@ -323,6 +366,7 @@ fn proposal(candidates: &Candidates, limits: &Limits, best: Option<Best>) -> Nex
         equivalent: candidates.equivalent.clone(),
         near: near.map(|it| it.name.clone()).collect(),
         low_identifiability: candidates.low_identifiability.map(decimal),
+        looked,
         candidates: names.clone(),
         separates: Vec::new(),
         leaves: Vec::new(),

@@ -423,13 +423,8 @@ fn experiment(page: &mut Page, report: &Report) {
     };
     page.section("Next experiment");
     page.wrapped(&next.sentences(&report.coordinate), 0, Style::Plain);
-    match &next.file {
-        Some(file) => page.line(&format!("input        {}", printable(file)), Style::Plain),
-        None if next.plan.is_some() => page.line(
-            "--experiment FILE writes its input, --report DIR too",
-            Style::Faint,
-        ),
-        None => {}
+    if let Some(file) = &next.file {
+        page.line(&format!("input        {}", printable(file)), Style::Plain);
     }
 }
 

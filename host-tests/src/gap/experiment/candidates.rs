@@ -7,6 +7,8 @@ use model_core::gap::replay::Schedule;
 use model_core::gap::select::{Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Workbench;
 
+use crate::gap::answer;
+
 /// A model whose mean square error is beyond this multiple of the named one's is told from it: the
 /// selection's own limit.
 const TOLD_APART: f64 = 1.5;
@@ -241,11 +243,7 @@ pub(super) fn fitted(
 
 impl Candidate {
     fn new(subject: Option<Subject>, reason: Reason, model: Model) -> Self {
-        let name = match subject {
-            Some(Subject::Effect(id)) => name_of(id),
-            Some(Subject::Map(kind)) => crate::gap::answer::map_name(kind),
-            None => NOTHING.to_owned(),
-        };
+        let name = subject.map_or(NOTHING.to_owned(), answer::subject);
         Self {
             name,
             subject,

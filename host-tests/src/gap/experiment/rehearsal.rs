@@ -139,7 +139,7 @@ fn traced(bench: &Bench, logs: &[CoreLog]) -> Option<Trace> {
         settings: Settings::new(known.scope.period, resolution),
     };
     let declared = workbench.declared;
-    let options = Options::new(&data, declared, known.base, known.scope.rotary)?;
+    let options = Options::new(&data, declared, &workbench.base, known.scope.rotary)?;
     select::trace(&data, &AllCores, declared, &options, |_| ())
 }
 
