@@ -15,7 +15,8 @@
 //!   worst of the variants;
 //! * has been rehearsed (`rehearsal`): the logs that it would leave are traced beside the known ones, and
 //!   name the candidates that it is said to tell apart and nothing that was never in doubt; and alone,
-//!   where what can be told so counts for the choice and is said.
+//!   where what can be told so counts for the choice and is said. Where none passes, the one that
+//!   promises most is proposed and said to be unconfirmed.
 //!
 //! What is not allowed for: a machine that is none of the candidates; an effect that comes to light
 //! beside them only in the experiment. Where several of the effects that were found are in doubt, the
@@ -74,6 +75,8 @@ pub struct NextExperiment {
     pub separates: Vec<String>,
     /// Pairs that it would leave as they are.
     pub leaves: Vec<[String; 2]>,
+    /// Whether a rehearsal confirms it: tracings of the logs that the candidates would leave name them.
+    pub confirmed: bool,
     /// Whether its log tells as many apart alone; else it has to be given beside the others.
     pub alone: bool,
     /// The input in words; null where none was looked for, or no excitation within the limits separates
@@ -181,8 +184,13 @@ impl NextExperiment {
             format!(", but not {}", listed(&left))
         };
         let alone = [" (alone it may mislead)", ", or alone,"][usize::from(self.alone)];
+        let would = if self.confirmed {
+            "would tell"
+        } else {
+            "may tell, though no rehearsal of it does"
+        };
         format!(
-            "{doubt} An experiment in open loop would tell: {excitation}, {} s from rest at {} {unit}. \
+            "{doubt} An experiment in open loop {would}: {excitation}, {} s from rest at {} {unit}. \
              Its log beside these{alone} sets {} apart by {} times the noise{left}.",
             number(duration),
             number(start),
@@ -318,6 +326,14 @@ fn best(bench: &Bench, candidates: &[Candidate], limits: &Limits) -> Option<Best
     let rehearsed = most_promising(trials_of(promising), REHEARSED, |trial| {
         bench.linear(trial, all)
     });
+    // Where no rehearsal is passed, what promises most is proposed all the same, and said to be that.
+    let unconfirmed = rehearsed.first().and_then(|(trial, separation)| {
+        Some(Best {
+            trial: trial.clone(),
+            rehearsal: Rehearsal::unconfirmed(candidates.len(), separation)?,
+            separation: separation.clone(),
+        })
+    });
     let mut best: Option<Best> = None;
     for (trial, separation) in rehearsed {
         let known = best.as_ref().map_or((0, 0), |best| best.rehearsal.rank());
@@ -330,7 +346,7 @@ fn best(bench: &Bench, candidates: &[Candidate], limits: &Limits) -> Option<Best
             });
         }
     }
-    best
+    best.or(unconfirmed)
 }
 
 /// So many of the trials that promise most, the best first.
@@ -370,6 +386,7 @@ fn proposal(
         candidates: names.clone(),
         separates: Vec::new(),
         leaves: Vec::new(),
+        confirmed: false,
         alone: false,
         excitation: None,
         separation: None,
@@ -397,6 +414,7 @@ fn proposal(
     NextExperiment {
         separates: settled.map(name).collect(),
         leaves: rehearsal.left().map(|(a, b)| [name(a), name(b)]).collect(),
+        confirmed: rehearsal.confirmed,
         alone,
         excitation: Some(description),
         separation: distances.min_by(f64::total_cmp),

@@ -26,9 +26,33 @@ pub(super) struct Rehearsal {
     beside: Vec<Vec<bool>>,
     /// The same by its log alone, whichever numbers are off.
     alone: Vec<Vec<bool>>,
+    /// Whether tracings say so, not linear theory alone.
+    pub confirmed: bool,
 }
 
 impl Rehearsal {
+    /// What linear theory expects.
+    fn expected(count: usize, separation: &Separation) -> Self {
+        let told: Vec<Vec<bool>> = (0..count)
+            .map(|a| (0..count).map(|b| separation.separates(a, b)).collect())
+            .collect();
+        Self {
+            alone: told.clone(),
+            beside: told,
+            confirmed: true,
+        }
+    }
+
+    /// What stands where no rehearsal confirms it; `None` where linear theory expects nothing either.
+    pub fn unconfirmed(count: usize, separation: &Separation) -> Option<Self> {
+        let expected = Self {
+            alone: vec![vec![false; count]; count],
+            confirmed: false,
+            ..Self::expected(count, separation)
+        };
+        (expected.rank().0 > 0).then_some(expected)
+    }
+
     /// Pairs that it tells apart.
     pub fn told(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         pairs(self.beside.len()).filter(|&pair| tells(&self.beside, pair))
@@ -75,13 +99,7 @@ pub(super) fn rehearse(
     let count = candidates.len();
     // What a map has learned of one log is hardly what the machine has: its rehearsal would say little.
     let is_map = |place: usize| matches!(candidates[place].subject, Some(Subject::Map(_)));
-    let begun: Vec<Vec<bool>> = (0..count)
-        .map(|a| (0..count).map(|b| separation.separates(a, b)).collect())
-        .collect();
-    let mut rehearsal = Rehearsal {
-        beside: begun.clone(),
-        alone: begun,
-    };
+    let mut rehearsal = Rehearsal::expected(count, separation);
     let is_better = |rehearsal: &Rehearsal| rehearsal.rank() > known;
     if !is_better(&rehearsal) {
         return None;
