@@ -76,6 +76,9 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "smaller than half a count: the sensor's own rounding".to_owned()
         }
         (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
+        (Decision::NearDeclared, _) => {
+            "their fitted values are within 2 % of the declared ones".to_owned()
+        }
         (Decision::Hopeless, _) => {
             "no start of a fit with it follows the log nearly as well as the model without"
                 .to_owned()

@@ -65,6 +65,9 @@ const EQUALLY_GOOD: f64 = 1.1;
 /// the better one: the restarts were chosen for a model without it.
 const CONTESTED: f64 = 3.0;
 
+/// Share of a declared number from which on a fitted one makes it wrong: finer than a data sheet.
+const LEAST_OFF: f32 = 0.02;
+
 /// Standard deviations that an effect's strength must be from zero.
 const LEAST_CERTAINTY: f64 = 3.0;
 
@@ -113,6 +116,8 @@ pub enum Decision {
         /// That other one.
         of: Id,
     },
+    /// Numbers whose fitted values are those that are declared, to a data sheet's tolerance.
+    NearDeclared,
     /// Refitted, and not enough better on held-out blocks.
     Refused(Refusal),
     /// A map that does not predict held-out blocks well enough either, but carries most of an error
@@ -352,10 +357,26 @@ fn free_numbers(
         return Some(false);
     }
     let limit = EQUALLY_GOOD * comparison.ratio;
-    let numbers = fewest(workbench, (model, smaller), &held, limit)?;
-    found.after = workbench.free(&found.after.model, &numbers)?;
-    found.held_out = None;
-    Some(true)
+    let mut numbers = fewest(workbench, (model, smaller), &held, limit)?;
+    let (chosen, fixed) = (workbench.data, workbench.base.len());
+    while !numbers.is_empty() {
+        let fit = workbench.free(&found.after.model, &numbers)?;
+        let declared = workbench.declared;
+        let off = |number: Base| (fit.model.get(number) - declared.get(number)).abs();
+        let is_off = |number: &Base| off(*number) >= LEAST_OFF * declared.get(*number).abs();
+        if numbers.iter().all(is_off) {
+            found.after = fit;
+            found.held_out = None;
+            return Some(true);
+        }
+        numbers.retain(is_off);
+        workbench.base.truncate(fixed);
+        workbench.data = chosen;
+    }
+    if let Some(look) = round.looks.last_mut() {
+        look.decision = Decision::NearDeclared;
+    }
+    Some(false)
 }
 
 /// The fewest of these numbers that bring the held-out error under this ratio once they are free.
