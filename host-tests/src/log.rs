@@ -568,7 +568,7 @@ fn quoted(field: &str) -> String {
 }
 
 /// `value` to that many significant digits.
-fn rounded(value: f64, digits: usize) -> f64 {
+pub(crate) fn rounded(value: f64, digits: usize) -> f64 {
     let decimals = digits - 1;
     format!("{value:.decimals$e}")
         .parse()

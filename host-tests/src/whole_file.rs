@@ -46,6 +46,20 @@ pub fn check_place(path: Option<&Path>) -> Result<(), Failure> {
     }
 }
 
+/// Refuses a directory for outputs that is a file.
+///
+/// # Errors
+/// It is one.
+pub fn check_directory(path: Option<&Path>) -> Result<(), Failure> {
+    match path {
+        Some(path) if path.exists() && !path.is_dir() => Err(Failure::other(format!(
+            "{}: is a file; expected the name of a directory, new or not",
+            path.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// Refuses outputs that would replace a file which is read, or each other.
 ///
 /// # Errors

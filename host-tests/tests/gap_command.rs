@@ -528,14 +528,15 @@ fn files_that_are_not_there_are_named() {
 fn what_cannot_be_written_is_status_1_and_leaves_no_part() {
     let bench = Bench::new();
     fs::create_dir(bench.path("taken")).unwrap();
-    for (option, path) in [
-        ("--json", "missing/gap.json"),
-        ("--json", "taken"),
-        ("--report", TRAIN),
+    for (option, path, expected) in [
+        ("--json", "missing/gap.json", "create it"),
+        ("--json", "taken", "the name of a file"),
+        ("--report", TRAIN, "the name of a directory"),
     ] {
         let output = bench.run(&["--machine", MACHINE, "--train", TRAIN, option, path]);
         let error = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{error}");
+        assert!(error.contains(expected), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
         assert!(error.starts_with(&format!("error: {path}: ")), "{error}");
         assert!(output.stdout.is_empty());

@@ -3,7 +3,7 @@
 
 use host_tests::gap::outcome::{
     Candidate, Correlations, Cost, ErrorSet, Errors, Estimate, Evidence, FittedParameter,
-    FoundEffect, Outcome, Report, Stages, Unknown, Whiteness,
+    FoundEffect, Outcome, Report, Stages, Unknown, UnknownMap, Whiteness,
 };
 use host_tests::gap::{report, table};
 use model_core::gap::select::Verdict;
@@ -247,6 +247,13 @@ fn variants() -> Vec<(&'static str, Report)> {
     report.outcome.unknown = Some(Unknown {
         depends_on: "velocity".into(),
         score: 0.4063,
+        map: UnknownMap {
+            acts_as: "friction".into(),
+            at: vec![0.0, 0.05, 0.1, 0.15],
+            at_unit: "m/s".into(),
+            values: vec![1.25, -0.5, 0.0, 3.75],
+            unit: "N".into(),
+        },
     });
     variants.push(("unknown", report.clone()));
 
@@ -468,7 +475,9 @@ fn the_verdicts_are_told_apart() {
             "unknown",
             vec![
                 "slide: an effect is missing that the catalogue does not name; it depends on velocity.",
-                "depends on velocity: a learned map of it explains 40.6 % of the residual",
+                "depends on velocity: a friction learned over it explains 40.6 % of the residual",
+                "velocity, mm/s 0 50.0 100 150",
+                "friction, N 1.25 -0.500 0 3.75",
             ],
         ),
         (

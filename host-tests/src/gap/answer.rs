@@ -15,7 +15,7 @@ use model_core::unit::Dimension;
 
 use super::engine::AllCores;
 use super::metrics::decimal;
-use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect};
+use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect, Unknown, UnknownMap};
 use crate::quantity::{probability, significant};
 
 /// Why a candidate was taken or refused, in words.
@@ -34,11 +34,11 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             match by {
                 // They are taken where they do as well.
                 Subject::Numbers => "but so do the machine file's own numbers".to_owned(),
-                _ => format!("{} takes more", subject(by)),
+                _ => format!("{} takes more", in_words(by)),
             }
         ),
         (Decision::Outdone { by }, None) => {
-            format!("taken at first, but {} explains clearly more", subject(by))
+            format!("taken at first, but {} explains clearly more", in_words(by))
         }
         (Decision::Refused(Refusal::NotSignificant { required }), Some(held_out)) => format!(
             "gain on held-out blocks not significant: p = {}, with so many looks {} is required",
@@ -113,14 +113,27 @@ pub(super) fn subject(subject: Subject) -> String {
     }
 }
 
+/// The same in a sentence.
+fn in_words(looked_at: Subject) -> String {
+    match looked_at {
+        Subject::Map(kind) => format!("a {} learned over {}", acts_as(kind), kind.variable()),
+        Subject::Numbers => "the machine file's own numbers".to_owned(),
+        Subject::Effect(_) => subject(looked_at),
+    }
+}
+
 /// A learned map among the candidates.
 fn map_name(kind: Kind) -> String {
-    let what = if kind.is_friction() {
+    format!("map:{} ({})", kind.variable(), acts_as(kind))
+}
+
+/// How a learned map acts.
+pub(super) fn acts_as(kind: Kind) -> &'static str {
+    if kind.is_friction() {
         "friction"
     } else {
         "torque"
-    };
-    format!("map:{} ({what})", kind.variable())
+    }
 }
 
 /// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
@@ -248,6 +261,31 @@ pub(super) fn found(
             }
         })
         .collect()
+}
+
+/// Structure that the catalogue does not explain, with the map that was learned of it.
+pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
+    let unknown = trace.unknown.as_ref()?;
+    let map = trace.after.model.map?;
+    let kind = unknown.kind;
+    let at = match kind {
+        Kind::PositionTorque | Kind::PositionFriction => Dimension::Position,
+        Kind::VelocityTorque | Kind::SpeedFriction => Dimension::Velocity,
+        Kind::CurrentTorque | Kind::LoadFriction => Dimension::Torque,
+        Kind::TimeTorque | Kind::TimeFriction => Dimension::Time,
+    };
+    let knots = 0..map.knots.len();
+    Some(Unknown {
+        depends_on: kind.variable().to_owned(),
+        score: decimal(unknown.score),
+        map: UnknownMap {
+            acts_as: acts_as(kind).to_owned(),
+            at: knots.map(|knot| decimal(map.place(knot))).collect(),
+            at_unit: at.unit(rotary).to_owned(),
+            values: map.knots.iter().map(|&value| decimal(value)).collect(),
+            unit: Dimension::Torque.unit(rotary).to_owned(),
+        },
+    })
 }
 
 pub(super) fn fitted(

@@ -50,6 +50,7 @@ const NEXT_EXPERIMENT: &str = "next-experiment.csv";
 pub fn run(args: &Args) -> Result<(), Failure> {
     whole_file::check_place(args.json.as_deref())?;
     whole_file::check_place(args.experiment.as_deref())?;
+    whole_file::check_directory(args.report.as_deref())?;
     let inputs = args.train.iter().chain(&args.validate);
     whole_file::check_apart(
         args.json.iter().chain(&args.experiment),

@@ -6,6 +6,7 @@
 use std::f32::consts::TAU;
 
 use model_core::effect::Id;
+use model_core::effect::learned_map::Kind;
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, Row, Runner};
 use model_core::plant::parameters::ParameterError;
@@ -52,7 +53,7 @@ pub enum Quantity {
 /// One effect in one log, sample by sample.
 #[derive(Debug, Clone)]
 pub struct Component {
-    /// The catalogue's id.
+    /// The catalogue's id, or [`LEARNED`].
     pub id: String,
     /// What `x` is.
     pub variable: Variable,
@@ -65,6 +66,9 @@ pub struct Component {
     /// That and what the whole model leaves, SI.
     pub partial_residual: Vec<f32>,
 }
+
+/// What stands for an id where a map was learned.
+pub const LEARNED: &str = "learned map";
 
 /// Over what, and as what, an effect shows.
 fn view(id: Id) -> (Variable, Quantity) {
@@ -91,6 +95,22 @@ fn view(id: Id) -> (Variable, Quantity) {
     }
 }
 
+/// Over what a learned map shows, and as what.
+fn view_of_map(kind: Kind) -> (Variable, Quantity) {
+    let variable = match kind {
+        Kind::PositionTorque | Kind::PositionFriction => Variable::Position,
+        Kind::VelocityTorque | Kind::SpeedFriction => Variable::Velocity,
+        Kind::CurrentTorque | Kind::LoadFriction => Variable::MotorTorque,
+        Kind::TimeTorque | Kind::TimeFriction => Variable::Time,
+    };
+    let quantity = if kind.is_friction() {
+        Quantity::Friction
+    } else {
+        Quantity::Torque
+    };
+    (variable, quantity)
+}
+
 /// Periods in the stroke from which they are laid over each other.
 const FOLDED: f64 = 2.0;
 
@@ -98,7 +118,7 @@ const FOLDED: f64 = 2.0;
 /// filters smear friction, which changes its sign, over what the effect does.
 const SMEARED: usize = 2;
 
-/// Every effect of a model that the declared one has not, in one log.
+/// Every effect of a model that the declared one has not, and what was learned, in one log.
 ///
 /// # Errors
 /// A parameter of the model outside its range.
@@ -109,37 +129,54 @@ pub(super) fn components(
     model: &Model,
 ) -> Result<Vec<Component>, ParameterError> {
     let found = model.effects.iter().map(|effect| effect.id);
-    found
-        .filter(|&id| !declared.has(id))
-        .map(|id| {
-            let (mut variable, quantity) = view(id);
-            let (mut x, component, partial_residual) = match quantity {
-                Quantity::Torque | Quantity::Friction => {
-                    of_torque(data, log, model, id, variable, quantity)?
-                }
-                Quantity::Reading | Quantity::LostMotion | Quantity::Twist => {
-                    of_position(data, log, model, quantity)?
-                }
-            };
-            let period = period_of(model, id).filter(|_| variable == Variable::Position);
-            let ends = extent(x.iter().map(|&x| f64::from(x))).unwrap_or_default();
-            let passes = |period: &f32| ends.1 - ends.0 > FOLDED * f64::from(*period);
-            if let Some(period) = period.filter(passes) {
-                variable = Variable::PositionInPeriod;
-                for x in &mut x {
-                    *x = x.rem_euclid(period);
-                }
+    let effects = found.filter(|&id| !declared.has(id)).map(|id| {
+        let (mut variable, quantity) = view(id);
+        let (mut x, component, partial_residual) = match quantity {
+            Quantity::Torque | Quantity::Friction => {
+                let mut without = model.clone();
+                without.effects.retain(|effect| effect.id != id);
+                of_torque(data, log, [model, &without], (variable, quantity))?
             }
-            Ok(Component {
-                id: id.description().id.to_owned(),
-                variable,
-                quantity,
-                x,
-                component,
-                partial_residual,
-            })
+            Quantity::Reading | Quantity::LostMotion | Quantity::Twist => {
+                of_position(data, log, model, quantity)?
+            }
+        };
+        let period = period_of(model, id).filter(|_| variable == Variable::Position);
+        let ends = extent(x.iter().map(|&x| f64::from(x))).unwrap_or_default();
+        let passes = |period: &f32| ends.1 - ends.0 > FOLDED * f64::from(*period);
+        if let Some(period) = period.filter(passes) {
+            variable = Variable::PositionInPeriod;
+            for x in &mut x {
+                *x = x.rem_euclid(period);
+            }
+        }
+        Ok(Component {
+            id: id.description().id.to_owned(),
+            variable,
+            quantity,
+            x,
+            component,
+            partial_residual,
         })
-        .collect()
+    });
+    let learned = model.map.map(|map| {
+        let (variable, quantity) = view_of_map(map.kind);
+        let without = Model {
+            map: None,
+            ..model.clone()
+        };
+        let (x, component, partial_residual) =
+            of_torque(data, log, [model, &without], (variable, quantity))?;
+        Ok(Component {
+            id: LEARNED.to_owned(),
+            variable,
+            quantity,
+            x,
+            component,
+            partial_residual,
+        })
+    });
+    effects.chain(learned).collect()
 }
 
 /// Period of an effect that is periodic in position, rad or m.
@@ -156,20 +193,16 @@ fn period_of(model: &Model, id: Id) -> Option<f32> {
 /// Variable, component and partial residual.
 type Columns = (Vec<f32>, Vec<f32>, Vec<f32>);
 
-/// From the torque balance with and without the effect.
+/// From the torque balance of the model with and without what is shown.
 fn of_torque(
     data: &Data,
     log: usize,
-    model: &Model,
-    id: Id,
-    variable: Variable,
-    quantity: Quantity,
+    [model, without]: [&Model; 2],
+    (variable, quantity): (Variable, Quantity),
 ) -> Result<Columns, ParameterError> {
     let (log, resolution) = (&data.logs[log], f64::from(data.settings.resolution));
-    let mut without = model.clone();
-    without.effects.retain(|effect| effect.id != id);
     let whole = torque_balance(log, model, resolution)?;
-    let partial = torque_balance(log, &without, resolution)?;
+    let partial = torque_balance(log, without, resolution)?;
     let period = f64::from(log.period);
     let standstill = standstill(log, resolution);
     let time = |entry: usize| whole.sample[entry] as f64 * period;

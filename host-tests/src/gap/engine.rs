@@ -11,16 +11,16 @@ use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
-use super::answer::{Spread, candidate, fitted, found};
+use super::answer::{Spread, candidate, fitted, found, unknown};
 use super::declared::{base_parameters, model};
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
-use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Stages, Unknown};
+use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Stages};
 use super::series::Series;
 use super::whiteness::whiteness;
 use crate::error::InputError;
 use crate::failure::Failure;
-use crate::log::Log;
+use crate::log::{Log, rounded};
 use crate::machine::{Coordinate, Machine};
 use crate::vectors::Vectors;
 
@@ -219,10 +219,7 @@ pub fn trace(
         machine: machine.name.clone(),
         verdict: trace.verdict(),
         effects: found(&trace, &spread, &declared, rotary),
-        unknown: trace.unknown.as_ref().map(|unknown| Unknown {
-            depends_on: unknown.kind.variable().to_owned(),
-            score: decimal(unknown.score),
-        }),
+        unknown: unknown(&trace, rotary),
         fit: fitted(&trace, &spread, &declared, &options, rotary),
         errors: Errors {
             train: train_errors,
@@ -354,7 +351,7 @@ fn check_units(machine: &Machine, logs: &[Log]) -> Result<(), InputError> {
                 "`position` is {} at {} s, far beyond the stops at {lower} and {upper} of {}; expected \
                  {}, and the stops where they are",
                 log.position[sample],
-                log.time_s(sample),
+                rounded(log.time_s(sample), 9),
                 machine.path.display(),
                 machine.coordinate.unit(),
             );

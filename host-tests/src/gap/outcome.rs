@@ -106,6 +106,25 @@ pub struct Unknown {
     pub depends_on: String,
     /// Share of the residual that the learned map of this variable explains.
     pub score: f64,
+    /// That map.
+    pub map: UnknownMap,
+}
+
+/// A torque or a friction level that was learned over a variable: linear between its points, constant
+/// beyond them.
+#[derive(Debug, Clone, Serialize)]
+pub struct UnknownMap {
+    /// `torque`, which the motor has to overcome, or `friction`, which opposes motion and holds at rest.
+    pub acts_as: String,
+    /// Values of the variable, SI: of a friction over velocity, current or load its magnitude, of a
+    /// current the torque that it makes.
+    pub at: Vec<f64>,
+    /// Unit of `at`.
+    pub at_unit: String,
+    /// What acts there beyond the fitted machine.
+    pub values: Vec<f64>,
+    /// Unit of `values`.
+    pub unit: String,
 }
 
 /// Errors on the training log, and on the validation log where there is one.

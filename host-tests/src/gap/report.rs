@@ -10,6 +10,7 @@ use std::path::Path;
 
 use model_core::gap::select::Verdict;
 
+use super::component;
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
     ErrorCells, FREED, Headline, cost, error_legend, error_rows, is_extended, presumed, rounds,
@@ -149,26 +150,32 @@ fn effects(report: &Report) -> io::Result<String> {
     let mut text = String::from("<section>\n<h2>What was missing</h2>\n");
     // On unseen data where there are some.
     let log = report.validate.first().or(report.train.first());
-    for effect in &outcome.effects {
-        text += &found(effect);
+    let figure = |id: &str| -> io::Result<String> {
         let shown = log.and_then(|log| {
-            let component = log.components.iter().find(|shown| shown.id == effect.id);
+            let component = log.components.iter().find(|shown| shown.id == id);
             component.map(|component| (log, component))
         });
-        if let Some((log, component)) = shown {
-            let figure = component_figure::of_effect(report, log, component)?;
-            text += &figure.map_or(String::new(), |figure| figure.html());
-        }
+        let Some((log, component)) = shown else {
+            return Ok(String::new());
+        };
+        let figure = component_figure::of_effect(report, log, component)?;
+        Ok(figure.map_or(String::new(), |figure| figure.html()))
+    };
+    for effect in &outcome.effects {
+        text += &found(effect);
+        text += &figure(&effect.id)?;
     }
     if let Some(unknown) = &outcome.unknown {
         let _ = write!(
             text,
             "<article class=\"unknown\">\n<h3>unknown effect of {}</h3>\n<p>No entry of the \
-             catalogue explains it. A learned map of this variable explains {} of the \
+             catalogue explains it. A {} learned over this variable explains {} of the \
              residual.</p>\n</article>\n",
             escape(&unknown.depends_on),
+            escape(&unknown.map.acts_as),
             Scale::percent().quantity(unknown.score)
         );
+        text += &figure(component::LEARNED)?;
     }
     Ok(text + "</section>\n")
 }

@@ -2,7 +2,7 @@
 
 use model_core::gap::select::Verdict;
 
-use super::outcome::{Candidate, ErrorSet, Errors, FoundEffect, Outcome, Report, Stages};
+use super::outcome::{Candidate, ErrorSet, Errors, FoundEffect, Outcome, Report, Stages, Unknown};
 use crate::quantity::{
     Scale, change, estimate, given, prefixed_estimate, probability, significant,
 };
@@ -407,13 +407,34 @@ fn effects(page: &mut Page, outcome: &Outcome) {
         page.section("Unknown effect");
         page.wrapped(
             &format!(
-                "depends on {}: a learned map of it explains {} of the residual",
+                "depends on {}: a {} learned over it explains {} of the residual",
                 unknown.depends_on,
+                unknown.map.acts_as,
                 Scale::percent().quantity(unknown.score)
             ),
             0,
             Style::Warning,
         );
+        learned(page, unknown);
+    }
+}
+
+/// What was learned, point by point.
+fn learned(page: &mut Page, unknown: &Unknown) {
+    let map = &unknown.map;
+    for (name, unit, values) in [
+        (&unknown.depends_on, &map.at_unit, &map.at),
+        (&map.acts_as, &map.unit, &map.values),
+    ] {
+        let largest = values
+            .iter()
+            .fold(0.0, |most: f64, value| most.max(value.abs()));
+        let scale = Scale::of(unit, [largest]);
+        let mut line = format!("{:20}", format!("{name}, {}", scale.unit));
+        for value in values {
+            line += &format!("{:>8}", scale.number(*value));
+        }
+        page.line(&line, Style::Plain);
     }
 }
 

@@ -49,6 +49,7 @@ pub struct Args {
 /// A wrong file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     whole_file::check_place(args.json.as_deref())?;
+    whole_file::check_directory(args.report.as_deref())?;
     let inputs = [&args.machine, &args.slow, &args.fast];
     whole_file::check_apart(
         args.json.iter().chain(&args.machine_out),

@@ -109,6 +109,18 @@ impl LearnedMap {
         }
     }
 
+    /// The value of its variable at a knot, from 0.
+    ///
+    /// ```
+    /// use model_core::effect::learned_map::{Kind, LearnedMap, Ranges};
+    /// let ranges = Ranges { position: (-1.0, 3.5), ..Ranges::default() };
+    /// let map = LearnedMap::flat(Kind::PositionFriction, &ranges);
+    /// assert_eq!((map.place(0), map.place(4)), (-1.0, 1.0));
+    /// ```
+    pub fn place(&self, knot: usize) -> f32 {
+        self.lower + knot as f32 / self.inverse_spacing
+    }
+
     /// The map at a value of its variable.
     ///
     /// ```
