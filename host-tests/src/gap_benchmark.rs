@@ -16,7 +16,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use self::cases::{Case, Extent};
+use self::cases::{Case, Extent, Group};
 use self::judgement::{Answer, Judgement};
 use crate::failure::Failure;
 use crate::gap::engine::Found;
@@ -78,6 +78,8 @@ pub struct Traced {
     pub after_over_oracle: Option<f64>,
     /// Fitted numbers of a right answer beside what they should be.
     pub deviations: Vec<Deviation>,
+    /// p-values of all that was refitted where there is nothing to be found.
+    pub chances: Vec<f64>,
     /// Wall-clock seconds of the tracing, beside others.
     pub seconds: f64,
 }
@@ -168,6 +170,12 @@ fn trace(case: &Case, machine: &Machine) -> Result<Traced, Failure> {
         after_over_oracle: oracle(case, machine, &train, &found)?,
         deviations: if judgement == Judgement::Right {
             deviations(case, outcome)
+        } else {
+            Vec::new()
+        },
+        chances: if case.group == Group::Clean {
+            let refitted = outcome.candidates.iter();
+            refitted.filter_map(|look| look.p_value).collect()
         } else {
             Vec::new()
         },

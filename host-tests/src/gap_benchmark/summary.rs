@@ -20,6 +20,9 @@ const WRONG_NUMBERS: &str = "no effect, wrong numbers";
 /// Standard deviations that hold 95 % of a normal population.
 const HOLDS_95: f64 = 1.96;
 
+/// Errors that p-values are held against.
+const LEVELS: [f64; 2] = [0.05, 0.01];
+
 /// Shares of a group's answers.
 #[derive(Debug, Clone, Serialize)]
 pub struct Rates {
@@ -75,6 +78,10 @@ pub struct Summary {
     pub coverage_on_others: f64,
     /// How many these are.
     pub numbers_on_others: usize,
+    /// Candidates that were refitted on logs without an effect, whatever the motion.
+    pub chances: usize,
+    /// Share of these with a p-value below each of [`LEVELS`]: at most the level, if p is honest.
+    pub below: [f64; 2],
     /// Wall-clock seconds of a tracing beside another one: median and longest.
     pub seconds: [f64; 2],
 }
@@ -114,6 +121,14 @@ impl Summary {
             .iter()
             .filter_map(|traced| traced.after_over_oracle)
             .collect();
+        let chances: Vec<f64> = all
+            .iter()
+            .flat_map(|traced| traced.chances.iter().copied())
+            .collect();
+        let below = LEVELS.map(|level| {
+            let below = chances.iter().filter(|p| **p < level).count();
+            below as f64 / chances.len() as f64
+        });
         let seconds: Vec<f64> = all.iter().map(|traced| traced.seconds).collect();
         Self {
             groups: groups(traced),
@@ -127,6 +142,8 @@ impl Summary {
             numbers,
             coverage_on_others,
             numbers_on_others,
+            chances: chances.len(),
+            below,
             seconds: [quantile(&seconds, 0.5), quantile(&seconds, 1.0)],
         }
     }
@@ -168,6 +185,13 @@ impl Summary {
                     self.numbers_on_others
                 ),
                 per_cent(self.coverage_on_others),
+            ),
+            line(
+                &format!(
+                    "of {} refits on logs without an effect, p below {} ({})",
+                    self.chances, LEVELS[0], LEVELS[1]
+                ),
+                format!("{} ({})", per_cent(self.below[0]), per_cent(self.below[1])),
             ),
             line(
                 "a log of 12,000 samples beside another, median (longest)",
