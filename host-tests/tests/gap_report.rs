@@ -476,7 +476,7 @@ fn the_verdicts_are_told_apart() {
             vec![
                 "slide: an effect is missing that the catalogue does not name; it depends on velocity.",
                 "depends on velocity: a friction learned over it explains 40.6 % of the residual",
-                "velocity, mm/s 0 50.0 100 150",
+                "velocity, m/s 0 0.0500 0.100 0.150",
                 "friction, N 1.25 -0.500 0 3.75",
             ],
         ),
