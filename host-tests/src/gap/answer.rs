@@ -122,13 +122,23 @@ fn in_words(looked_at: Subject) -> String {
     }
 }
 
+/// `a`, `a and b`, `a, b and c`
+pub(super) fn listed(names: &[impl AsRef<str>]) -> String {
+    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    match names.as_slice() {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
+    }
+}
+
 /// A learned map among the candidates.
 fn map_name(kind: Kind) -> String {
     format!("map:{} ({})", kind.variable(), acts_as(kind))
 }
 
 /// How a learned map acts.
-pub(super) fn acts_as(kind: Kind) -> &'static str {
+fn acts_as(kind: Kind) -> &'static str {
     if kind.is_friction() {
         "friction"
     } else {
@@ -268,12 +278,6 @@ pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
     let unknown = trace.unknown.as_ref()?;
     let map = trace.after.model.map?;
     let kind = unknown.kind;
-    let at = match kind {
-        Kind::PositionTorque | Kind::PositionFriction => Dimension::Position,
-        Kind::VelocityTorque | Kind::SpeedFriction => Dimension::Velocity,
-        Kind::CurrentTorque | Kind::LoadFriction => Dimension::Torque,
-        Kind::TimeTorque | Kind::TimeFriction => Dimension::Time,
-    };
     let knots = 0..map.knots.len();
     Some(Unknown {
         depends_on: kind.variable().to_owned(),
@@ -281,7 +285,7 @@ pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
         map: UnknownMap {
             acts_as: acts_as(kind).to_owned(),
             at: knots.map(|knot| decimal(map.place(knot))).collect(),
-            at_unit: at.unit(rotary).to_owned(),
+            at_unit: kind.dimension().unit(rotary).to_owned(),
             values: map.knots.iter().map(|&value| decimal(value)).collect(),
             unit: Dimension::Torque.unit(rotary).to_owned(),
         },

@@ -41,6 +41,7 @@ use self::candidates::{Candidate, Candidates, Reason};
 use self::limits::{Limits, Trial, Tryout};
 use self::rehearsal::Rehearsal;
 use self::separation::{Bench, Separation};
+use super::answer::listed;
 use super::engine::{Found, with_workbench};
 use super::metrics::decimal;
 use crate::failure::Failure;
@@ -183,7 +184,11 @@ impl NextExperiment {
         } else {
             format!(", but not {}", listed(&left))
         };
-        let alone = [" (alone it may mislead)", ", or alone,"][usize::from(self.alone)];
+        let alone = if self.alone {
+            ", or alone,"
+        } else {
+            " (alone it may mislead)"
+        };
         let would = if self.confirmed {
             "would tell"
         } else {
@@ -214,8 +219,12 @@ impl NextExperiment {
             ));
         }
         if !self.near.is_empty() {
-            let (near, verb) = (all_in_words(&self.near), ["follow", "follows"]);
-            let verb = verb[usize::from(self.near.len() == 1)];
+            let near = all_in_words(&self.near);
+            let verb = if self.near.len() == 1 {
+                "follows"
+            } else {
+                "follow"
+            };
             doubts.push(format!(
                 "Refitted, {near} {verb} the logs about as well as {named}."
             ));
@@ -236,15 +245,6 @@ fn in_words(name: &str) -> String {
 fn all_in_words(names: &[String]) -> String {
     let names: Vec<String> = names.iter().map(|name| in_words(name)).collect();
     listed(&names)
-}
-
-/// `a`, `a and b`, `a, b and c`
-fn listed(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        [one] => one.clone(),
-        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
-    }
 }
 
 /// The experiment that would tell apart what the training logs do not; `None` where they leave

@@ -2,6 +2,7 @@
 
 use model_core::gap::select::Verdict;
 
+use super::answer::listed;
 use super::outcome::{Candidate, ErrorSet, Errors, FoundEffect, Outcome, Report, Stages, Unknown};
 use crate::quantity::{
     Scale, change, estimate, given, prefixed_estimate, probability, significant,
@@ -71,24 +72,15 @@ impl Headline {
 
 fn finding(outcome: &Outcome) -> String {
     let ids: Vec<&str> = outcome.effects.iter().map(|e| e.id.as_str()).collect();
-    let known = match ids.as_slice() {
-        [] => String::new(),
-        [one] => format!("one effect was missing, {one}."),
-        [rest @ .., last] => format!(
-            "{} effects were missing, {} and {last}.",
-            ids.len(),
-            rest.join(", ")
-        ),
+    let known = match ids.len() {
+        0 => String::new(),
+        1 => format!("one effect was missing, {}.", ids[0]),
+        count => format!("{count} effects were missing, {}.", listed(&ids)),
     };
     let freed: Vec<&str> = outcome.freed().collect();
-    let wrong = match freed.as_slice() {
-        [] => None,
-        [one] => Some(format!("the declared {one} is wrong")),
-        [rest @ .., last] => Some(format!(
-            "the declared {} and {last} are wrong",
-            rest.join(", ")
-        )),
-    };
+    let verb = if freed.len() == 1 { "is" } else { "are" };
+    let wrong =
+        (!freed.is_empty()).then(|| format!("the declared {} {verb} wrong", listed(&freed)));
     match (outcome.verdict, &outcome.unknown) {
         (Verdict::NoMissingEffect, _) => match wrong {
             Some(wrong) => format!("no effect is missing, but {wrong}."),

@@ -3,6 +3,7 @@
 
 use super::Middle;
 use crate::plant::actuator::Load;
+use crate::unit::Dimension;
 
 /// Knots of the piecewise linear map.
 pub const KNOTS: usize = 10;
@@ -51,6 +52,16 @@ impl Kind {
             Self::CurrentTorque => "current",
             Self::LoadFriction => "load",
             Self::TimeTorque | Self::TimeFriction => "time",
+        }
+    }
+
+    /// What that variable is measured as: of a current, and of a load, it is the motor's torque.
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::PositionTorque | Self::PositionFriction => Dimension::Position,
+            Self::VelocityTorque | Self::SpeedFriction => Dimension::Velocity,
+            Self::CurrentTorque | Self::LoadFriction => Dimension::Torque,
+            Self::TimeTorque | Self::TimeFriction => Dimension::Time,
         }
     }
 

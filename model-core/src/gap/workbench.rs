@@ -162,11 +162,6 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         self.fit_with(model, window, FULL)
     }
 
-    /// The same roughly, for one of several starts.
-    pub fn fit_roughly(&mut self, model: &Model, window: usize) -> Option<Fit> {
-        self.fit_with(model, window, ROUGH)
-    }
-
     fn fit_with(&mut self, model: &Model, window: usize, effort: Effort) -> Option<Fit> {
         let data = self.data.with_window(window);
         let all = (Fold::All, 1);
@@ -209,7 +204,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             starts += 1;
             idle += 1;
             // Beyond the plant's range there is nothing.
-            let Some(rough) = self.fit_roughly(&beside, window) else {
+            let Some(rough) = self.fit_with(&beside, window, ROUGH) else {
                 continue;
             };
             if rough.cost < best.cost {

@@ -256,44 +256,6 @@ fn torque_per_input(plant: &Parameters) -> f32 {
     }
 }
 
-/// What a model makes of an input from rest; `None` if it leaves the limits.
-fn course(
-    model: &Model,
-    input: &[f32],
-    limits: &Limits,
-    (settings, has_winding): (&Settings, bool),
-) -> Option<Course> {
-    let simulator = model.build(limits.period).ok()?;
-    let rows = input.len();
-    // A log of nothing but the input: a residual is then the value itself.
-    let blank = Series {
-        label: String::new(),
-        period: limits.period,
-        input: input.to_vec(),
-        position: vec![limits.start; rows],
-        current: has_winding.then(|| vec![0.0; rows]),
-        velocity: None,
-        brake: None,
-    };
-    let log = blank.log();
-    let late = simulator.sensor_lateness().whole;
-    let mut runner = Runner::new(&simulator, &log, MARGIN, settings);
-    let mut position = blank.position.clone();
-    let mut current = blank.current.clone().unwrap_or_default();
-    for index in MARGIN..rows - 1 {
-        let (_, predicted) = runner.advance(&Row::new(&log, index));
-        position[index + 1] = runner.reported();
-        if !limits.allow(&position[..index + 2]) {
-            return None;
-        }
-        if let Some(measured) = current.get_mut(index.saturating_sub(late)) {
-            *measured = predicted;
-        }
-    }
-    let finite = current.iter().all(|value| value.is_finite());
-    finite.then_some(Course { position, current })
-}
-
 impl Course {
     /// The way that the machine goes, rad or m.
     fn travel(&self) -> f32 {
@@ -310,9 +272,38 @@ pub(super) struct Tryout<'a> {
 }
 
 impl Tryout<'_> {
+    /// What a model makes of an input from rest; `None` if it leaves the limits.
     fn course(&self, model: &Model, input: &[f32]) -> Option<Course> {
-        let log = (&self.settings, self.has_winding);
-        course(model, input, self.limits, log)
+        let limits = self.limits;
+        let simulator = model.build(limits.period).ok()?;
+        let rows = input.len();
+        // A log of nothing but the input: a residual is then the value itself.
+        let blank = Series {
+            label: String::new(),
+            period: limits.period,
+            input: input.to_vec(),
+            position: vec![limits.start; rows],
+            current: self.has_winding.then(|| vec![0.0; rows]),
+            velocity: None,
+            brake: None,
+        };
+        let log = blank.log();
+        let late = simulator.sensor_lateness().whole;
+        let mut runner = Runner::new(&simulator, &log, MARGIN, &self.settings);
+        let mut position = blank.position.clone();
+        let mut current = blank.current.clone().unwrap_or_default();
+        for index in MARGIN..rows - 1 {
+            let (_, predicted) = runner.advance(&Row::new(&log, index));
+            position[index + 1] = runner.reported();
+            if !limits.allow(&position[..index + 2]) {
+                return None;
+            }
+            if let Some(measured) = current.get_mut(index.saturating_sub(late)) {
+                *measured = predicted;
+            }
+        }
+        let finite = current.iter().all(|value| value.is_finite());
+        finite.then_some(Course { position, current })
     }
 
     fn trial(&self, candidates: &[Candidate], kind: &Kind, period_s: f64) -> Option<Trial> {
