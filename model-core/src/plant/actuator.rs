@@ -775,15 +775,20 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
         let mut remaining = CELLS;
         let mut events = 0;
+        // The whole step has failed already, unless in another mode.
+        let mut rung = usize::from(state.motion == before.motion);
         while remaining > 0.0 {
             if events == EVENTS {
                 state.velocity = Compensated::new(0.0);
                 state.motion = Motion::Rest;
             }
-            if let Some(cells) = self.advance_longest(state, remaining, input, load) {
-                remaining -= cells;
+            if let Some(taken) = self.advance_longest(state, (rung, remaining), input, load) {
+                remaining -= cells(taken);
+                // Another one like it ends where twice its length did not last.
+                rung = taken + 1;
                 continue;
             }
+            rung = 0;
             let cell = self.cell(state, input, load);
             let available = if remaining < 1.0 { remaining } else { 1.0 };
             match self.first_event(state, &cell, load) {
@@ -816,22 +821,17 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
     }
 
-    /// Advances by the longest rung within the remaining cells in which the mode lasts; its cells.
+    /// Advances by the longest rung within the remaining cells in which the mode lasts, from a rung
+    /// on; which it is.
     fn advance_longest(
         &self,
         state: &mut State,
-        remaining: f32,
+        (first, remaining): (usize, f32),
         input: f32,
         load: &Load,
-    ) -> Option<f32> {
-        let mut cells = CELLS;
-        for rung in 0..RUNGS {
-            if cells <= remaining && self.advance(state, rung, input, load) {
-                return Some(cells);
-            }
-            cells *= 0.5;
-        }
-        None
+    ) -> Option<usize> {
+        (first..RUNGS)
+            .find(|&rung| cells(rung) <= remaining && self.advance(state, rung, input, load))
     }
 
     /// The finest cell from a state.
@@ -900,6 +900,11 @@ impl<M: Borrow<Modes>> Actuator<M> {
         self.follow_input(state, input);
         state.motion = self.released(state.position, state.current, load);
     }
+}
+
+/// Finest cells in a rung.
+fn cells(rung: usize) -> f32 {
+    CELLS / (1 << rung) as f32
 }
 
 #[inline(always)]
