@@ -219,7 +219,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             self.step_alone(&before, given, &given.asleep, &mut currents);
             return currents;
         }
-        let mut lasts = [true; N];
+        let mut lasts = given.asleep.map(|asleep| !asleep);
         let mut currents = self.step_actuators(given, &mut lasts);
         let Courses { states, memories } = &mut self.courses;
         if let Some(heating) = self.heating {
@@ -247,7 +247,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         currents
     }
 
-    /// Steps the lanes in which the mode may not last, from where they were.
+    /// Steps the lanes that together could not be stepped, from where they were.
     #[cold]
     #[inline(never)]
     fn step_alone(

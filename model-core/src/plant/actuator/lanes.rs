@@ -2,8 +2,8 @@
 //!
 //! While a mode lasts, a step is a straight line of products and sums. Here it is one loop over the
 //! lanes without a branch, which the compiler turns into vectors; the direction of motion chooses
-//! among coefficients, not among ways through the code. A lane whose mode does not last is marked, and
-//! is stepped alone from where it was.
+//! among coefficients, not among ways through the code. A lane whose mode does not last is stepped
+//! alone from where it was.
 
 use super::{Actuator, Change, INPUT_LIMIT, Load, Modes};
 use crate::plant::lanes::{End, Lanes, Numbers, take};
@@ -47,6 +47,14 @@ impl<const N: usize> States<N> {
     #[inline(always)]
     pub fn rests(&self, lane: usize) -> bool {
         self.sign[lane] == 0.0
+    }
+
+    /// Whether any lane is.
+    #[inline(always)]
+    fn any_rests(&self) -> bool {
+        self.sign
+            .iter()
+            .fold(false, |any, &sign| any | (sign == 0.0))
     }
 
     /// By how much a lane's velocity has changed.
@@ -217,8 +225,7 @@ impl<const N: usize> Unhelds<N> {
 }
 
 impl<M: Borrow<Modes>> Actuator<M> {
-    /// As [`Actuator::wake`], in all lanes. Those that start from rest are marked as by
-    /// [`Actuator::steps_under`].
+    /// As [`Actuator::wake`], in all lanes. Those that start from rest lose their mark.
     #[inline(always)]
     pub(crate) fn hold<const N: usize>(
         &self,
@@ -227,6 +234,9 @@ impl<M: Borrow<Modes>> Actuator<M> {
         loads: &Loads<N>,
         lasts: &mut [bool; N],
     ) {
+        if !states.any_rests() {
+            return;
+        }
         for lane in 0..N {
             let from = states.start(lane);
             let current = match self.algebraic {
@@ -292,8 +302,8 @@ impl<M: Borrow<Modes>> Actuator<M> {
         inputs
     }
 
-    /// As [`Actuator::step_under`], in all lanes. Those in which the mode does not last are marked;
-    /// what becomes of them here has no meaning.
+    /// As [`Actuator::step_under`], in the lanes that `lasts` still marks. One that refuses its step loses
+    /// its mark; what becomes of it here has no meaning.
     #[inline(always)]
     pub(crate) fn steps_under<const N: usize>(
         &self,
@@ -302,15 +312,42 @@ impl<M: Borrow<Modes>> Actuator<M> {
         loads: &Loads<N>,
         lasts: &mut [bool; N],
     ) {
-        if self.sprung {
-            self.slides::<true, N>(states, inputs, loads, lasts);
-        } else {
-            self.slides::<false, N>(states, inputs, loads, lasts);
+        let (before, lasted) = (*states, *lasts);
+        match (self.sprung, states.any_rests()) {
+            (false, false) => self.slides::<false, false, N>(states, inputs, loads, lasts),
+            (false, true) => self.slides::<false, true, N>(states, inputs, loads, lasts),
+            (true, false) => self.slides::<true, false, N>(states, inputs, loads, lasts),
+            (true, true) => self.slides::<true, true, N>(states, inputs, loads, lasts),
+        }
+        if lasts != &lasted {
+            self.step_through(&before, (states, &lasted), inputs, loads, lasts);
         }
     }
 
+    /// Steps the lanes in which the mode has not lasted, each alone from where it was.
+    #[cold]
+    #[inline(never)]
+    fn step_through<const N: usize>(
+        &self,
+        before: &States<N>,
+        (states, lasted): (&mut States<N>, &[bool; N]),
+        inputs: &Lanes<N>,
+        loads: &Loads<N>,
+        lasts: &mut [bool; N],
+    ) {
+        for lane in 0..N {
+            if lasted[lane] && !lasts[lane] {
+                let mut state = before.at(lane);
+                let stepped = self.step_under(&mut state, inputs[lane], &loads.at(lane));
+                states.put(lane, &state);
+                lasts[lane] = stepped.is_ok();
+            }
+        }
+    }
+
+    /// `SPRUNG`: whether there is a spring. `RESTS`: whether a lane is at rest.
     #[inline(always)]
-    fn slides<const SPRUNG: bool, const N: usize>(
+    fn slides<const SPRUNG: bool, const RESTS: bool, const N: usize>(
         &self,
         states: &mut States<N>,
         inputs: &Lanes<N>,
@@ -341,11 +378,15 @@ impl<M: Borrow<Modes>> Actuator<M> {
                 let crosses = (deflection + change.position) * push < 0.0;
                 slides &= !crosses;
             }
-            let stays = self.stays::<SPRUNG>(&from, current, &load);
-            lasts[lane] &= accepted & if from.rests { stays } else { slides };
+            let lasting = if RESTS && from.rests {
+                self.stays::<SPRUNG>(&from, current, &load)
+            } else {
+                slides
+            };
+            lasts[lane] &= accepted & lasting;
             // A step of nothing could still move a remainder.
             let kept = |moved: Compensated, still: Compensated| {
-                if from.rests { still } else { moved }
+                if RESTS && from.rests { still } else { moved }
             };
             let end = End {
                 current,
@@ -356,7 +397,8 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
     }
 
-    /// As [`Actuator::step_on`], in all lanes, with the marks of [`Actuator::steps_under`].
+    /// As [`Actuator::step_on`], in all lanes. Those in which the mode does not last lose their mark; what
+    /// becomes of them here has no meaning.
     #[inline(always)]
     pub(crate) fn steps_on<const N: usize>(
         &self,
@@ -365,7 +407,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
         loads: &Loads<N>,
         lasts: &mut [bool; N],
     ) {
-        self.slides::<true, N>(states, inputs, loads, lasts);
+        self.slides::<true, true, N>(states, inputs, loads, lasts);
     }
 
     /// As [`Actuator::unheld`], in lanes that move.
@@ -403,8 +445,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
         unheld
     }
 
-    /// As [`Actuator::step_unheld`], with the marks of [`Actuator::steps_under`]; gives the
-    /// displacements.
+    /// As [`Actuator::step_unheld`], with the marks of [`Actuator::steps_on`]; gives the displacements.
     #[inline(always)]
     pub(crate) fn steps_unheld<const N: usize>(
         &self,
