@@ -80,6 +80,7 @@ pub struct Ensemble<'m> {
     lanes: Vec<Lane, { COLUMNS - 1 }>,
     /// Columns before all groups, and the first of the group that is open.
     group: Option<(usize, usize)>,
+    one_run_in: bool,
 }
 
 /// What a full ensemble says.
@@ -96,6 +97,7 @@ impl<'m> Ensemble<'m> {
             simulators: Vec::new(),
             lanes: Vec::new(),
             group: None,
+            one_run_in: false,
         }
     }
 
@@ -184,6 +186,17 @@ impl<'m> Ensemble<'m> {
         self.lanes.truncate(lanes);
         let opposites = self.lanes.iter().filter(|lane| lane.two_sided).count();
         self.simulators.truncate(1 + self.lanes.len() + opposites);
+    }
+
+    /// Has copies that run in to a window like the model start from where it comes to, as all start from
+    /// one measured state: what they would change in the run-in is left out.
+    pub fn share_run_in(&mut self) {
+        self.one_run_in = true;
+    }
+
+    /// The model, where they do.
+    pub fn shared_run_in(&self) -> Option<&Member<'m>> {
+        self.simulators.first().filter(|_| self.one_run_in)
     }
 
     /// The copies: one a column of the sums behind the residual's.

@@ -254,34 +254,37 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         settings: &Settings,
     ) -> Self {
         let mut restart = Restart::new(log, start, settings, simulator.remembers());
-        Self::from_restart(simulator, log, &mut restart, settings)
+        Self::from_restart(
+            simulator,
+            log,
+            &mut restart,
+            settings,
+            &mut RunIn::default(),
+        )
     }
 
+    /// Starts at a restart, with what another simulator has run in to, or what it runs in to itself:
+    /// that it leaves there.
     fn from_restart(
         simulator: &'a Simulator<M, H>,
         log: &'a Log<'a>,
         restart: &mut Restart,
         settings: &Settings,
-    ) -> Self {
-        let runner = Self::at_restart(simulator, log, restart, settings);
-        match &restart.approach {
-            Some(approach) if simulator.remembers() => runner.behind(approach, restart, settings),
-            _ => runner,
-        }
-    }
-
-    /// At a restart, without what the effects remember.
-    fn at_restart(
-        simulator: &'a Simulator<M, H>,
-        log: &'a Log<'a>,
-        restart: &mut Restart,
-        settings: &Settings,
+        run_in: &mut RunIn,
     ) -> Self {
         let mut runner = Self::unwound(simulator, log, restart, settings);
         if let Some(shaft) = simulator.shaft() {
-            runner.wind(shaft, restart, settings);
+            let twists = run_in
+                .twists
+                .get_or_insert_with(|| runner.twists(restart, settings));
+            runner.wound(shaft, twists, restart, settings);
         }
-        runner
+        match &restart.approach {
+            Some(approach) if simulator.remembers() => {
+                runner.behind(approach, restart, settings, &mut run_in.behind)
+            }
+            _ => runner,
+        }
     }
 
     /// The same without a shaft's twist.
@@ -299,17 +302,17 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         runner
     }
 
-    /// Twists the shaft.
+    /// What a run-in shows of the shaft's twist.
     // Its frame is not to lie under the simulations behind it.
     #[inline(never)]
-    fn wind(&mut self, shaft: &Shaft, restart: &Restart, settings: &Settings) {
+    fn twists(&self, restart: &Restart, settings: &Settings) -> Twists {
         let mut run_in = self.before(restart, settings);
         let mut twists = Twists::new();
         for index in restart.winds_since(self.log)..restart.start + settings.half_width {
             run_in.advance(&Row::new(self.log, index));
             twists.observe(run_in.course.memory.twist, index + 1, restart, settings);
         }
-        self.wound(shaft, &twists, restart, settings);
+        twists
     }
 
     /// Where the run-in that twists a shaft begins.
@@ -342,8 +345,19 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             .twist(&mut self.course, shaft, twists.twist, own_velocity);
     }
 
-    /// With what the effects remember of the approach to the restart.
-    fn behind(&self, approach: &Approach, restart: &Restart, settings: &Settings) -> Self {
+    /// With what the effects remember of the approach to the restart, or of another simulator's if that
+    /// is known; a simulated one is, then.
+    fn behind(
+        &self,
+        approach: &Approach,
+        restart: &Restart,
+        settings: &Settings,
+        known: &mut Option<Course>,
+    ) -> Self {
+        if let Some(course) = known {
+            return self.resumed((course, 0.0), approach, settings);
+        }
+        let simulated = settings.own_velocity(self.log).is_none() && approach.since < restart.start;
         let mut run_in = self.run_in(approach, settings);
         let mut moved = 0.0;
         for index in approach.since..restart.start {
@@ -359,6 +373,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
                 }
             }
         }
+        *known = Some(run_in.course).filter(|_| simulated);
         self.resumed((&run_in.course, moved), approach, settings)
     }
 
@@ -534,6 +549,14 @@ struct Restart {
     warmth: Option<(ThermalDrift, f32)>,
 }
 
+/// What run-ins to a restart lead to.
+#[derive(Debug, Clone, Copy, Default)]
+struct RunIn {
+    twists: Option<Twists>,
+    /// Where a simulated approach ends.
+    behind: Option<Course>,
+}
+
 impl Restart {
     fn new(log: &Log, start: usize, settings: &Settings, remembers: bool) -> Self {
         let state = measured_state(log, start, settings);
@@ -690,9 +713,19 @@ fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ens
     let simulators = ensemble.simulators();
     let remembers = simulators.iter().any(Simulator::remembers);
     let mut restart = Restart::new(log, window.start, settings, remembers);
+    let mut shared = RunIn::default();
     let mut runners: Vec<Runner<&Modes, Varied>, MOST_SIMULATORS> = simulators
         .iter()
-        .map(|simulator| Runner::from_restart(simulator, log, &mut restart, settings))
+        .map(|simulator| {
+            let model = ensemble.shared_run_in();
+            let mut own = RunIn::default();
+            let run_in = if model.is_some_and(|model| simulator.runs_in_like(model)) {
+                &mut shared
+            } else {
+                &mut own
+            };
+            Runner::from_restart(simulator, log, &mut restart, settings, run_in)
+        })
         .collect();
     let mut positions = [0.0f32; COLUMNS];
     let mut currents = [0.0f32; COLUMNS];
@@ -791,6 +824,11 @@ fn accumulate_all<const N: usize>(
         .iter()
         .map(|simulator| places.start(simulator))
         .collect();
+    if let Some(model) = ensemble.shared_run_in() {
+        for replay in replays.iter_mut().skip(1) {
+            replay.follow(model);
+        }
+    }
     let mut positions = [[0.0f32; N]; COLUMNS];
     let mut currents = [[0.0f32; N]; COLUMNS];
     let mut sums = [[0.0f32; N]; entries(COLUMNS)];

@@ -369,6 +369,8 @@ pub fn screen(
     let store = Store::new();
     let mut ensemble = Ensemble::new();
     ensemble.start(&store, model, period).ok()?;
+    // Run-ins would be most of the work: they are longer than the windows.
+    ensemble.share_run_in();
     fit::perturb(&mut ensemble, &store, model, variables, period)?;
     let base = variables.len();
     let mut sums = Sums::default();
@@ -507,6 +509,8 @@ pub fn map_score(
     let store = Store::new();
     let mut ensemble = Ensemble::new();
     ensemble.start(&store, model, period).ok()?;
+    // Run-ins would be most of the work: they are longer than the windows.
+    ensemble.share_run_in();
     fit::perturb(&mut ensemble, &store, model, variables, period)?;
     let mut sums = Sums::default();
     sums.replay(data, schedule, (Fold::All, 1), &ensemble);

@@ -180,6 +180,14 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         self.half_play().is_some() || self.bristles.is_some()
     }
 
+    /// Whether what it remembers is the same as in another simulator, and so are run-ins to that but for
+    /// the rest of the machine.
+    pub fn runs_in_like(&self, other: &Self) -> bool {
+        self.half_play == other.half_play
+            && self.bristles == other.bristles
+            && self.shaft == other.shaft
+    }
+
     /// Moves the drive of a measured state to where it is while it moves that way, for the measurement
     /// is of the far side, and bends the bristles as sliding does.
     pub fn lean(&self, course: &mut Course, motion: Motion) {

@@ -61,16 +61,29 @@ pub(super) struct Replay<'s, M, H, const N: usize> {
     /// Where it restarts, without what the effects remember.
     restarts: [Course; N],
     twists: [Twists; N],
+    /// Whether it starts from where the first simulator beside it has run in to.
+    follows: bool,
 }
 
 impl<M: Borrow<Modes>, H: Acting, const N: usize> Replay<'_, M, H, N> {
+    /// Has it start from where the first simulator beside it, which is this one, has run in to, if it
+    /// runs in like that.
+    pub(super) fn follow(&mut self, first: &Simulator<M, H>) {
+        self.follows = self.lanes.simulator().runs_in_like(first);
+    }
+
+    /// Where it is.
+    fn courses(&self) -> [Course; N] {
+        array::from_fn(|lane| self.lanes.at(lane))
+    }
+
     /// Whether it takes steps that are made for this.
     #[inline(always)]
     fn takes(&self, phase: Phase) -> bool {
         let simulator = self.lanes.simulator();
         match phase {
-            Phase::Winding => simulator.shaft().is_some(),
-            Phase::RunIn => simulator.remembers(),
+            Phase::Winding => simulator.shaft().is_some() && !self.follows,
+            Phase::RunIn => simulator.remembers() && !self.follows,
             Phase::Window => true,
         }
     }
@@ -167,6 +180,7 @@ impl<'a, const N: usize> Places<'a, N> {
             lanes: Lockstep::new(simulator, &courses),
             restarts,
             twists: [Twists::new(); N],
+            follows: false,
         }
     }
 
@@ -197,7 +211,9 @@ impl<'a, const N: usize> Places<'a, N> {
                 if self.run_in.each[lane] > 0 {
                     there.run_in(approach, self.settings).course
                 } else {
-                    there.behind(approach, restart, self.settings).course
+                    there
+                        .behind(approach, restart, self.settings, &mut None)
+                        .course
                 }
             }
             _ => there.course,
@@ -220,13 +236,17 @@ impl<'a, const N: usize> Places<'a, N> {
 
     /// Puts a simulator whose shaft is twisted to the restarts, or where it runs in to them.
     #[inline(never)]
-    fn wind<M: Borrow<Modes>, H: Acting>(&self, replay: &mut Replay<M, H, N>) {
+    fn wind<M: Borrow<Modes>, H: Acting>(
+        &self,
+        replay: &mut Replay<M, H, N>,
+        twists: &[Twists; N],
+    ) {
         let simulator = replay.lanes.simulator();
         let Some(shaft) = simulator.shaft() else {
             return;
         };
         for lane in 0..N {
-            let (restart, twists) = (&self.restarts[lane], &replay.twists[lane]);
+            let (restart, twists) = (&self.restarts[lane], &twists[lane]);
             let mut there = self.runner(simulator, lane, replay.restarts[lane]);
             there.wound(shaft, twists, restart, self.settings);
             replay.restarts[lane] = there.course;
@@ -236,14 +256,18 @@ impl<'a, const N: usize> Places<'a, N> {
 
     /// Puts a simulator that has run in to the restarts.
     #[inline(never)]
-    fn resume<M: Borrow<Modes>, H: Acting>(&self, replay: &mut Replay<M, H, N>) {
+    fn resume<M: Borrow<Modes>, H: Acting>(
+        &self,
+        replay: &mut Replay<M, H, N>,
+        behind: &[Course; N],
+    ) {
         let simulator = replay.lanes.simulator();
         for lane in 0..N {
             let approach = self.restarts[lane].approach.as_ref();
             let ran_in = |_: &&_| self.run_in.each[lane] > 0 && simulator.remembers();
             if let Some(approach) = approach.filter(ran_in) {
                 let there = self.runner(simulator, lane, replay.restarts[lane]);
-                let run_in = (&replay.lanes.at(lane), 0.0);
+                let run_in = (&behind[lane], 0.0);
                 let resumed = there.resumed(run_in, approach, self.settings);
                 replay.lanes.put(lane, &resumed.course);
             }
@@ -338,11 +362,18 @@ impl<'a, const N: usize> Places<'a, N> {
         }
         self.step += 1;
         if phase != self.phase() {
+            let Some(first) = replays.first() else {
+                return false;
+            };
+            let (twists, behind) = (first.twists, first.courses());
             for replay in replays {
+                let follows = replay.follows;
                 if phase == Phase::Winding {
-                    self.wind(replay);
+                    let own = replay.twists;
+                    self.wind(replay, if follows { &twists } else { &own });
                 } else {
-                    self.resume(replay);
+                    let own = replay.courses();
+                    self.resume(replay, if follows { &behind } else { &own });
                 }
             }
         }
