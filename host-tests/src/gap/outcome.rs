@@ -51,7 +51,8 @@ pub struct FoundEffect {
     pub score: f64,
     /// Share of its own sensitivity that no other fitted parameter can imitate, 0 to 1.
     pub identifiability: f64,
-    /// One-sided Wilcoxon signed-rank p over held-out blocks of the training log.
+    /// One-sided Wilcoxon signed-rank p over held-out blocks of the training log: of such a gain, if no more
+    /// than one percent of the error were to be gained.
     pub p_value: f64,
     /// Effects that this log cannot tell from it.
     pub equivalent: Vec<String>,
@@ -181,7 +182,7 @@ pub struct Candidate {
     pub identifiability: f64,
     /// Held-out mean square error with the effect over that without; null if it was not refitted.
     pub held_out_ratio: Option<f64>,
-    /// One-sided Wilcoxon p over held-out blocks; null if it was not refitted.
+    /// The same p over held-out blocks; null if it was not refitted.
     pub p_value: Option<f64>,
     /// Whether the round took it.
     pub accepted: bool,
