@@ -52,9 +52,11 @@ fn run(
 
 #[inline(always)]
 fn follow(batch: &mut Batch<&Modes, LANES>, inputs: &[f32]) -> Result<(), InputRefused> {
-    inputs
-        .iter()
-        .try_for_each(|&input| batch.step(&[input; LANES]))
+    // A closure would be a function of its own, without the vectors.
+    for &input in inputs {
+        batch.step(&[input; LANES])?;
+    }
+    Ok(())
 }
 
 #[cfg(target_arch = "x86_64")]
