@@ -196,6 +196,15 @@ pub enum Effect {
         /// v_s, rad/s or m/s, positive.
         speed: f64,
     },
+    /// A rubber mount beside the friction: a load z with dz/dx = −(torque + sign(v) z) / reach, that
+    /// remembers where the motion last turned (P. R. Dahl, *A Solid Friction Model*, 1968). No entry
+    /// of the catalogue gives way over so long a way.
+    HystereticSpring {
+        /// What it comes to far from the last turn, N·m or N.
+        torque: f64,
+        /// Way in which it comes near to that, rad or m, positive.
+        reach: f64,
+    },
 }
 
 /// Which effect, without its strength.
@@ -251,11 +260,13 @@ pub enum EffectKind {
     RoughSpot,
     /// [`Effect::Presliding`]
     Presliding,
+    /// [`Effect::HystereticSpring`]
+    HystereticSpring,
 }
 
 impl EffectKind {
     /// Every kind that a rig can carry.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::AsymmetricCoulomb,
         Self::AsymmetricViscous,
         Self::OffsetTorque,
@@ -281,10 +292,11 @@ impl EffectKind {
         Self::SpeedBand,
         Self::RoughSpot,
         Self::Presliding,
+        Self::HystereticSpring,
     ];
 
-    /// The id in the catalogue of effects. `None` for [`EffectKind::SpeedBand`] and
-    /// [`EffectKind::RoughSpot`], which are there to be unknown.
+    /// The id in the catalogue of effects. `None` for [`EffectKind::SpeedBand`],
+    /// [`EffectKind::RoughSpot`] and [`EffectKind::HystereticSpring`], which are there to be unknown.
     pub fn id(self) -> Option<&'static str> {
         match self {
             Self::AsymmetricCoulomb => Some("asymmetric_coulomb"),
@@ -310,7 +322,7 @@ impl EffectKind {
             Self::ThermalDrift => Some("thermal_drift"),
             Self::EncoderEccentricity => Some("encoder_eccentricity"),
             Self::Presliding => Some("presliding"),
-            Self::SpeedBand | Self::RoughSpot => None,
+            Self::SpeedBand | Self::RoughSpot | Self::HystereticSpring => None,
         }
     }
 
@@ -453,6 +465,10 @@ impl Effect {
                     speed: 5e-3 * machine.speed,
                 }
             }
+            EffectKind::HystereticSpring => Self::HystereticSpring {
+                torque: 0.4 * coulomb,
+                reach: 0.2 * machine.amplitude(),
+            },
         }
     }
 
@@ -511,6 +527,9 @@ impl Effect {
                 torque: strength, ..
             }
             | Self::RoughSpot {
+                torque: strength, ..
+            }
+            | Self::HystereticSpring {
                 torque: strength, ..
             }
             | Self::Presliding {
@@ -585,6 +604,7 @@ impl Effect {
             Self::SpeedBand { .. } => EffectKind::SpeedBand,
             Self::RoughSpot { .. } => EffectKind::RoughSpot,
             Self::Presliding { .. } => EffectKind::Presliding,
+            Self::HystereticSpring { .. } => EffectKind::HystereticSpring,
         }
     }
 }

@@ -76,6 +76,25 @@ impl Shaft {
     }
 }
 
+/// A load that remembers where the motion last turned.
+#[derive(Debug, Clone, Copy)]
+struct HystereticSpring {
+    /// N·m or N.
+    torque: f64,
+    /// rad or m.
+    reach: f64,
+    /// Load on the machine, N·m or N.
+    load: f64,
+}
+
+impl HystereticSpring {
+    /// Lets the machine pass a way (exact: its direction does not change within that).
+    fn follow(&mut self, way: f64) {
+        let end = -self.torque * way.signum();
+        self.load = end + (self.load - end) * (-way.abs() / self.reach).exp();
+    }
+}
+
 /// A supply behind a resistance, with a capacitor at the bridge.
 #[derive(Debug, Clone, Copy)]
 struct Supply {
@@ -142,6 +161,7 @@ pub struct Plant {
     warmth: Option<Warmth>,
     /// What is behind an elastic shaft.
     shaft: Option<Shaft>,
+    hysteretic_spring: Option<HystereticSpring>,
     inertia: f64,
     viscous_forward: f64,
     viscous_backward: f64,
@@ -175,7 +195,7 @@ pub struct Plant {
 
 impl Plant {
     /// A machine with its effects, at standstill at 0. Several effects of one kind
-    /// add up, but of [`Effect::Presliding`] and of what acts on the winding the last one counts.
+    /// add up, but of what remembers and of what acts on the winding the last one counts.
     pub fn new(machine: &Machine, effects: &[Effect]) -> Self {
         let spring = machine.spring;
         let mut plant = Self {
@@ -188,6 +208,7 @@ impl Plant {
             dead_time: (0.0, 1.0),
             warmth: None,
             shaft: None,
+            hysteretic_spring: None,
             inertia: machine.inertia,
             viscous_forward: machine.viscous,
             viscous_backward: machine.viscous,
@@ -249,6 +270,13 @@ impl Plant {
                         stiffness: 1.0 / compliance,
                         damping,
                         speed,
+                    });
+                }
+                Effect::HystereticSpring { torque, reach } => {
+                    plant.hysteretic_spring = Some(HystereticSpring {
+                        torque,
+                        reach,
+                        load: 0.0,
                     });
                 }
                 Effect::TorqueSaturation { fall } => plant.fall += fall,
@@ -342,6 +370,9 @@ impl Plant {
         if let Some(shaft) = &mut self.shaft {
             (shaft.position, shaft.velocity) = (position, velocity);
         }
+        if let Some(spring) = &mut self.hysteretic_spring {
+            spring.load = 0.0;
+        }
         self.motion = if velocity == 0.0 {
             Motion::Stuck
         } else {
@@ -393,8 +424,12 @@ impl Plant {
         let steps = (seconds / self.step - 1e-6).ceil().max(0.0);
         let length = seconds / steps.max(1.0);
         for _ in 0..steps as usize {
+            let before = self.state.position;
             self.step_by(input, length);
             self.time += length;
+            if let Some(spring) = &mut self.hysteretic_spring {
+                spring.follow(self.state.position - before);
+            }
             if let Some(shaft) = &mut self.shaft {
                 shaft.follow(self.state, length);
             }
@@ -777,6 +812,7 @@ impl Plant {
             - self.stiffness * state.position
             - self.preload * self.side
             + self.shaft.map_or(0.0, |shaft| shaft.load(state))
+            + self.hysteretic_spring.map_or(0.0, |spring| spring.load)
             - self.drag * state.velocity * state.velocity.abs();
         for effect in &self.shaped {
             load += match effect {

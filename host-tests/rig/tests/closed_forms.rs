@@ -479,6 +479,30 @@ fn a_rough_spot_takes_the_work_of_its_bell() {
     }
 }
 
+/// A slide that is thrown forward and pulled back loses what the spring takes either way, from where it
+/// turned on.
+#[test]
+fn a_hysteretic_spring_remembers_where_it_turned() {
+    let (torque, reach) = (3.0, 0.2);
+    let mut plant = Plant::new(&bare_slide(), &[Effect::HystereticSpring { torque, reach }]);
+    plant.place(0.0, 2.0);
+    let decay = |way: f64| (-way / reach).exp();
+    let mut turn: f64 = 0.0;
+    for _ in 0..2000 {
+        plant.advance(-4.0, 1e-3);
+        let (velocity, position) = (plant.state().velocity, plant.state().position);
+        turn = turn.max(position);
+        let at_turn = -torque * (1.0 - decay(turn));
+        let ahead = torque * (turn - reach * (1.0 - decay(turn)));
+        let back = turn - position;
+        let behind = torque * back - (torque - at_turn) * reach * (1.0 - decay(back));
+        let kinetic = 0.5 * 2.0 * (2.0_f64.powi(2) - velocity.powi(2));
+        // At the turn itself 1 ms is a micrometre.
+        assert_close(kinetic - 4.0 * position, ahead + behind, 1e-4);
+    }
+    assert!(plant.state().position < 0.0);
+}
+
 /// A coasting slide whose friction grows: v = v₀ − F/m (t + r t²/2).
 #[test]
 fn friction_that_drifts_brakes_ever_more() {
