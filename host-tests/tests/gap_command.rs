@@ -335,6 +335,50 @@ mod bad_logs {
     }
 
     #[test]
+    fn in_milliseconds() {
+        let bench = Bench::new();
+        let rows = log().lines().skip(1).enumerate();
+        let rows: Vec<String> = rows
+            .map(|(index, row)| with_field(row, 0, &index.to_string()))
+            .collect();
+        bench.write("ms.csv", format!("{HEADER}\n{}\n", rows.join("\n")));
+        let words = ["sampled every 1 s", "`time_s` in seconds"];
+        bench.refuses(&["--train", "ms.csv"], "ms.csv", &words);
+    }
+
+    #[test]
+    fn with_a_current_of_the_wrong_sign() {
+        let machine = Machine::rotary_ema();
+        let bench = Bench::new();
+        bench.write(MACHINE, machine.to_toml());
+        let moves = Trajectory::moves(&machine);
+        let right = Experiment::tracking(machine, moves)
+            .lasting(4.0)
+            .run()
+            .to_csv();
+        let header = right.lines().next().unwrap();
+        let place = header
+            .split(',')
+            .position(|name| name == "current_a")
+            .unwrap();
+        let turned: Vec<String> = right
+            .lines()
+            .map(
+                |row| match row.split(',').nth(place).unwrap().parse::<f64>() {
+                    Ok(current) => with_field(row, place, &(-current).to_string()),
+                    Err(_) => row.to_owned(),
+                },
+            )
+            .collect();
+        bench.write("right.csv", right);
+        bench.answer(&["--train", "right.csv"]);
+        fs::remove_file(bench.path(JSON)).unwrap();
+        bench.write("turned.csv", turned.join("\n") + "\n");
+        let words = ["`current_a` is against the voltage", "turn the sign"];
+        bench.refuses(&["--train", "turned.csv"], "turned.csv", &words);
+    }
+
+    #[test]
     fn behind_good_ones() {
         let bench = Bench::new();
         bench.write("bad.csv", edited(9, |row| with_field(row, 1, "off")));

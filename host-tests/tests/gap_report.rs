@@ -247,6 +247,7 @@ fn variants() -> Vec<(&'static str, Report)> {
     report.outcome.unknown = Some(Unknown {
         depends_on: "velocity".into(),
         score: 0.4063,
+        proven: true,
         map: UnknownMap {
             acts_as: "friction".into(),
             at: vec![0.0, 0.05, 0.1, 0.15],
@@ -257,8 +258,17 @@ fn variants() -> Vec<(&'static str, Report)> {
     });
     variants.push(("unknown", report.clone()));
 
+    let mut unproven = report.clone();
+    unproven.outcome.unknown.as_mut().unwrap().proven = false;
+    variants.push(("unproven", unproven));
+
     report.outcome.effects = example().outcome.effects;
     variants.push(("effects and unknown", report));
+
+    let mut report = example();
+    let validate = report.outcome.errors.validate.as_mut().unwrap();
+    validate.after.position_rms = 1.5 * validate.before.position_rms;
+    variants.push(("does not hold", report));
 
     let mut report = example();
     report.outcome.errors.validate = None;
@@ -479,6 +489,17 @@ fn the_verdicts_are_told_apart() {
                 "velocity, m/s 0 0.0500 0.100 0.150",
                 "friction, N 1.25 -0.500 0 3.75",
             ],
+        ),
+        (
+            "unproven",
+            vec![
+                "slide: an effect is missing that the catalogue does not name, and nothing learned over \
+                 one variable predicts it; velocity comes nearest.",
+            ],
+        ),
+        (
+            "does not hold",
+            vec!["error rose from", "What was found does not hold there."],
         ),
         (
             "effects and unknown",

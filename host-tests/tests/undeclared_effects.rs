@@ -602,8 +602,9 @@ fn a_machine_that_is_nothing_like_the_log_is_not_called_complete() {
         .run();
     std::fs::write(&path, recording.to_csv()).unwrap();
     let mut log = Log::read(&path).unwrap();
-    for input in &mut log.input {
-        *input = -*input;
+    let current = log.current.as_mut().unwrap();
+    for value in log.input.iter_mut().chain(current) {
+        *value = -*value;
     }
     let declared = Machine::read(&file).unwrap();
     let report = engine::run(&declared, &[log], || Ok(Vec::new()), |_| ()).unwrap();

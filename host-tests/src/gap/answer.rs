@@ -274,7 +274,7 @@ pub(super) fn found(
 }
 
 /// Structure that the catalogue does not explain, with the map that was learned of it.
-pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
+pub(super) fn unknown(trace: &Trace, looks: &[Consideration], rotary: bool) -> Option<Unknown> {
     let unknown = trace.unknown.as_ref()?;
     let map = trace.after.model.map?;
     let kind = unknown.kind;
@@ -282,6 +282,7 @@ pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
     Some(Unknown {
         depends_on: kind.variable().to_owned(),
         score: decimal(unknown.score),
+        proven: !looks.iter().any(|look| look.decision == Decision::LeastBad),
         map: UnknownMap {
             acts_as: acts_as(kind).to_owned(),
             at: knots.map(|knot| decimal(map.place(knot))).collect(),

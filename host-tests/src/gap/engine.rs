@@ -6,7 +6,7 @@ use std::time::Instant;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, Job, MARGIN, Schedule, Settings};
-use model_core::gap::select::{self, Consideration, LEAST_WINDOWS, Trace};
+use model_core::gap::select::{self, Consideration, LEAST_WINDOWS, Subject, Trace};
 use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
@@ -163,7 +163,8 @@ pub fn trace(
         // An effect that was taken in an earlier round and is not any more: that look gets the last
         // word on it.
         let taken = |known: &&mut Candidate| known.accepted && known.id == entry.id;
-        if !entry.accepted
+        if matches!(look.subject, Subject::Effect(_))
+            && !entry.accepted
             && let Some(taken) = candidates.iter_mut().find(taken)
         {
             taken.accepted = false;
@@ -219,7 +220,7 @@ pub fn trace(
         machine: machine.name.clone(),
         verdict: trace.verdict(),
         effects: found(&trace, &spread, &declared, rotary),
-        unknown: unknown(&trace, rotary),
+        unknown: unknown(&trace, &looks, rotary),
         fit: fitted(&trace, &spread, &declared, &options, rotary),
         errors: Errors {
             train: train_errors,
@@ -337,8 +338,49 @@ fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
 /// Strokes beyond a declared stop from which on a position is in another unit, not at a worn stop.
 const BEYOND_STOPS: f64 = 0.5;
 
-/// Refuses positions far beyond declared stops.
+/// Longest sampling period, s: no drive shows what it does in fewer samples. Milliseconds taken for
+/// seconds are longer.
+const LONGEST_PERIOD: f64 = 0.1;
+
+/// Correlation of voltage and current from which on a motor would feed its supply all the time.
+const FEEDS_SUPPLY: f64 = -0.5;
+
+/// Refuses what must be in another unit, or of the other sign.
 fn check_units(machine: &Machine, logs: &[Log]) -> Result<(), InputError> {
+    for log in logs {
+        if log.period_s > LONGEST_PERIOD {
+            let message = format!(
+                "sampled every {} s; expected at least ten samples a second, and `time_s` in seconds",
+                rounded(log.period_s, 9)
+            );
+            return Err(InputError::new(&log.path, None, message));
+        }
+        if machine.motor.is_some()
+            && let Some(current) = &log.current
+            && correlation(&log.input, current) * machine.gain.signum() < FEEDS_SUPPLY
+        {
+            let message = "`current_a` is against the voltage all the time, as if the motor fed its \
+                           supply; expected both positive for a torque forwards: turn the sign of \
+                           one of them, or of `gain`";
+            return Err(InputError::new(&log.path, None, message));
+        }
+    }
+    check_places(machine, logs)
+}
+
+/// Cosine of the angle between two series; 0 where one of them is nothing.
+fn correlation(first: &[f64], second: &[f64]) -> f64 {
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let squares = product(first, first) * product(second, second);
+    if squares > 0.0 {
+        product(first, second) / squares.sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// Refuses positions far beyond declared stops.
+fn check_places(machine: &Machine, logs: &[Log]) -> Result<(), InputError> {
     let (Some(lower), Some(upper)) = (machine.mechanics.lower_stop, machine.mechanics.upper_stop)
     else {
         return Ok(());

@@ -107,6 +107,9 @@ pub struct Unknown {
     pub depends_on: String,
     /// Share of the residual that the learned map of this variable explains.
     pub score: f64,
+    /// Whether that map predicts held-out blocks. If not, it is merely the one that comes nearest to an
+    /// error that has a cause.
+    pub proven: bool,
     /// That map.
     pub map: UnknownMap,
 }

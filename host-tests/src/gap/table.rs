@@ -1,5 +1,7 @@
 //! The result as a terminal shows it: plain text, at most [`WIDTH`] columns.
 
+use std::cmp::Ordering;
+
 use model_core::gap::select::Verdict;
 
 use super::answer::listed;
@@ -17,6 +19,9 @@ const FAR_OFF: f64 = 100.0;
 /// Share of the held-out error below which what a refused candidate leaves is no chance, most likely: the
 /// reader is told of it first.
 const NEARLY: f64 = 0.5;
+
+/// Ratio of two errors up to which the second one is no worse.
+const NO_WORSE: f64 = 1.01;
 
 /// What is said of a number that was fitted although `[fit]` leaves it out.
 pub(super) const FREED: &str =
@@ -97,7 +102,14 @@ fn finding(outcome: &Outcome) -> String {
                 " A further effect is missing"
             };
             let variable = unknown.as_ref().map_or(String::new(), |unknown| {
-                format!("; it depends on {}", unknown.depends_on)
+                let variable = &unknown.depends_on;
+                if unknown.proven {
+                    format!("; it depends on {variable}")
+                } else {
+                    format!(
+                        ", and nothing learned over one variable predicts it; {variable} comes nearest"
+                    )
+                }
             });
             format!("{known}{subject} that the catalogue does not name{variable}.")
         }
@@ -119,6 +131,14 @@ fn evidence(report: &Report) -> String {
         format!("On the {count} {logs} logs")
     } else {
         format!("On the {logs} log")
+    };
+    let caveat = if is_extended(&report.outcome)
+        && errors.validate.is_some()
+        && stages.after.position_rms > NO_WORSE * stages.before.position_rms
+    {
+        " What was found does not hold there."
+    } else {
+        caveat
     };
     let position = Scale::of(&report.coordinate, [stages.before.position_rms]);
     let percent = Scale::percent();
@@ -181,7 +201,11 @@ pub(super) fn presumed(effect: &FoundEffect) -> Option<String> {
 
 /// `fell from 0.291 mm to 0.052 mm rms (-82 %)`
 fn movement(scale: &Scale, before: f64, after: f64, suffix: &str) -> String {
-    let verb = if after < before { "fell" } else { "went" };
+    let verb = match after.total_cmp(&before) {
+        Ordering::Less => "fell",
+        Ordering::Equal => "went",
+        Ordering::Greater => "rose",
+    };
     let change = change(before, after).map_or(String::new(), |change| format!(" ({change})"));
     format!(
         "{verb} from {} to {}{suffix}{change}",
