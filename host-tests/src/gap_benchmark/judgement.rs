@@ -1,5 +1,6 @@
 //! Whether an answer is right.
 
+use rig::EffectKind;
 use serde::Serialize;
 
 use super::cases::{Case, Group, label};
@@ -14,6 +15,8 @@ pub struct Answer {
     pub freed: Vec<String>,
     /// The variable that carries what the catalogue does not explain.
     pub unknown: Option<String>,
+    /// Whether it is proven, where there is one.
+    pub proven: bool,
 }
 
 impl Answer {
@@ -30,6 +33,7 @@ impl Answer {
                 .unknown
                 .as_ref()
                 .map(|unknown| unknown.depends_on.clone()),
+            proven: outcome.unknown.as_ref().is_some_and(|it| it.proven),
         }
     }
 }
@@ -38,11 +42,13 @@ impl Answer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
-    /// It says what there is, and nothing else: each effect, or a class that it is in.
+    /// It says what there is, and nothing else: each effect, or a class that it is in; of what the
+    /// catalogue has not, the variable that carries it.
     Right,
-    /// It says too little: nothing, something unknown, or one effect of two.
+    /// It says too little: nothing, something unknown, one effect of two, or that no variable is proven.
     Abstained,
-    /// It names what is not there, sees something where nothing is, or calls a right number wrong.
+    /// It names what is not there, or proves a variable that carries nothing, sees something where nothing is, or
+    /// calls a right number wrong.
     Wrong,
 }
 
@@ -66,11 +72,18 @@ pub fn judge(case: &Case, answer: &Answer) -> Judgement {
         return Judgement::Wrong;
     }
     let said_unknown = answer.unknown.is_some();
+    let carried = |variable: &str| {
+        let mut kinds = case.effects.iter().map(|effect| effect.kind());
+        kinds.any(|kind| carrier(kind) == Some(variable))
+    };
     match case.group {
         Group::Clean | Group::WrongNumbers if said_unknown => Judgement::Wrong,
         Group::Clean | Group::WrongNumbers => Judgement::Right,
-        Group::Outside if said_unknown => Judgement::Right,
-        Group::Outside => Judgement::Abstained,
+        Group::Outside => match &answer.unknown {
+            Some(variable) if carried(variable) => Judgement::Right,
+            Some(_) if answer.proven => Judgement::Wrong,
+            _ => Judgement::Abstained,
+        },
         Group::Named | Group::Two if said_unknown => Judgement::Abstained,
         Group::Named | Group::Two => {
             let all = truth
@@ -85,11 +98,20 @@ pub fn judge(case: &Case, answer: &Answer) -> Judgement {
     }
 }
 
+/// The variable that carries an effect which the catalogue has not.
+fn carrier(kind: EffectKind) -> Option<&'static str> {
+    match kind {
+        EffectKind::SpeedBand => Some("velocity"),
+        EffectKind::RoughSpot | EffectKind::HystereticSpring => Some("position"),
+        _ => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::gap_benchmark::cases::Motion;
-    use rig::{Effect, EffectKind};
+    use rig::Effect;
 
     fn case(group: Group, kinds: &[EffectKind]) -> Case {
         let rig = rig::Machine::rotary_ema();
@@ -115,6 +137,7 @@ mod tests {
                 .collect(),
             freed: Vec::new(),
             unknown: unknown.map(str::to_owned),
+            proven: unknown.is_some(),
         }
     }
 
@@ -176,6 +199,15 @@ mod tests {
             judge(&outside, &answer(&[], Some("position"))),
             Judgement::Right
         );
+        assert_eq!(
+            judge(&outside, &answer(&[], Some("velocity"))),
+            Judgement::Wrong
+        );
+        let unproven = Answer {
+            proven: false,
+            ..answer(&[], Some("velocity"))
+        };
+        assert_eq!(judge(&outside, &unproven), Judgement::Abstained);
         assert_eq!(judge(&outside, &answer(&[], None)), Judgement::Abstained);
         assert_eq!(
             judge(&outside, &answer(&[&["cogging"]], None)),

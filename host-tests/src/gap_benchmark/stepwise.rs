@@ -100,6 +100,7 @@ pub fn answer(machine: &Machine, log: &Log) -> Answer {
         named,
         freed: Vec::new(),
         unknown: None,
+        proven: false,
     }
 }
 
