@@ -342,7 +342,7 @@ const BEYOND_STOPS: f64 = 0.5;
 /// seconds are longer.
 const LONGEST_PERIOD: f64 = 0.1;
 
-/// Correlation of voltage and current from which on a motor would feed its supply all the time.
+/// Power factor under which a motor would feed its supply all the time.
 const FEEDS_SUPPLY: f64 = -0.5;
 
 /// Refuses what must be in another unit, or of the other sign.
@@ -357,7 +357,7 @@ fn check_units(machine: &Machine, logs: &[Log]) -> Result<(), InputError> {
         }
         if machine.motor.is_some()
             && let Some(current) = &log.current
-            && correlation(&log.input, current) * machine.gain.signum() < FEEDS_SUPPLY
+            && power_factor(&log.input, current) * machine.gain.signum() < FEEDS_SUPPLY
         {
             let message = "`current_a` is against the voltage all the time, as if the motor fed its \
                            supply; expected both positive for a torque forwards: turn the sign of \
@@ -368,12 +368,12 @@ fn check_units(machine: &Machine, logs: &[Log]) -> Result<(), InputError> {
     check_places(machine, logs)
 }
 
-/// Cosine of the angle between two series; 0 where one of them is nothing.
-fn correlation(first: &[f64], second: &[f64]) -> f64 {
+/// Mean power over the product of the effective values, −1 to 1; 0 where one of them is nothing.
+fn power_factor(voltage: &[f64], current: &[f64]) -> f64 {
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let squares = product(first, first) * product(second, second);
+    let squares = product(voltage, voltage) * product(current, current);
     if squares > 0.0 {
-        product(first, second) / squares.sqrt()
+        product(voltage, current) / squares.sqrt()
     } else {
         0.0
     }
