@@ -14,7 +14,7 @@ use super::component;
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
     ErrorCells, FREED, Headline, cost, error_legend, error_rows, is_extended, presumed, rounds,
-    whiteness,
+    unproven, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
@@ -170,10 +170,11 @@ fn effects(report: &Report) -> io::Result<String> {
             text,
             "<article class=\"unknown\">\n<h3>unknown effect of {}</h3>\n<p>No entry of the \
              catalogue explains it. A {} learned over this variable explains {} of the \
-             residual.</p>\n</article>\n",
+             residual{}.</p>\n</article>\n",
             escape(&unknown.depends_on),
             escape(&unknown.map.acts_as),
-            Scale::percent().quantity(unknown.score)
+            Scale::percent().quantity(unknown.score),
+            unproven(unknown)
         );
         text += &figure(component::LEARNED)?;
     }

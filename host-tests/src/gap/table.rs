@@ -423,15 +423,25 @@ fn effects(page: &mut Page, outcome: &Outcome) {
         page.section("Unknown effect");
         page.wrapped(
             &format!(
-                "depends on {}: a {} learned over it explains {} of the residual",
+                "depends on {}: a {} learned over it explains {} of the residual{}",
                 unknown.depends_on,
                 unknown.map.acts_as,
-                Scale::percent().quantity(unknown.score)
+                Scale::percent().quantity(unknown.score),
+                unproven(unknown)
             ),
             0,
             Style::Warning,
         );
         learned(page, unknown);
+    }
+}
+
+/// What is said of a map that is merely the nearest one.
+pub(super) fn unproven(unknown: &Unknown) -> &'static str {
+    if unknown.proven {
+        ""
+    } else {
+        ", but does not predict blocks that were held out"
     }
 }
 
