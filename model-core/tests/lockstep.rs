@@ -32,12 +32,20 @@ impl<const N: usize> Schedule for Together<N> {
     }
 
     fn run_job<J: Job>(&self, count: usize, job: &J, mut fold: impl FnMut(usize, &J::Result)) {
-        let mut results: Vec<J::Result> = Vec::new();
-        results.resize_with(count, Default::default);
-        for (group, results) in results.chunks_mut(N).enumerate() {
-            job.work::<N>(group * N, results);
+        // Side by side lie windows from all over the logs.
+        let groups = count.div_ceil(N);
+        let mut results: Vec<Option<J::Result>> = Vec::new();
+        results.resize_with(count, || None);
+        for group in 0..groups {
+            let numbers: Vec<usize> = (group..count).step_by(groups).collect();
+            let mut worked: Vec<J::Result> = Vec::new();
+            worked.resize_with(numbers.len(), Default::default);
+            job.work::<N>(&numbers, &mut worked);
+            for (number, result) in numbers.into_iter().zip(worked) {
+                results[number] = Some(result);
+            }
         }
-        for (number, result) in results.iter().enumerate() {
+        for (number, result) in results.iter().flatten().enumerate() {
             fold(number, result);
         }
     }

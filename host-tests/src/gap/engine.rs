@@ -1,5 +1,6 @@
 //! From files to the answer: the host's side of the tracing in `model_core::gap`.
 
+use std::cmp::Reverse;
 use std::path::Path;
 use std::time::Instant;
 
@@ -53,25 +54,45 @@ impl Schedule for AllCores {
 
     fn run_job<J: Job>(&self, count: usize, job: &J, mut fold: impl FnMut(usize, &J::Result)) {
         let vectors = Vectors::widest();
+        let numbers = side_by_side(count, job);
         let mut results: Vec<J::Result> = Vec::new();
         results.resize_with(count, Default::default);
-        let groups = results.par_chunks_mut(LANES).enumerate();
-        groups.for_each(|(group, results)| {
-            let first = group * LANES;
-            match vectors {
-                Vectors::Baseline => job.work::<LANES>(first, results),
-                // SAFETY: only `Vectors` makes it, where the processor has it.
-                #[cfg(target_arch = "x86_64")]
-                Vectors::Avx2(_) => unsafe { work_avx2(job, first, results) },
-                // SAFETY: as above, each feature of the function.
-                #[cfg(target_arch = "x86_64")]
-                Vectors::Avx512(_) => unsafe { work_avx512(job, first, results) },
-            }
+        let groups = numbers.par_chunks(LANES);
+        let groups = groups.zip(results.par_chunks_mut(LANES));
+        // Some groups take far longer than others: each may go to another core.
+        let groups = groups.with_max_len(1);
+        groups.for_each(|(numbers, results)| match vectors {
+            Vectors::Baseline => job.work::<LANES>(numbers, results),
+            // SAFETY: only `Vectors` makes it, where the processor has it.
+            #[cfg(target_arch = "x86_64")]
+            Vectors::Avx2(_) => unsafe { work_avx2(job, numbers, results) },
+            // SAFETY: as above, each feature of the function.
+            #[cfg(target_arch = "x86_64")]
+            Vectors::Avx512(_) => unsafe { work_avx512(job, numbers, results) },
         });
-        for (index, result) in results.iter().enumerate() {
-            fold(index, result);
+        let mut places = vec![0; count];
+        for (place, &number) in numbers.iter().enumerate() {
+            places[number] = place;
+        }
+        for (number, &place) in places.iter().enumerate() {
+            fold(number, &results[place]);
         }
     }
+}
+
+/// The numbers of all windows, in groups of lanes with leads of about one length, the longest first: a
+/// group takes as long as the longest of its leads.
+fn side_by_side(count: usize, job: &impl Job) -> Vec<usize> {
+    let leads: Vec<usize> = (0..count)
+        .into_par_iter()
+        .map(|number| job.lead(number))
+        .collect();
+    let mut numbers: Vec<usize> = (0..count).collect();
+    numbers.sort_by_key(|&number| Reverse(leads[number]));
+    for group in numbers.chunks_mut(LANES) {
+        group.sort_unstable();
+    }
+    numbers
 }
 
 /// Windows that are simulated in lockstep: numbers in the widest vector.
@@ -79,14 +100,14 @@ const LANES: usize = 16;
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn work_avx2<J: Job>(job: &J, first: usize, results: &mut [J::Result]) {
-    job.work::<LANES>(first, results);
+fn work_avx2<J: Job>(job: &J, numbers: &[usize], results: &mut [J::Result]) {
+    job.work::<LANES>(numbers, results);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
-fn work_avx512<J: Job>(job: &J, first: usize, results: &mut [J::Result]) {
-    job.work::<LANES>(first, results);
+fn work_avx512<J: Job>(job: &J, numbers: &[usize], results: &mut [J::Result]) {
+    job.work::<LANES>(numbers, results);
 }
 
 /// What a tracing gives.

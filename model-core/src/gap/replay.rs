@@ -569,6 +569,13 @@ impl Restart {
         }
     }
 
+    /// Steps that simulations which remember run in to it.
+    fn lead(&self, log: &Log, settings: &Settings) -> usize {
+        let simulated = settings.own_velocity(log).is_none();
+        let approach = self.approach.filter(|_| simulated);
+        approach.map_or(0, |approach| self.start - approach.since)
+    }
+
     /// Sample from which a run-in twists a shaft.
     fn winds_since(&self, log: &Log) -> usize {
         let run_in = samples(SHAFT_RUN_IN, log.period, LEAST_RUN_IN);
@@ -671,6 +678,12 @@ fn approach(log: &Log, start: usize, settings: &Settings) -> Approach {
         rested,
         state: measured_state(log, since, settings),
     }
+}
+
+/// Steps that simulations run in to a window, where any of them remembers.
+fn lead(data: &Data, window: Window, remembers: bool) -> usize {
+    let log = &data.logs[window.log];
+    Restart::new(log, window.start, &data.settings, remembers).lead(log, &data.settings)
 }
 
 /// Whether the machine turns or rests in a window, or shortly before it: where a memory shows.
@@ -790,15 +803,25 @@ struct Accumulate<'a> {
     ensemble: &'a Ensemble<'a>,
 }
 
+impl Accumulate<'_> {
+    fn window(&self, number: usize) -> Option<Window> {
+        self.data.window(Data::number_in_fold(self.fold, number))
+    }
+}
+
 impl Job for Accumulate<'_> {
     type Result = WindowSums;
 
+    fn lead(&self, number: usize) -> usize {
+        let simulators = self.ensemble.simulators();
+        let remembers = simulators.iter().any(Simulator::remembers);
+        let window = self.window(number);
+        window.map_or(0, |window| lead(self.data, window, remembers))
+    }
+
     #[inline(always)]
-    fn work<const N: usize>(&self, first: usize, results: &mut [WindowSums]) {
-        let at = |place| {
-            self.data
-                .window(Data::number_in_fold(self.fold, first + place))
-        };
+    fn work<const N: usize>(&self, numbers: &[usize], results: &mut [WindowSums]) {
+        let at = |place: usize| self.window(numbers[place]);
         if N > 1 {
             accumulate_all::<N>(results, self.data, at, self.ensemble);
         } else if let (Some(sums), Some(window)) = (results.first_mut(), at(0)) {
@@ -937,9 +960,15 @@ pub(super) struct Replays<'a> {
 impl Job for Replays<'_> {
     type Result = Replayed;
 
+    fn lead(&self, number: usize) -> usize {
+        let remembers = self.simulator.remembers();
+        let window = (self.window)(number);
+        window.map_or(0, |window| lead(self.data, window, remembers))
+    }
+
     #[inline(always)]
-    fn work<const N: usize>(&self, first: usize, results: &mut [Replayed]) {
-        let at = |place| (self.window)(first + place);
+    fn work<const N: usize>(&self, numbers: &[usize], results: &mut [Replayed]) {
+        let at = |place: usize| (self.window)(numbers[place]);
         replay::<N>(results, self.data, at, self.simulator);
     }
 }
@@ -1021,9 +1050,15 @@ pub trait Job: Sync {
     /// What a window gives.
     type Result: Default + Send;
 
-    /// Works on as many windows from number `first` on as there are results, at most `N`, in lockstep.
-    /// The bits do not depend on `N`.
-    fn work<const N: usize>(&self, first: usize, results: &mut [Self::Result]);
+    /// Steps that lead to a window. Those of one length are best worked on side by side: a short way
+    /// waits for a long one.
+    fn lead(&self, _number: usize) -> usize {
+        0
+    }
+
+    /// Works on the windows of these numbers, in rising order and at most `N`, in lockstep; each has its
+    /// result. The bits depend neither on `N` nor on what lies beside a window.
+    fn work<const N: usize>(&self, numbers: &[usize], results: &mut [Self::Result]);
 }
 
 /// Who works on the windows: one core in order, or several.
@@ -1039,7 +1074,9 @@ pub trait Schedule {
 
     /// The same with a job, of which several may be done in lockstep.
     fn run_job<J: Job>(&self, count: usize, job: &J, fold: impl FnMut(usize, &J::Result)) {
-        let one = |number, result: &mut J::Result| job.work::<1>(number, slice::from_mut(result));
+        let one = |number, result: &mut J::Result| {
+            job.work::<1>(&[number], slice::from_mut(result));
+        };
         self.run(count, one, fold);
     }
 }

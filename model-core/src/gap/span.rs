@@ -44,9 +44,9 @@ impl Job for Gains<'_> {
     type Result = f64;
 
     #[inline(always)]
-    fn work<const N: usize>(&self, first: usize, results: &mut [f64]) {
+    fn work<const N: usize>(&self, numbers: &[usize], results: &mut [f64]) {
         for log in 0..self.data.logs.len() {
-            let window = |place| self.data.window_at(log, first + place);
+            let window = |place: usize| self.data.window_at(log, numbers[place]);
             let count = (0..results.len()).map_while(window).count();
             let gains = &mut results[..count];
             let mut before = [0.0; N];

@@ -132,9 +132,7 @@ impl<'a, const N: usize> Places<'a, N> {
             Restart::new(logs[lane], windows[lane].start, settings, remembers)
         });
         let run_in = Leads::new(array::from_fn(|lane| {
-            let simulated = settings.own_velocity(logs[lane]).is_none();
-            let approach = restarts[lane].approach.filter(|_| simulated);
-            approach.map_or(0, |approach| restarts[lane].start - approach.since)
+            restarts[lane].lead(logs[lane], settings)
         }));
         let winding = Leads::new(array::from_fn(|lane| {
             restarts[lane].start - restarts[lane].winds_since(logs[lane])
