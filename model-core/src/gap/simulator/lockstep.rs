@@ -13,11 +13,11 @@ use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
 use crate::gap::held::Acting;
-use crate::plant::InputRefused;
 use crate::plant::actuator::Actuator;
 use crate::plant::actuator::lanes::{Loads, States, Unhelds, Ways};
 use crate::plant::lanes::Lanes;
 use crate::plant::modes::Modes;
+use crate::plant::{Directional, InputRefused};
 use core::borrow::Borrow;
 
 /// Lanes that are stepped one by one sooner than together.
@@ -471,7 +471,16 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             }
         }
         let mut unheld = actuator.unhelds(&before, &fed, &loads);
-        let levels = |lane: usize| bristles.levels(&loads.at(lane), middle.velocity[lane]);
+        let (mut ahead, mut back) = ([0.0; N], [0.0; N]);
+        for lane in 0..N {
+            let levels = bristles.levels(&loads.at(lane), middle.velocity[lane]);
+            ahead[lane] = levels.forward;
+            back[lane] = levels.backward;
+        }
+        let levels = |lane: usize| Directional {
+            forward: ahead[lane],
+            backward: back[lane],
+        };
         let reactions = self
             .simulator
             .shaft()
@@ -501,7 +510,9 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         let Courses { states, memories } = &mut self.courses;
         let mut yielded = [true; N];
         let moved = actuator.steps_unheld((states, &unheld), &fed, &frictions, &mut yielded);
-        states.take(&slid.0, &slid.1);
+        if any(&slid.1) {
+            states.take(&slid.0, &slid.1);
+        }
         for lane in 0..N {
             let level = levels(lane).of(moved[lane]);
             let after = bristles.after(forces[lane], moved[lane], level);
@@ -616,15 +627,29 @@ fn slide_on<const N: usize>(
     inputs: &Lanes<N>,
     loads: &Loads<N>,
 ) -> (States<N>, [bool; N]) {
+    let slide = |lane: usize, states: &States<N>| {
+        let velocity = states.numbers.velocity[lane];
+        bristles.slide(forces[lane], loads.at(lane).coulomb, velocity)
+    };
     let mut ends = *states;
-    let mut slides = [true; N];
-    actuator.steps_on(&mut ends, inputs, loads, &mut slides);
+    let mut slides = [false; N];
     for lane in 0..N {
-        let coulomb = loads.at(lane).coulomb;
-        let slide = |velocity: f32| bristles.slide(forces[lane], coulomb, velocity);
-        slides[lane] &= slide(states.numbers.velocity[lane]) & slide(ends.numbers.velocity[lane]);
+        slides[lane] = slide(lane, states);
+    }
+    // Where the machine rests, none does.
+    if any(&slides) {
+        actuator.steps_on(&mut ends, inputs, loads, &mut slides);
+        for lane in 0..N {
+            slides[lane] &= slide(lane, &ends);
+        }
     }
     (ends, slides)
+}
+
+/// Whether one is marked.
+#[inline(always)]
+fn any<const N: usize>(marks: &[bool; N]) -> bool {
+    marks.iter().fold(false, |any, &mark| any | mark)
 }
 
 /// Whether all are marked.
