@@ -667,6 +667,38 @@ fn an_effect_outside_the_catalogue_is_called_unknown() {
     assert!(shown >= 4, "{shown}");
 }
 
+/// A spring that remembers where the motion has turned, over a short way and over a long one. Its loop
+/// is as wide as it is, but for what the fitted friction takes of it: between two turns these are alike.
+#[test]
+fn a_hysteresis_is_called_unknown_and_its_loop_is_learned() {
+    for (index, machine) in machines().iter().enumerate() {
+        let nominal = Effect::nominal(EffectKind::HystereticSpring, machine);
+        let Effect::HystereticSpring { torque, reach } = nominal else {
+            panic!("{nominal:?}");
+        };
+        for share in [0.4, 2.0] {
+            let reach = share * reach;
+            let effect = Effect::HystereticSpring { torque, reach };
+            let seed = 3401 + index as u64;
+            let outcome = trace(machine, machine, sweep(machine), &[effect], seed);
+            let case = format!("{effect:?} on {}: {:?}", machine.name, outcome.effects);
+            assert_eq!(outcome.verdict, Verdict::UnknownEffect, "{case}");
+            let unknown = outcome.unknown.unwrap();
+            assert_eq!(unknown.depends_on, "position", "{case}");
+            assert!(unknown.proven, "{case}");
+            let errors = &outcome.errors.train;
+            let ratio = errors.after.position_rms / errors.before.position_rms;
+            assert!(ratio < 0.3, "the map leaves {ratio} of the error: {case}");
+            let values = &unknown.map.values;
+            let loop_width = values[0] - values[values.len() - 1];
+            let coulomb = outcome.fit.iter().find(|it| it.name == "coulomb").unwrap();
+            let width = loop_width + 2.0 * (coulomb.fitted - machine.coulomb);
+            let share = width / (2.0 * torque);
+            assert!((share - 1.0).abs() < 0.1, "{share} of its width: {case}");
+        }
+    }
+}
+
 /// The map has its highest point where the bump is, to a point's distance from the next,
 /// and about as far above the level between as the bump is high: lower, for it is as narrow as that
 /// distance.

@@ -58,6 +58,13 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         (Decision::Refused(Refusal::Uncertain), _) => {
             "its fitted strength is within three standard deviations of zero".to_owned()
         }
+        (Decision::NotClearlyBetter, held_out) => format!(
+            "takes {} off the held-out error, not clearly more than the effects of the catalogue",
+            held_out.map_or(String::new(), |held_out| share(held_out.ratio))
+        ),
+        (Decision::Contained { by }, _) => {
+            format!("follows the log as well as {}, which contains it", id(by))
+        }
         (Decision::LeastBad, _) => {
             "not proven on held-out blocks, but the error is far beyond the sensor's and this map \
              comes nearest to it"
@@ -99,7 +106,10 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         identifiability: decimal(look.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
         p_value: look.held_out.map(|held_out| held_out.p_value),
-        accepted: matches!(look.decision, Decision::Accepted | Decision::LeastBad),
+        accepted: matches!(
+            look.decision,
+            Decision::Accepted | Decision::Contained { .. } | Decision::LeastBad
+        ),
         reason,
     }
 }

@@ -31,6 +31,8 @@ pub enum Variable {
     Time,
     /// Travel of the drive since it last turned.
     TravelSinceTurn,
+    /// What follows the position and remembers where it has turned.
+    Deflection,
     /// Acceleration of the drive.
     Acceleration,
 }
@@ -99,6 +101,7 @@ fn view(id: Id) -> (Variable, Quantity) {
 fn view_of_map(kind: Kind) -> (Variable, Quantity) {
     let variable = match kind {
         Kind::PositionTorque | Kind::PositionFriction => Variable::Position,
+        Kind::PositionHysteresis => Variable::Deflection,
         Kind::VelocityTorque | Kind::SpeedFriction => Variable::Velocity,
         Kind::CurrentTorque | Kind::LoadFriction => Variable::MotorTorque,
         Kind::TimeTorque | Kind::TimeFriction => Variable::Time,
@@ -233,6 +236,7 @@ fn of_torque(
         | Variable::PositionInPeriod
         | Variable::TravelSinceTurn
         | Variable::Acceleration => whole.position[entry],
+        Variable::Deflection => whole.deflection[entry],
         Variable::MotorTorque => whole.torque[entry],
         Variable::TorqueRate => rate[entry],
         Variable::Time => time(entry),

@@ -3,6 +3,7 @@
 use super::outcome::ErrorSet;
 use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
 use model_core::effect::Middle;
+use model_core::effect::learned_map::deflected;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
 use model_core::gap::replay::{self, Data, MARGIN, Row, Runner, Schedule};
@@ -41,6 +42,8 @@ pub struct TorqueBalance {
     pub velocity: Vec<f64>,
     /// Measured position, filtered.
     pub position: Vec<f64>,
+    /// Deflection of a learned hysteresis behind it; 0 without one.
+    pub deflection: Vec<f64>,
 }
 
 /// An `f32` as the decimal that a person would write for it: 0.2, not 0.20000000298.
@@ -111,6 +114,13 @@ pub fn torque_balance(
             warmth[index] = heating.after(warmth[index - 1], current, log.period);
         }
     }
+    let mut deflection = vec![0.0; samples];
+    if let Some(reach) = simulator.reach() {
+        for index in 1..samples {
+            let displacement = (position[index] - position[index - 1]) as f32;
+            deflection[index] = deflected(deflection[index - 1], displacement, reach);
+        }
+    }
     let middle = |motor_torque: f32, index: usize| Middle {
         motor_torque,
         torque_constant,
@@ -125,6 +135,7 @@ pub fn torque_balance(
         },
         velocity: velocity[index] as f32,
         position: position[index] as f32,
+        deflection: deflection[index],
         time: index as f32 * log.period,
         step: log.period,
     };
@@ -191,6 +202,10 @@ pub fn torque_balance(
         torque: pick(&torque),
         velocity: pick(&velocity),
         position: pick(&position),
+        deflection: kept
+            .iter()
+            .map(|&index| f64::from(deflection[index]))
+            .collect(),
         sample: kept,
     })
 }

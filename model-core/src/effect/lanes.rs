@@ -14,6 +14,7 @@ pub(crate) struct Middles<const N: usize> {
     pub excess: Lanes<N>,
     pub velocity: Lanes<N>,
     pub position: Lanes<N>,
+    pub deflection: Lanes<N>,
     pub time: Lanes<N>,
 }
 
@@ -28,6 +29,7 @@ impl<const N: usize> Middles<N> {
             excess: self.excess[lane],
             velocity: self.velocity[lane],
             position: self.position[lane],
+            deflection: self.deflection[lane],
             time: self.time[lane],
             ..self.common
         }

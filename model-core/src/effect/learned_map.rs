@@ -2,11 +2,17 @@
 //! of the catalogue explains a residual. It says where the unknown lives, not what it is.
 
 use super::Middle;
+use crate::numeric::exponential::decay;
 use crate::plant::actuator::Load;
 use crate::unit::Dimension;
 
 /// Knots of the piecewise linear map.
 pub const KNOTS: usize = 10;
+
+/// Ways over which a hysteresis' deflection follows the motion, as shares of the stroke. A map over the
+/// deflection has the rest of the law, if that comes to its level within a tenth of such a way to three
+/// times it.
+const REACHES: [f32; 4] = [0.15, 0.06, 0.025, 0.4];
 
 /// What a map depends on and how it acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +23,10 @@ pub enum Kind {
     PositionTorque,
     /// Friction over position.
     PositionFriction,
+    /// A torque over a deflection that follows the position and remembers where the motion has turned:
+    /// a hysteresis. What P. R. Dahl's model (*A solid friction model*, 1968) has as a straight line may
+    /// have any shape.
+    PositionHysteresis,
     /// A torque over velocity, its own in each direction.
     VelocityTorque,
     /// Friction over the speed: any law that is the same in both directions.
@@ -33,9 +43,10 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::PositionTorque,
         Self::PositionFriction,
+        Self::PositionHysteresis,
         Self::VelocityTorque,
         Self::SpeedFriction,
         Self::CurrentTorque,
@@ -47,7 +58,7 @@ impl Kind {
     /// The variable that it depends on, as the contract names it.
     pub fn variable(self) -> &'static str {
         match self {
-            Self::PositionTorque | Self::PositionFriction => "position",
+            Self::PositionTorque | Self::PositionFriction | Self::PositionHysteresis => "position",
             Self::VelocityTorque | Self::SpeedFriction => "velocity",
             Self::CurrentTorque => "current",
             Self::LoadFriction => "load",
@@ -58,7 +69,9 @@ impl Kind {
     /// What that variable is measured as: of a current, and of a load, it is the motor's torque.
     pub fn dimension(self) -> Dimension {
         match self {
-            Self::PositionTorque | Self::PositionFriction => Dimension::Position,
+            Self::PositionTorque | Self::PositionFriction | Self::PositionHysteresis => {
+                Dimension::Position
+            }
             Self::VelocityTorque | Self::SpeedFriction => Dimension::Velocity,
             Self::CurrentTorque | Self::LoadFriction => Dimension::Torque,
             Self::TimeTorque | Self::TimeFriction => Dimension::Time,
@@ -100,17 +113,42 @@ pub struct LearnedMap {
 }
 
 impl LearnedMap {
+    /// Maps of zeros over the range of their variable: one, of a hysteresis one for each reach that is
+    /// tried.
+    pub fn trials(kind: Kind, ranges: &Ranges) -> impl Iterator<Item = Self> {
+        let flat = Self::flat(kind, ranges);
+        let stroke = ranges.position.1 - ranges.position.0;
+        let remembers = flat.reach().is_some();
+        let trials = if remembers { REACHES.len() } else { 1 };
+        REACHES.into_iter().take(trials).map(move |share| {
+            if remembers {
+                Self::between(kind, (-share * stroke, share * stroke))
+            } else {
+                flat
+            }
+        })
+    }
+
     /// A map of zeros over the range of its variable.
     pub fn flat(kind: Kind, ranges: &Ranges) -> Self {
         let magnitude = |(lowest, highest): (f32, f32)| (0.0, highest.max(-lowest));
         let (lower, upper) = match kind {
             Kind::PositionTorque | Kind::PositionFriction => ranges.position,
+            Kind::PositionHysteresis => {
+                let reach = REACHES[0] * (ranges.position.1 - ranges.position.0);
+                (-reach, reach)
+            }
             Kind::VelocityTorque => ranges.velocity,
             Kind::SpeedFriction => magnitude(ranges.velocity),
             Kind::CurrentTorque => ranges.motor_torque,
             Kind::LoadFriction => magnitude(ranges.motor_torque),
             Kind::TimeTorque | Kind::TimeFriction => ranges.time,
         };
+        Self::between(kind, (lower, upper))
+    }
+
+    /// A map of zeros between these values of its variable.
+    fn between(kind: Kind, (lower, upper): (f32, f32)) -> Self {
         let span = (upper - lower).max(f32::MIN_POSITIVE);
         Self {
             kind,
@@ -151,11 +189,18 @@ impl LearnedMap {
         self.knots[knot] + share * (self.knots[knot + 1] - self.knots[knot])
     }
 
+    /// Way over which the deflection that it depends on follows the motion, rad or m, if it depends on
+    /// one: the largest one.
+    pub fn reach(&self) -> Option<f32> {
+        (self.kind == Kind::PositionHysteresis).then_some(-self.lower)
+    }
+
     /// Adds it to what is held over a step.
     #[inline(always)]
     pub fn hold(&self, middle: &Middle, load: &mut Load) {
         let level = self.at(match self.kind {
             Kind::PositionTorque | Kind::PositionFriction => middle.position,
+            Kind::PositionHysteresis => middle.deflection,
             Kind::VelocityTorque => middle.velocity,
             Kind::SpeedFriction => middle.velocity.abs(),
             Kind::CurrentTorque => middle.motor_torque,
@@ -171,4 +216,20 @@ impl LearnedMap {
             load.torque += level;
         }
     }
+}
+
+/// A deflection behind a displacement: it comes to the reach on the side that the motion goes to, over
+/// about as long a way, and where the motion turns it turns from where it is.
+///
+/// ```
+/// use model_core::effect::learned_map::deflected;
+/// let there = deflected(0.0, 0.2, 0.1);
+/// assert!((there - 0.1 * (1.0 - (-2.0_f32).exp())).abs() < 1e-7);
+/// // On the way back it is another one than there on the way.
+/// assert!(deflected(there, -0.2, 0.1) < -0.07);
+/// ```
+#[inline(always)]
+pub fn deflected(deflection: f32, displacement: f32, reach: f32) -> f32 {
+    let towards = if displacement < 0.0 { -reach } else { reach };
+    towards - (towards - deflection) * decay(displacement.abs() / reach)
 }

@@ -125,6 +125,8 @@ pub struct Memory {
     pub twist: Twist,
     /// Share by which warmth has raised the winding's resistance.
     pub warmth: f32,
+    /// Deflection that a learned hysteresis depends on, rad or m.
+    pub deflection: f32,
 }
 
 /// The actuator in the middle of a step.
@@ -147,6 +149,8 @@ pub struct Middle {
     pub velocity: f32,
     /// Position.
     pub position: f32,
+    /// Deflection that a learned hysteresis depends on.
+    pub deflection: f32,
     /// Time since the log began at the beginning of the sample that the step is a part of, s.
     pub time: f32,
     /// Length of that sample, s.
@@ -180,6 +184,9 @@ pub trait Effect: Copy {
     /// Whether it is the first terms of any law of its variable, so that a learned map may be the
     /// better answer.
     const EXPANSION: bool = false;
+
+    /// The effect that it is once its first strength is zero.
+    const CONTAINS: Option<Id> = None;
 
     /// Whether [`Effect::voltage`] is anything but zero.
     const ELECTRIC: bool = false;
@@ -284,6 +291,11 @@ macro_rules! catalogue {
             /// Whether it is the first terms of any law of its variable.
             pub fn is_expansion(self) -> bool {
                 match self { $(Self::$name => $module::$name::EXPANSION),* }
+            }
+
+            /// The effect that it is once its first strength is zero.
+            pub fn contains(self) -> Option<Self> {
+                match self { $(Self::$name => $module::$name::CONTAINS),* }
             }
 
             /// The `index`-th values to try for its shape parameters; the rest are 0.

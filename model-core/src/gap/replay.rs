@@ -10,6 +10,7 @@ use super::held::{Acting, Held, Varied};
 use super::log::{Channel, Log};
 use super::simulator::{Course, Given, Simulator};
 use crate::effect::compliance::{Shaft, Twist};
+use crate::effect::learned_map::deflected;
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::numeric::triangle::{Triangle, entries};
 use crate::plant::modes::Modes;
@@ -71,6 +72,13 @@ const MOST_RUN_IN: usize = 10;
 /// Time from one look at the current to the next while a winding's warmth is carried to a restart, s:
 /// far below any thermal time constant.
 const HEAT_STRIDE: f32 = 0.01;
+
+/// Time from one look at the position to the next while a hysteresis is carried to a restart, s: a
+/// machine that turns has hardly moved in it.
+const TURN_STRIDE: f32 = 0.005;
+
+/// Travel, in shares of the reach, behind which the deflection that it began with is forgotten.
+const FORGOTTEN: f32 = 5.0;
 
 /// Samples on either side of a restart that its state is smoothed over, until the tracing has
 /// chosen.
@@ -423,10 +431,14 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             Some(current) => current.at(late),
             None => simulator.steady_current(state.velocity.value(), input),
         };
+        let mut course = Course::new(state);
+        if let Some(reach) = simulator.reach() {
+            course.memory.deflection = deflection_at(log, start, reach);
+        }
         Self {
             simulator,
             log,
-            course: Course::new(state),
+            course,
             velocity_channel: false,
         }
     }
@@ -625,6 +637,22 @@ fn warmth_at<M: Borrow<Modes>, H: Acting>(
         warmth = heating.after(warmth, current, step);
     }
     warmth
+}
+
+/// Deflection of a hysteresis with this reach behind the measured motion up to a sample.
+fn deflection_at(log: &Log, start: usize, reach: f32) -> f32 {
+    let stride = samples(TURN_STRIDE, log.period, 1);
+    let displacement = |end: usize| log.position.at(end) - log.position.at(end - stride);
+    let mut begin = start;
+    let mut travel = 0.0;
+    while begin >= stride && travel < FORGOTTEN * reach {
+        travel += displacement(begin).abs();
+        begin -= stride;
+    }
+    let ends = (begin + stride..=start).step_by(stride);
+    ends.fold(0.0, |deflection, end| {
+        deflected(deflection, displacement(end), reach)
+    })
 }
 
 /// The last clear motion before what the state at `start` is smoothed over, within the run-in; the

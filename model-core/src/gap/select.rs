@@ -71,13 +71,16 @@ const LEAST_OFF: f32 = 0.02;
 /// Standard deviations that an effect's strength must be from zero.
 const LEAST_CERTAINTY: f64 = 3.0;
 
+/// A windowed error beyond so many counts of the sensor is not the sensor's.
+const SENSOR_COUNTS: f64 = 3.0;
+
 /// A windowed error beyond so many counts of the sensor, and beyond this share of the stroke, has a
 /// cause, whether anything was found for it or not.
 const STRUCTURED_COUNTS: f64 = 10.0;
 const STRUCTURED_STROKE: f64 = 0.003;
 
 /// Effects that leave more than this share of the held-out error are challenged by learned maps, as
-/// are those that are the first terms of any law.
+/// are those that leave an error beyond the sensor's and those that are the first terms of any law.
 const POOR_EXPLANATION: f64 = 0.3;
 
 /// A map that brings the held-out error below this share of what the effects leave replaces them:
@@ -89,6 +92,11 @@ const CLEARLY_BETTER: f64 = 0.5;
 pub enum Decision {
     /// Best of those that passed.
     Accepted,
+    /// Follows the log as well as what was accepted, which contains it, and so is taken for that.
+    Contained {
+        /// What contains it.
+        by: Id,
+    },
     /// Passed, but something else explains the residual better.
     Outdone {
         /// What was taken.
@@ -120,6 +128,8 @@ pub enum Decision {
     NearDeclared,
     /// Refitted, and not enough better on held-out blocks.
     Refused(Refusal),
+    /// A map that predicts held-out blocks, and the effects of the catalogue predict them about as well.
+    NotClearlyBetter,
     /// A map that does not predict held-out blocks well enough either, but carries most of an error
     /// that has a cause.
     LeastBad,
@@ -427,7 +437,7 @@ fn take_winner(
         Subject::Effect(winner.candidate.effect.id)
     });
     round.tell(taken, observe);
-    let Some(winner) = winner else {
+    let Some(mut winner) = winner else {
         return Some(false);
     };
     let effect = winner.candidate.effect;
@@ -436,12 +446,21 @@ fn take_winner(
         last.is_some_and(|last| last.id == effect.id)
     };
     let fitted = match round.leader.as_ref().filter(leads) {
-        Some((_, started)) => workbench.fit(started)?.model,
+        Some((_, started)) => workbench.fit(started)?,
         None => match workbench.start(&found.after.model, effect)? {
-            Some(started) => workbench.fit(&started)?.model,
+            Some(started) => workbench.fit(&started)?,
             None => return Some(false),
         },
     };
+    let fitted = simplify(workbench, &mut winner, fitted)?;
+    if winner.candidate.effect.id != effect.id {
+        let by = effect.id;
+        observe(
+            &winner
+                .candidate
+                .look(round.number, Decision::Contained { by }),
+        );
+    }
     if workbench.certainty(&fitted, fitted.effects.len() - 1)? < LEAST_CERTAINTY {
         let refused = Decision::Refused(Refusal::Uncertain);
         observe(&winner.candidate.look(round.number, refused));
@@ -453,6 +472,35 @@ fn take_winner(
     let after = workbench.fit(&fitted)?;
     found.after = workbench.settle(after);
     Some(true)
+}
+
+/// A model whose last effect has been found, or the one with the simpler effect that this contains, if
+/// that follows the log as well: by itself it may not have been found, where a fit from the base alone
+/// does not come to it.
+#[inline(never)]
+fn simplify(
+    workbench: &mut Workbench<impl Schedule>,
+    winner: &mut Accepted,
+    fitted: Fit,
+) -> Option<Model> {
+    let has = |id: Id| fitted.model.effects.iter().any(|effect| effect.id == id);
+    let whole = winner.candidate.effect.id;
+    let Some(id) = whole.contains().filter(|id| !has(*id)) else {
+        return Some(fitted.model);
+    };
+    let mut simpler = fitted.model.clone();
+    let last = simpler.effects.last_mut()?;
+    let [_, second, third] = last.values;
+    let values = [second, third, 0.0];
+    *last = Active { id, values };
+    let simpler = workbench.fit(&simpler)?;
+    if simpler.cost > EQUALLY_GOOD * fitted.cost {
+        return Some(fitted.model);
+    }
+    winner.candidate.effect = Active { id, values };
+    winner.equivalent.retain(|other| *other != id);
+    let _ = winner.equivalent.push(whole);
+    Some(simpler.model)
 }
 
 /// Does anything lie under it that the catalogue does not have? `before`: the base fit.
@@ -474,8 +522,12 @@ fn look_beneath(
         (with.clone(), 1.0, LARGEST_RATIO)
     };
     let expanded = |accepted: &Accepted| accepted.candidate.effect.id.is_expansion();
-    let unknown = if left > POOR_EXPLANATION || found.accepted.iter().any(expanded) {
-        let structured = found.accepted.is_empty() && is_structured(workbench, &found.after.model)?;
+    let error = workbench.position_rms(&found.after.model)?;
+    let structured = error > structure(workbench);
+    let sensor = SENSOR_COUNTS * f64::from(workbench.data.settings.resolution);
+    let doubtful = error > sensor || left > POOR_EXPLANATION;
+    let unknown = if doubtful || found.accepted.iter().any(expanded) {
+        let structured = structured && found.accepted.is_empty();
         unknown::learn(workbench, (before, &without), limit, structured, observe)?
     } else {
         None
@@ -484,11 +536,11 @@ fn look_beneath(
     Some(unknown)
 }
 
-/// Whether a model's error is so large that it has a cause.
-fn is_structured(workbench: &mut Workbench<impl Schedule>, model: &Model) -> Option<bool> {
+/// Error beyond which it has a cause, whether anything is found for it or not, rad or m.
+fn structure(workbench: &Workbench<impl Schedule>) -> f64 {
     let sensor = STRUCTURED_COUNTS * f64::from(workbench.data.settings.resolution);
     let stroke = STRUCTURED_STROKE * f64::from(workbench.options.scope.stroke);
-    Some(workbench.position_rms(model)? > sensor.max(stroke))
+    sensor.max(stroke)
 }
 
 impl Candidate {
@@ -678,10 +730,15 @@ fn judge_effect(
         return Some(None);
     };
     let slot = with.effects.len() - 1;
-    let comparison = compare_where_it_shows(workbench, (model, smaller), (&with, &larger), slot)?;
+    let mut comparison =
+        compare_where_it_shows(workbench, (model, smaller), (&with, &larger), slot)?;
     let mut refusal = comparison.refusal(looks);
     if refusal.is_none() && effect.id.remembers() {
-        refusal = compare_beside(workbench, model, effect.id, &larger)?.refusal(looks);
+        let beside = compare_beside(workbench, model, effect.id, &larger)?;
+        refusal = beside.refusal(looks);
+        if refusal.is_some() {
+            comparison = beside;
+        }
     }
     let leads = |(least, _): &(f64, Model)| comparison.ratio < *least;
     if refusal.is_none() && leader.as_ref().is_none_or(leads) {
@@ -763,7 +820,7 @@ fn refit(
         }
     }
     // Where the machine sticks while the model slides, what is linear in an effect says little of it.
-    let structured = is_structured(workbench, model)?;
+    let structured = workbench.position_rms(model)? > structure(workbench);
     for index in 0..looks.len() {
         if structured && looks[index].decision == Decision::ScoreTooLow && scored < SHORTLIST {
             let _ = shortlist.push(index);

@@ -5,6 +5,7 @@ use super::model::Model;
 use crate::effect::backlash::follow;
 use crate::effect::compliance::{Reaction, Rigid, Shaft, Twist};
 use crate::effect::encoder_eccentricity::EncoderEccentricity;
+use crate::effect::learned_map::{LearnedMap, deflected};
 use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
@@ -117,6 +118,8 @@ pub struct Simulator<M = Modes, H = Held> {
     reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.
     heats: bool,
+    /// Way over which the deflection of a learned hysteresis follows the motion, where there is one.
+    reach: Option<f32>,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -151,6 +154,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         } else {
             Some(modes_over(input.share)?)
         };
+        let reach = held.map().as_ref().and_then(LearnedMap::reach);
         Ok(Self {
             actuator: Actuator::with_modes(&plant, modes_over(1.0 - input.share)?)?,
             earlier,
@@ -167,6 +171,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             shaft,
             reading: chain.reading,
             heats: winding.is_there() && chain.heats,
+            reach,
         })
     }
 
@@ -306,6 +311,11 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         State::new(position, velocity / gain)
     }
 
+    /// Way over which the deflection of a learned hysteresis follows the motion, where there is one.
+    pub fn reach(&self) -> Option<f32> {
+        self.reach
+    }
+
     /// How the winding heats, if it does.
     pub fn heating(&self) -> Option<ThermalDrift> {
         if self.heats {
@@ -375,28 +385,30 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         input: f32,
         given: &Given,
     ) -> Result<(), InputRefused> {
-        let length = share * self.period / f32::from(self.parts);
-        if let Some(shaft) = self.shaft() {
-            for _ in 0..self.parts {
-                self.advance_twisted((actuator, length), shaft, course, input, given)?;
-            }
-            return Ok(());
-        }
-        if let Some(bristles) = self.yielding() {
-            for _ in 0..self.parts {
-                self.advance_yielding((actuator, length), bristles, course, input, given)?;
-            }
-            return Ok(());
-        }
-        let Course { state, memory } = course;
-        if self.held.is_nothing() {
+        let drive = (actuator, share * self.period / f32::from(self.parts));
+        let (shaft, bristles) = (self.shaft(), self.yielding());
+        if shaft.is_none() && bristles.is_none() && self.held.is_nothing() {
+            let state = &mut course.state;
             if given.brake == 0.0 {
                 return actuator.step(state, input);
             }
             return actuator.step_under(state, input, &actuator.load().braked(given.brake));
         }
         for _ in 0..self.parts {
-            self.advance_held((actuator, length), (state, memory), input, given)?;
+            let before = course.state.position.value();
+            if let Some(shaft) = shaft {
+                self.advance_twisted(drive, shaft, course, input, given)?;
+            } else if let Some(bristles) = bristles {
+                self.advance_yielding(drive, bristles, course, input, given)?;
+            } else {
+                let Course { state, memory } = course;
+                self.advance_held(drive, (state, memory), input, given)?;
+            }
+            if let Some(reach) = self.reach {
+                let displacement = course.state.position.value() - before;
+                let deflection = &mut course.memory.deflection;
+                *deflection = deflected(*deflection, displacement, reach);
+            }
         }
         Ok(())
     }
@@ -566,6 +578,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             excess: 0.0,
             velocity: state.velocity.value(),
             position: state.position.value(),
+            deflection: memory.deflection,
             time: given.index as f32 * self.period,
             step: self.period,
         }
@@ -578,6 +591,9 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             motor_torque: self.winding.torque(current),
             velocity,
             position: start.position + travel,
+            deflection: self.reach.map_or(start.deflection, |reach| {
+                deflected(start.deflection, travel, reach)
+            }),
             ..*start
         }
     }
@@ -646,6 +662,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             excess: resistance * current,
             velocity,
             position: 0.0,
+            deflection: 0.0,
             time: 0.0,
             step: self.period,
         };

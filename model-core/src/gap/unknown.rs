@@ -1,11 +1,11 @@
 //! Structure that no effect of the catalogue explains: which variable carries it?
 
-use super::held_out::{HeldOut, Refusal, compare};
+use super::held_out::{HeldOut, compare};
 use super::model::Model;
 use super::replay::Schedule;
 use super::select::{Consideration, Decision, LEAST_SCORE, Subject};
 use super::workbench::Workbench;
-use crate::effect::learned_map::{Kind, LearnedMap, Ranges};
+use crate::effect::learned_map::{Kind, LearnedMap};
 use heapless::Vec;
 
 /// Structure that no effect of the catalogue explains.
@@ -15,7 +15,7 @@ pub struct Unknown {
     pub kind: Kind,
     /// Share of the residual's energy that it explains once the base is projected out, 0 to 1.
     pub score: f32,
-    /// The base model with that map, still flat.
+    /// The base model with that map, where a fit of it starts.
     pub start: Model,
 }
 
@@ -32,14 +32,22 @@ pub fn learn(
     structured: bool,
     observe: &mut impl FnMut(&Consideration),
 ) -> Option<Option<Unknown>> {
-    let with_map = |ranges: &Ranges, kind| Model {
-        map: Some(LearnedMap::flat(kind, ranges)),
+    let with_map = |map: LearnedMap| Model {
+        map: Some(map),
         ..base.clone()
     };
-    let mut looks: Vec<(Kind, f64, Consideration), { Kind::ALL.len() }> = Vec::new();
+    let mut looks: Vec<(LearnedMap, f64, Consideration), { Kind::ALL.len() }> = Vec::new();
+    let mut tried = 0;
     for kind in Kind::ALL {
-        let model = with_map(&workbench.options.ranges, kind);
-        let score = workbench.map_score(&model)?;
+        let mut best: Option<(f32, LearnedMap)> = None;
+        for map in LearnedMap::trials(kind, &workbench.options.ranges) {
+            let score = workbench.map_score(&with_map(map))?;
+            if best.is_none_or(|(highest, _)| score > highest) {
+                best = Some((score, map));
+            }
+            tried += 1;
+        }
+        let (score, map) = best?;
         let mut look = Consideration {
             round: 1,
             subject: Subject::Map(kind),
@@ -49,43 +57,52 @@ pub fn learn(
             decision: Decision::ScoreTooLow,
         };
         if score < LEAST_SCORE && !structured {
-            let _ = looks.push((kind, f64::INFINITY, look));
+            let _ = looks.push((map, f64::INFINITY, look));
             continue;
         }
-        let comparison = compare(smaller, &workbench.held_out(&model)?);
-        let refusal = comparison
-            .refusal(Kind::ALL.len())
-            .or((comparison.ratio > limit).then_some(Refusal::GainTooSmall));
+        let start = workbench.unbend(&with_map(map))?;
+        let comparison = compare(smaller, &workbench.held_out(&start)?);
         look.held_out = Some(comparison);
-        look.decision = refusal.map_or(Decision::Accepted, Decision::Refused);
-        let _ = looks.push((kind, comparison.ratio, look));
+        let _ = looks.push((map, comparison.ratio, look));
+    }
+    for (.., look) in &mut looks {
+        if let Some(comparison) = look.held_out {
+            look.decision = match comparison.refusal(tried) {
+                Some(refusal) => Decision::Refused(refusal),
+                None if comparison.ratio > limit => Decision::NotClearlyBetter,
+                None => Decision::Accepted,
+            };
+        }
     }
     let best = looks
         .iter()
         .filter(|(.., look)| look.decision == Decision::Accepted)
         .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(kind, _, look)| (*kind, look.score));
+        .map(|(map, _, look)| (*map, look.score));
     let nearest = looks
         .iter()
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .filter(|_| structured && best.is_none())
-        .map(|(kind, _, look)| (*kind, look.score));
-    for (kind, _, look) in &mut looks {
-        if nearest.is_some_and(|(by, _)| by == *kind) {
+        .map(|(map, _, look)| (*map, look.score));
+    for (map, _, look) in &mut looks {
+        if nearest.is_some_and(|(by, _)| by.kind == map.kind) {
             look.decision = Decision::LeastBad;
         }
         if let Some((by, _)) = best
             && look.decision == Decision::Accepted
-            && *kind != by
+            && map.kind != by.kind
         {
-            let by = Subject::Map(by);
+            let by = Subject::Map(by.kind);
             look.decision = Decision::Outdone { by };
         }
         observe(look);
     }
-    Some(best.or(nearest).map(|(kind, score)| Unknown {
-        kind,
+    let Some((map, score)) = best.or(nearest) else {
+        return Some(None);
+    };
+    Some(Some(Unknown {
+        kind: map.kind,
         score,
-        start: with_map(&workbench.options.ranges, kind),
+        start: workbench.unbend(&with_map(map))?,
     }))
 }

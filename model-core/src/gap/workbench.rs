@@ -354,14 +354,22 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     pub fn held_out_freeing(&mut self, model: &Model, numbers: &[Base]) -> Option<HeldOut> {
         let fixed = self.base.len();
         let _ = self.base.extend_from_slice(numbers);
-        let held_out = if self.is_bent(model) {
-            let start = self.best_with([model, &self.unbent(model)], ROUGH)?.model;
-            self.held_out(&start)
-        } else {
-            self.held_out(model)
-        };
+        let start = self.unbend(model);
+        let held_out = start.and_then(|start| self.held_out(&start));
         self.base.truncate(fixed);
         held_out
+    }
+
+    /// The model, where a fit of more than its base starts: beside a base that is bent fitted already,
+    /// from there and from the declared base, whichever follows the log better.
+    #[inline(never)]
+    pub fn unbend(&mut self, model: &Model) -> Option<Model> {
+        if self.is_bent(model) {
+            let unbent = self.unbent(model);
+            Some(self.best_with([model, &unbent], ROUGH)?.model)
+        } else {
+            Some(model.clone())
+        }
     }
 
     /// Frees these numbers, and fits a model with them.

@@ -133,6 +133,10 @@ fn variable(report: &Report, variable: Variable) -> (&'static str, String) {
         Variable::TorqueRate => ("the rate of the motor's load", format!("{load}/s")),
         Variable::Time => ("time", "s".to_owned()),
         Variable::TravelSinceTurn => ("travel since the last turn", coordinate.clone()),
+        Variable::Deflection => (
+            "the deflection that remembers the last turns",
+            coordinate.clone(),
+        ),
         Variable::Acceleration => ("the acceleration of the drive", format!("{coordinate}/s²")),
     }
 }

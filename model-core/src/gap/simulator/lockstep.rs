@@ -8,7 +8,7 @@ use super::{Course, Given, Simulator};
 use crate::effect::backlash::follow;
 use crate::effect::compliance::{Rigid, Shaft, Twist};
 use crate::effect::lanes::Middles;
-use crate::effect::learned_map::LearnedMap;
+use crate::effect::learned_map::{LearnedMap, deflected};
 use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
@@ -61,6 +61,7 @@ struct Memories<const N: usize> {
     far: Lanes<N>,
     friction: Lanes<N>,
     warmth: Lanes<N>,
+    deflection: Lanes<N>,
     /// Of the shaft: angle and rate.
     twist: Lanes<N>,
     twist_rate: Lanes<N>,
@@ -97,6 +98,7 @@ impl<const N: usize> Courses<N> {
                 far: self.memories.far[lane],
                 friction: self.memories.friction[lane],
                 warmth: self.memories.warmth[lane],
+                deflection: self.memories.deflection[lane],
                 twist: self.memories.twist_at(lane),
             },
         }
@@ -112,6 +114,7 @@ impl<const N: usize> Courses<N> {
                 own.far[lane] = other.far[lane];
                 own.friction[lane] = other.friction[lane];
                 own.warmth[lane] = other.warmth[lane];
+                own.deflection[lane] = other.deflection[lane];
                 own.twist[lane] = other.twist[lane];
                 own.twist_rate[lane] = other.twist_rate[lane];
             }
@@ -123,6 +126,7 @@ impl<const N: usize> Courses<N> {
         self.memories.far[lane] = course.memory.far;
         self.memories.friction[lane] = course.memory.friction;
         self.memories.warmth[lane] = course.memory.warmth;
+        self.memories.deflection[lane] = course.memory.deflection;
         self.memories.twist[lane] = course.memory.twist.angle;
         self.memories.twist_rate[lane] = course.memory.twist.rate;
     }
@@ -146,6 +150,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
                 far: [0.0; N],
                 friction: [0.0; N],
                 warmth: [0.0; N],
+                deflection: [0.0; N],
                 twist: [0.0; N],
                 twist_rate: [0.0; N],
             },
@@ -339,6 +344,15 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             }
             if let Some(shaft) = shaft {
                 self.twist(shaft, &before, drive.1, lasts);
+            }
+            if let Some(reach) = simulator.reach {
+                let Courses { states, memories } = &mut self.courses;
+                for lane in 0..N {
+                    let last = before.numbers.position[lane];
+                    let displacement = states.numbers.position[lane] - last;
+                    let deflection = &mut memories.deflection[lane];
+                    *deflection = deflected(*deflection, displacement, reach);
+                }
             }
         }
     }
@@ -543,6 +557,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             excess: [0.0; N],
             velocity: states.numbers.velocity,
             position: states.numbers.position,
+            deflection: memories.deflection,
             time: scaled(&given.sample, simulator.period),
         }
     }
@@ -554,6 +569,12 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         for lane in 0..N {
             middle.velocity[lane] = ways.velocity[lane];
             middle.position[lane] += ways.travel[lane];
+        }
+        if let Some(reach) = self.simulator.reach {
+            for lane in 0..N {
+                let deflection = &mut middle.deflection[lane];
+                *deflection = deflected(*deflection, ways.travel[lane], reach);
+            }
         }
     }
 
