@@ -667,6 +667,42 @@ fn an_effect_outside_the_catalogue_is_called_unknown() {
     assert!(shown >= 4, "{shown}");
 }
 
+/// Behind a soft position loop the machine creeps, sticks and slips all the time, so that a base fitted
+/// alone bends far away. What is one model with what was found is said to be.
+#[test]
+fn behind_a_soft_loop_what_is_one_model_is_said_to_be() {
+    for (proportional, seed) in [(8.0, 4), (4.0, 5), (4.0, 6)] {
+        let mut machine = RigMachine::rotary_ema();
+        machine.stroke = (-0.7, 0.7);
+        machine.resolution = 4.0e-4;
+        machine.gains.proportional = proportional;
+        machine.gains.integral = 0.0;
+        let class = |kind: EffectKind| {
+            let effect = Effect::nominal(kind, &machine).scaled(1.3);
+            let motion = Trajectory::sines(&machine);
+            let outcome = trace(&machine, &machine, motion, &[effect], seed);
+            let [found] = &outcome.effects[..] else {
+                panic!("{effect:?}: {:?}, {:?}", outcome.verdict, outcome.effects);
+            };
+            let mut class = vec![found.id.clone()];
+            class.extend(found.equivalent.clone());
+            class
+        };
+        let has = |class: &[String], id: &str| class.iter().any(|other| other == id);
+        let offset = class(EffectKind::OffsetTorque);
+        assert!(has(&offset, "offset_torque"), "{offset:?}");
+        // In every motion one model: whichever is found, the other is beside it.
+        if offset[0] == "offset_torque" || offset[0] == "asymmetric_coulomb" {
+            assert!(has(&offset, "asymmetric_coulomb"), "{offset:?}");
+        }
+        let spring = class(EffectKind::Spring);
+        // Over 40° a load that hangs is a spring.
+        for id in ["spring", "gravity"] {
+            assert!(has(&spring, id), "{spring:?}");
+        }
+    }
+}
+
 /// A spring that remembers where the motion has turned, over a short way and over a long one. Its loop
 /// is as wide as it is, but for what the fitted friction takes of it: between two turns these are alike.
 #[test]

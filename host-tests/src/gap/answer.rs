@@ -62,8 +62,11 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "takes {} off the held-out error, not clearly more than the effects of the catalogue",
             held_out.map_or(String::new(), |held_out| share(held_out.ratio))
         ),
-        (Decision::Contained { by }, _) => {
-            format!("follows the log as well as {}, which contains it", id(by))
+        (Decision::Simpler { than }, _) => {
+            format!(
+                "follows the log as well as {}, with fewer parameters",
+                id(than)
+            )
         }
         (Decision::LeastBad, _) => {
             "not proven on held-out blocks, but the error is far beyond the sensor's and this map \
@@ -108,7 +111,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         p_value: look.held_out.map(|held_out| held_out.p_value),
         accepted: matches!(
             look.decision,
-            Decision::Accepted | Decision::Contained { .. } | Decision::LeastBad
+            Decision::Accepted | Decision::Simpler { .. } | Decision::LeastBad
         ),
         reason,
     }

@@ -11,6 +11,7 @@
 pub mod harmonic;
 pub(crate) mod lanes;
 pub mod learned_map;
+pub mod twins;
 
 use self::compliance::{Shaft, Twist};
 use self::encoder_eccentricity::EncoderEccentricity;
@@ -185,9 +186,6 @@ pub trait Effect: Copy {
     /// better answer.
     const EXPANSION: bool = false;
 
-    /// The effect that it is once its first strength is zero.
-    const CONTAINS: Option<Id> = None;
-
     /// Whether [`Effect::voltage`] is anything but zero.
     const ELECTRIC: bool = false;
 
@@ -291,11 +289,6 @@ macro_rules! catalogue {
             /// Whether it is the first terms of any law of its variable.
             pub fn is_expansion(self) -> bool {
                 match self { $(Self::$name => $module::$name::EXPANSION),* }
-            }
-
-            /// The effect that it is once its first strength is zero.
-            pub fn contains(self) -> Option<Self> {
-                match self { $(Self::$name => $module::$name::CONTAINS),* }
             }
 
             /// The `index`-th values to try for its shape parameters; the rest are 0.

@@ -8,7 +8,7 @@
 //! a stiffness near zero it is an [`offset_torque`](super::offset_torque); over a small angle
 //! [`gravity`](super::gravity) is a spring.
 
-use super::{Chain, Description, Effect, Id, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -53,8 +53,6 @@ impl Effect for Spring {
         ],
         rotary_only: false,
     };
-
-    const CONTAINS: Option<Id> = Some(Id::OffsetTorque);
 
     fn new([stiffness, torque, _]: [f32; MOST_PARAMETERS]) -> Self {
         Self { stiffness, torque }

@@ -16,6 +16,7 @@ use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
 use super::workbench::{Options, Workbench};
 use crate::effect::learned_map::Kind;
+use crate::effect::twins::twins;
 use crate::effect::{Active, Id};
 use heapless::Vec;
 
@@ -65,6 +66,10 @@ const EQUALLY_GOOD: f64 = 1.1;
 /// the better one: the restarts were chosen for a model without it.
 const CONTESTED: f64 = 3.0;
 
+/// A fit of the whole log whose error falls to this multiple of what the held-out one falls to was caught
+/// on its way.
+const CAUGHT: f64 = 2.0;
+
 /// Share of a declared number from which on a fitted one makes it wrong: finer than a data sheet.
 const LEAST_OFF: f32 = 0.02;
 
@@ -92,10 +97,10 @@ const CLEARLY_BETTER: f64 = 0.5;
 pub enum Decision {
     /// Best of those that passed.
     Accepted,
-    /// Follows the log as well as what was accepted, which contains it, and so is taken for that.
-    Contained {
-        /// What contains it.
-        by: Id,
+    /// Follows the log as well as what was accepted, has fewer parameters, and so is taken for it.
+    Simpler {
+        /// What was accepted.
+        than: Id,
     },
     /// Passed, but something else explains the residual better.
     Outdone {
@@ -252,11 +257,7 @@ pub fn trace<S: Schedule>(
         accepted: Vec::new(),
         held_out: None,
     };
-    for round in 1..=ROUNDS {
-        if !add_effect(&mut workbench, round, &mut found, &mut observe)? {
-            break;
-        }
-    }
+    found.search(&mut workbench, 1, &mut observe)?;
     if found.is_more(&workbench) {
         // Both models are judged on the same restarts, so the first is fitted to these too.
         let fitted = workbench.hold_freed();
@@ -264,15 +265,19 @@ pub fn trace<S: Schedule>(
         workbench.base = fitted;
     }
     drop_replaced(&mut workbench, &mut found, &mut observe)?;
-    let unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
-    if let Some(unknown) = &unknown {
+    let mut unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
+    if let Some(learned) = &unknown {
         for effect in &found.accepted {
-            let by = Subject::Map(unknown.kind);
+            let by = Subject::Map(learned.kind);
             observe(&effect.candidate.look(1, Decision::Outdone { by }));
         }
-        found.accepted.clear();
-        workbench.hold_freed();
-        found.after = workbench.fit(&unknown.start)?;
+        take_map(&mut workbench, learned, &mut found)?;
+        if look_again(&mut workbench, &mut found, &mut observe)? {
+            observe(&learned.dropped());
+            unknown = None;
+        } else {
+            take_map(&mut workbench, learned, &mut found)?;
+        }
     }
     Some(Trace {
         base: workbench.base.clone(),
@@ -316,6 +321,22 @@ struct Found {
 }
 
 impl Found {
+    /// Adds one effect after the other, and drops what the later ones replace. `first`: number of the
+    /// first round.
+    fn search(
+        &mut self,
+        workbench: &mut Workbench<impl Schedule>,
+        first: usize,
+        observe: &mut impl FnMut(&Consideration),
+    ) -> Option<()> {
+        for round in first..first + ROUNDS {
+            if !add_effect(workbench, round, self, observe)? {
+                break;
+            }
+        }
+        Some(())
+    }
+
     /// Whether there is more in it than the base.
     fn is_more(&self, workbench: &Workbench<impl Schedule>) -> bool {
         !self.accepted.is_empty() || workbench.has_freed()
@@ -446,20 +467,25 @@ fn take_winner(
         last.is_some_and(|last| last.id == effect.id)
     };
     let fitted = match round.leader.as_ref().filter(leads) {
-        Some((_, started)) => workbench.fit(started)?,
+        Some((_, started)) => workbench.fit(started)?.model,
         None => match workbench.start(&found.after.model, effect)? {
-            Some(started) => workbench.fit(&started)?,
+            Some(started) => workbench.fit(&started)?.model,
             None => return Some(false),
         },
     };
-    let fitted = simplify(workbench, &mut winner, fitted)?;
+    let fell = workbench.error_ratio(&found.after.model, &fitted)?;
+    let fitted = if fell > CAUGHT * round.least {
+        workbench.fit_past_blocks(&fitted)?.model
+    } else {
+        fitted
+    };
+    let fitted = ask_twins(workbench, &mut winner, fitted)?;
     if winner.candidate.effect.id != effect.id {
-        let by = effect.id;
-        observe(
-            &winner
-                .candidate
-                .look(round.number, Decision::Contained { by }),
-        );
+        let than = effect.id;
+        let look = winner
+            .candidate
+            .look(round.number, Decision::Simpler { than });
+        observe(&look);
     }
     if workbench.certainty(&fitted, fitted.effects.len() - 1)? < LEAST_CERTAINTY {
         let refused = Decision::Refused(Refusal::Uncertain);
@@ -474,33 +500,43 @@ fn take_winner(
     Some(true)
 }
 
-/// A model whose last effect has been found, or the one with the simpler effect that this contains, if
-/// that follows the log as well: by itself it may not have been found, where a fit from the base alone
-/// does not come to it.
+/// A model whose last effect has been found, beside those with its twins: which of them the log does
+/// not tell from it, and a simpler one in its place that follows the log as well. By itself a twin may
+/// not have been found, where a fit from the base alone does not come to it.
 #[inline(never)]
-fn simplify(
+fn ask_twins(
     workbench: &mut Workbench<impl Schedule>,
     winner: &mut Accepted,
-    fitted: Fit,
+    mut fitted: Model,
 ) -> Option<Model> {
-    let has = |id: Id| fitted.model.effects.iter().any(|effect| effect.id == id);
-    let whole = winner.candidate.effect.id;
-    let Some(id) = whole.contains().filter(|id| !has(*id)) else {
-        return Some(fitted.model);
-    };
-    let mut simpler = fitted.model.clone();
-    let last = simpler.effects.last_mut()?;
-    let [_, second, third] = last.values;
-    let values = [second, third, 0.0];
-    *last = Active { id, values };
-    let simpler = workbench.fit(&simpler)?;
-    if simpler.cost > EQUALLY_GOOD * fitted.cost {
-        return Some(fitted.model);
+    let parameters = |id: Id| id.description().parameters.len();
+    let rotary = workbench.options.scope.rotary;
+    let mut asked = 0;
+    loop {
+        let effect = *fitted.effects.last()?;
+        let twins = twins(&effect);
+        let Some(&twin) = twins.get(asked) else {
+            return Some(fitted);
+        };
+        asked += 1;
+        let has = fitted.effects.iter().any(|effect| effect.id == twin.id);
+        if has || (twin.id.description().rotary_only && !rotary) {
+            continue;
+        }
+        let mut other = fitted.clone();
+        *other.effects.last_mut()? = twin;
+        let other = workbench.fit(&other)?.model;
+        let ratio = workbench.error_ratio(&fitted, &other)?;
+        winner.equivalent.retain(|id| *id != twin.id);
+        if ratio <= EQUALLY_GOOD && parameters(twin.id) < parameters(effect.id) {
+            let _ = winner.equivalent.push(effect.id);
+            winner.candidate.effect = *other.effects.last()?;
+            fitted = other;
+            asked = 0;
+        } else if ratio <= TOLD_APART {
+            let _ = winner.equivalent.push(twin.id);
+        }
     }
-    winner.candidate.effect = Active { id, values };
-    winner.equivalent.retain(|other| *other != id);
-    let _ = winner.equivalent.push(whole);
-    Some(simpler.model)
 }
 
 /// Does anything lie under it that the catalogue does not have? `before`: the base fit.
@@ -527,13 +563,47 @@ fn look_beneath(
     let sensor = SENSOR_COUNTS * f64::from(workbench.data.settings.resolution);
     let doubtful = error > sensor || left > POOR_EXPLANATION;
     let unknown = if doubtful || found.accepted.iter().any(expanded) {
-        let structured = structured && found.accepted.is_empty();
+        let structured = structured && !is_more;
         unknown::learn(workbench, (before, &without), limit, structured, observe)?
     } else {
         None
     };
     workbench.base = fitted;
     Some(unknown)
+}
+
+/// Takes a learned map for all that is missing.
+#[inline(never)]
+fn take_map(
+    workbench: &mut Workbench<impl Schedule>,
+    unknown: &Unknown,
+    found: &mut Found,
+) -> Option<()> {
+    found.accepted.clear();
+    found.held_out = None;
+    workbench.hold_freed();
+    found.after = workbench.fit_past_blocks(&unknown.start)?;
+    Some(())
+}
+
+/// Looks for effects from the base that a learned map has freed: one that was fitted alone may have bent
+/// to what is missing, so that little was left to be seen of it. Whether effects are found that follow the
+/// log about as well as the map does.
+#[inline(never)]
+fn look_again(
+    workbench: &mut Workbench<impl Schedule>,
+    found: &mut Found,
+    observe: &mut impl FnMut(&Consideration),
+) -> Option<bool> {
+    let with_map = workbench.held_out(&found.after.model)?;
+    found.after.model.map = None;
+    found.search(workbench, ROUNDS + 1, observe)?;
+    drop_replaced(workbench, found, observe)?;
+    if found.accepted.is_empty() {
+        return Some(false);
+    }
+    let with = judge(workbench, &mut found.held_out, &found.after.model)?;
+    Some(compare(&with_map, with).ratio * CLEARLY_BETTER <= 1.0)
 }
 
 /// Error beyond which it has a cause, whether anything is found for it or not, rad or m.

@@ -19,6 +19,20 @@ pub struct Unknown {
     pub start: Model,
 }
 
+impl Unknown {
+    /// A look at the map, which is not needed beside effects that were found later.
+    pub(super) fn dropped(&self) -> Consideration {
+        Consideration {
+            round: 1,
+            subject: Subject::Map(self.kind),
+            score: self.score,
+            identifiability: 1.0,
+            held_out: None,
+            decision: Decision::Dropped,
+        }
+    }
+}
+
 /// Looks for the variable over which a learned torque or friction explains best what is left of the
 /// base model, given with its held-out errors. A map counts if it brings these under `limit` times
 /// what they are; if none does and the error is `structured`, too large to be noise, the one that

@@ -349,6 +349,24 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         moved
     }
 
+    /// The best of the fits of a model from where it is and from what fits of every second block come to:
+    /// where the machine sticks, one may be caught that these have passed.
+    #[inline(never)]
+    pub fn fit_past_blocks(&mut self, model: &Model) -> Option<Fit> {
+        let (data, schedule, block) = (self.data, self.schedule, self.block);
+        let mut best = self.fit(model)?;
+        for fold in [Fold::Even, Fold::Odd] {
+            let variables = self.variables(model);
+            let start = fit::fit(&data, schedule, (fold, block), model, &variables, ROUGH)?;
+            self.simulated += start.simulated;
+            let fit = self.fit(&start.model)?;
+            if fit.cost < best.cost {
+                best = fit;
+            }
+        }
+        Some(best)
+    }
+
     /// Held-out errors of a model of which the fits move these numbers besides.
     #[inline(never)]
     pub fn held_out_freeing(&mut self, model: &Model, numbers: &[Base]) -> Option<HeldOut> {
@@ -748,6 +766,23 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     pub fn position_rms(&mut self, model: &Model) -> Option<f64> {
         let data = self.data;
         self.residuals(&data, model).map(|(position, _)| position)
+    }
+
+    /// Mean square error of a model over that of another one, product over the channels, as held-out errors
+    /// are compared.
+    pub fn error_ratio(&mut self, other: &Model, model: &Model) -> Option<f64> {
+        let data = self.data;
+        let (before, after) = (self.residuals(&data, other)?, self.residuals(&data, model)?);
+        let floor = f64::from(data.settings.resolution) / libm::sqrt(12.0);
+        let square = |(position, second): (f64, f64)| {
+            let position = position * position + floor * floor;
+            if second > 0.0 {
+                position * second * second
+            } else {
+                position
+            }
+        };
+        Some(square(after) / square(before))
     }
 
     /// How many standard deviations the strengths of the effect in this slot are from zero, jointly.

@@ -1,0 +1,43 @@
+//! Effects that are one model in many motions.
+//!
+//! What a log tells of one, it hardly tells of the other: an offset torque and a Coulomb friction that
+//! differs by direction in any motion, a spring and a load that hangs over a small angle, a spring
+//! that hardly pulls and an offset torque, and a load that hangs far from where the machine moves.
+
+use super::{Active, Id};
+use heapless::Vec;
+
+/// Most twins of one effect.
+pub const MOST_TWINS: usize = 2;
+
+/// The twins of an effect with the strengths that they have then.
+///
+/// ```
+/// use model_core::effect::{Active, Id, twins::twins};
+/// let spring = Active { id: Id::Spring, values: [0.5, 0.125, 0.0] };
+/// let offset = Active { id: Id::OffsetTorque, values: [0.125, 0.0, 0.0] };
+/// assert_eq!(twins(&spring)[0], offset);
+/// // What pushes forward is friction that is less forward.
+/// let friction = Active { id: Id::AsymmetricCoulomb, values: [-0.125, 0.0, 0.0] };
+/// assert_eq!(twins(&offset), [friction]);
+/// ```
+pub fn twins(effect: &Active) -> Vec<Active, MOST_TWINS> {
+    let [first, second, _] = effect.values;
+    let active = |id, first: f32, second: f32| Active {
+        id,
+        values: [first, second, 0.0],
+    };
+    match effect.id {
+        Id::OffsetTorque => Vec::from_iter([active(Id::AsymmetricCoulomb, -first, 0.0)]),
+        Id::AsymmetricCoulomb => Vec::from_iter([active(Id::OffsetTorque, -first, 0.0)]),
+        Id::Spring => Vec::from_iter([
+            active(Id::OffsetTorque, second, 0.0),
+            active(Id::Gravity, first, -second),
+        ]),
+        Id::Gravity => Vec::from_iter([
+            active(Id::OffsetTorque, -second, 0.0),
+            active(Id::Spring, first.max(0.0), -second),
+        ]),
+        _ => Vec::new(),
+    }
+}
