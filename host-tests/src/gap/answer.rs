@@ -152,10 +152,10 @@ fn map_name(kind: Kind) -> String {
 
 /// How a learned map acts.
 fn acts_as(kind: Kind) -> &'static str {
-    if kind.is_friction() {
-        "friction"
-    } else {
-        "torque"
+    match kind {
+        Kind::PositionHysteresis => "hysteresis",
+        _ if kind.is_friction() => "friction",
+        _ => "torque",
     }
 }
 
@@ -298,6 +298,11 @@ pub(super) fn unknown(trace: &Trace, looks: &[Consideration], rotary: bool) -> O
         proven: !looks.iter().any(|look| look.decision == Decision::LeastBad),
         map: UnknownMap {
             acts_as: acts_as(kind).to_owned(),
+            over: match kind {
+                Kind::PositionHysteresis => "deflection",
+                _ => kind.variable(),
+            }
+            .to_owned(),
             at: knots.map(|knot| decimal(map.place(knot))).collect(),
             at_unit: kind.dimension().unit(rotary).to_owned(),
             values: map.knots.iter().map(|&value| decimal(value)).collect(),

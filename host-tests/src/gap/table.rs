@@ -449,8 +449,17 @@ pub(super) fn unproven(unknown: &Unknown) -> &'static str {
 fn learned(page: &mut Page, unknown: &Unknown) {
     let map = &unknown.map;
     for (name, unit, values) in [
-        (&unknown.depends_on, &map.at_unit, &map.at),
-        (&map.acts_as, &map.unit, &map.values),
+        (map.over.as_str(), &map.at_unit, &map.at),
+        (
+            // A hysteresis is one of torque.
+            if map.acts_as == "friction" {
+                "friction"
+            } else {
+                "torque"
+            },
+            &map.unit,
+            &map.values,
+        ),
     ] {
         let largest = values
             .iter()

@@ -563,7 +563,9 @@ fn look_beneath(
     let sensor = SENSOR_COUNTS * f64::from(workbench.data.settings.resolution);
     let doubtful = error > sensor || left > POOR_EXPLANATION;
     let unknown = if doubtful || found.accepted.iter().any(expanded) {
-        let structured = structured && !is_more;
+        // Wrong numbers that explain most of it are all there is.
+        let alone = found.accepted.is_empty() && (!is_more || left > POOR_EXPLANATION);
+        let structured = structured && alone;
         unknown::learn(workbench, (before, &without), limit, structured, observe)?
     } else {
         None
