@@ -134,13 +134,7 @@ fn else_what_may_be_the_motor_says_so() {
         let [found] = &outcome.effects[..] else {
             panic!("{outcome:?}");
         };
-        // With the motor's numbers free too, brushes and dead time are nearly one model.
-        let nearly: &[&str] = if fit.is_empty() {
-            &["brush_drop"]
-        } else {
-            &["brush_drop", "dead_time"]
-        };
-        assert!(nearly.contains(&&*found.id), "{outcome:?}");
+        assert_eq!(&*found.id, "brush_drop");
         assert_eq!(found.presumes, presumed);
         assert_eq!(outcome.freed().count(), 0);
     }

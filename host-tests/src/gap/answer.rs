@@ -129,7 +129,7 @@ pub(super) fn subject(subject: Subject) -> String {
 /// The same in a sentence.
 fn in_words(looked_at: Subject) -> String {
     match looked_at {
-        Subject::Map(kind) => format!("a {} learned over {}", acts_as(kind), kind.variable()),
+        Subject::Map(kind) => format!("a {} learned over {}", kind.acts_as(), kind.variable()),
         Subject::Numbers => "the machine file's own numbers".to_owned(),
         Subject::Effect(_) => subject(looked_at),
     }
@@ -147,16 +147,7 @@ pub(super) fn listed(names: &[impl AsRef<str>]) -> String {
 
 /// A learned map among the candidates.
 fn map_name(kind: Kind) -> String {
-    format!("map:{} ({})", kind.variable(), acts_as(kind))
-}
-
-/// How a learned map acts.
-fn acts_as(kind: Kind) -> &'static str {
-    match kind {
-        Kind::PositionHysteresis => "hysteresis",
-        _ if kind.is_friction() => "friction",
-        _ => "torque",
-    }
+    format!("map:{} ({})", kind.variable(), kind.acts_as())
 }
 
 /// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
@@ -297,12 +288,8 @@ pub(super) fn unknown(trace: &Trace, looks: &[Consideration], rotary: bool) -> O
         score: decimal(unknown.score),
         proven: !looks.iter().any(|look| look.decision == Decision::LeastBad),
         map: UnknownMap {
-            acts_as: acts_as(kind).to_owned(),
-            over: match kind {
-                Kind::PositionHysteresis => "deflection",
-                _ => kind.variable(),
-            }
-            .to_owned(),
+            acts_as: kind.acts_as().to_owned(),
+            over: kind.over().to_owned(),
             at: knots.map(|knot| decimal(map.place(knot))).collect(),
             at_unit: kind.dimension().unit(rotary).to_owned(),
             values: map.knots.iter().map(|&value| decimal(value)).collect(),

@@ -118,7 +118,8 @@ pub fn torque_balance(
     if let Some(reach) = simulator.reach() {
         for index in 1..samples {
             let displacement = (position[index] - position[index - 1]) as f32;
-            deflection[index] = deflected(deflection[index - 1], displacement, reach);
+            let before = deflection[index - 1] as f32;
+            deflection[index] = f64::from(deflected(before, displacement, reach));
         }
     }
     let middle = |motor_torque: f32, index: usize| Middle {
@@ -135,7 +136,7 @@ pub fn torque_balance(
         },
         velocity: velocity[index] as f32,
         position: position[index] as f32,
-        deflection: deflection[index],
+        deflection: deflection[index] as f32,
         time: index as f32 * log.period,
         step: log.period,
     };
@@ -202,10 +203,7 @@ pub fn torque_balance(
         torque: pick(&torque),
         velocity: pick(&velocity),
         position: pick(&position),
-        deflection: kept
-            .iter()
-            .map(|&index| f64::from(deflection[index]))
-            .collect(),
+        deflection: pick(&deflection),
         sample: kept,
     })
 }

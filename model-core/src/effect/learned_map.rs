@@ -66,6 +66,23 @@ impl Kind {
         }
     }
 
+    /// What its knots are laid over: that variable, or the deflection that follows it.
+    pub fn over(self) -> &'static str {
+        match self {
+            Self::PositionHysteresis => "deflection",
+            _ => self.variable(),
+        }
+    }
+
+    /// What it is: a torque, a friction or a hysteresis.
+    pub fn acts_as(self) -> &'static str {
+        match self {
+            Self::PositionHysteresis => "hysteresis",
+            _ if self.is_friction() => "friction",
+            _ => "torque",
+        }
+    }
+
     /// What that variable is measured as: of a current, and of a load, it is the motor's torque.
     pub fn dimension(self) -> Dimension {
         match self {
@@ -116,26 +133,24 @@ impl LearnedMap {
     /// Maps of zeros over the range of their variable: one, of a hysteresis one for each reach that is
     /// tried.
     pub fn trials(kind: Kind, ranges: &Ranges) -> impl Iterator<Item = Self> {
-        let flat = Self::flat(kind, ranges);
-        let stroke = ranges.position.1 - ranges.position.0;
-        let remembers = flat.reach().is_some();
+        let remembers = kind == Kind::PositionHysteresis;
         let trials = if remembers { REACHES.len() } else { 1 };
-        REACHES.into_iter().take(trials).map(move |share| {
-            if remembers {
-                Self::between(kind, (-share * stroke, share * stroke))
-            } else {
-                flat
-            }
-        })
+        let reaches = REACHES.into_iter().take(trials);
+        reaches.map(move |reach| Self::over(kind, ranges, reach))
     }
 
     /// A map of zeros over the range of its variable.
     pub fn flat(kind: Kind, ranges: &Ranges) -> Self {
+        Self::over(kind, ranges, REACHES[0])
+    }
+
+    /// A map of zeros over the range of its variable. `reach`: of a deflection, as a share of the stroke.
+    fn over(kind: Kind, ranges: &Ranges, reach: f32) -> Self {
         let magnitude = |(lowest, highest): (f32, f32)| (0.0, highest.max(-lowest));
         let (lower, upper) = match kind {
             Kind::PositionTorque | Kind::PositionFriction => ranges.position,
             Kind::PositionHysteresis => {
-                let reach = REACHES[0] * (ranges.position.1 - ranges.position.0);
+                let reach = reach * (ranges.position.1 - ranges.position.0);
                 (-reach, reach)
             }
             Kind::VelocityTorque => ranges.velocity,
@@ -144,11 +159,6 @@ impl LearnedMap {
             Kind::LoadFriction => magnitude(ranges.motor_torque),
             Kind::TimeTorque | Kind::TimeFriction => ranges.time,
         };
-        Self::between(kind, (lower, upper))
-    }
-
-    /// A map of zeros between these values of its variable.
-    fn between(kind: Kind, (lower, upper): (f32, f32)) -> Self {
         let span = (upper - lower).max(f32::MIN_POSITIVE);
         Self {
             kind,

@@ -264,7 +264,6 @@ pub fn trace<S: Schedule>(
         before = workbench.best_fit([&before.model, model])?;
         workbench.base = fitted;
     }
-    drop_replaced(&mut workbench, &mut found, &mut observe)?;
     let mut unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
     if let Some(learned) = &unknown {
         for effect in &found.accepted {
@@ -334,7 +333,7 @@ impl Found {
                 break;
             }
         }
-        Some(())
+        drop_replaced(workbench, self, observe)
     }
 
     /// Whether there is more in it than the base.
@@ -600,7 +599,6 @@ fn look_again(
     let with_map = workbench.held_out(&found.after.model)?;
     found.after.model.map = None;
     found.search(workbench, ROUNDS + 1, observe)?;
-    drop_replaced(workbench, found, observe)?;
     if found.accepted.is_empty() {
         return Some(false);
     }

@@ -114,6 +114,7 @@ pub fn learn(
     let Some((map, score)) = best.or(nearest) else {
         return Some(None);
     };
+    // Unbent once more: to keep every map's model until one has won would be too much for the chip's stack.
     Some(Some(Unknown {
         kind: map.kind,
         score,

@@ -548,10 +548,25 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             return self.settle_span(&larger);
         }
         if !self.is_bent(model) {
-            return Some(Some(larger));
+            return Some(Some(self.take_along(model, larger)?));
         }
         let unbent = self.unbent(&larger);
         Some(Some(self.best_fit([&larger, &unbent])?.model))
+    }
+
+    /// A model with an effect at its strength from a screening, which is that beside a base that moves along:
+    /// with such a base, where it follows the log better so, and worse beside the base of the model without.
+    ///
+    /// The base moves along in short windows, where a fit is hardly caught by sticking that comes and goes.
+    #[inline(never)]
+    fn take_along(&mut self, without: &Model, larger: Model) -> Option<Model> {
+        let cost = self.cost(&larger)?;
+        if cost <= self.cost(without)? {
+            return Some(larger);
+        }
+        let moved = self.fit_with(&larger, self.options.screen_window, ROUGH);
+        let follows = |moved: &Model| self.cost(moved).is_some_and(|moved| moved < cost);
+        Some(moved.map(|fit| fit.model).filter(follows).unwrap_or(larger))
     }
 
     /// A model whose last effect acts for a while, fitted from where that while follows the log best.
