@@ -106,7 +106,7 @@ impl Information {
     }
 
     /// Adds the mean square of how far the fit would be moved by restarts that are smoothed over the
-    /// next fewer and the next more samples.
+    /// next fewer and the next more samples. Gives the windows simulated, each copy counted.
     ///
     /// `None` if the model cannot be built.
     pub fn allow_for_restarts(
@@ -115,7 +115,8 @@ impl Information {
         schedule: &impl Schedule,
         model: &Model,
         variables: &[Variable],
-    ) -> Option<()> {
+    ) -> Option<u64> {
+        let mut simulated = 0;
         let count = variables.len();
         let own = step_left(&self.sums, count);
         let narrower = HALF_WIDTHS.iter().rev();
@@ -139,13 +140,14 @@ impl Information {
             problem.with_copies(model, |problem, copies| {
                 problem.sum(&mut sums, model, copies);
             })?;
+            simulated += problem.simulated;
             let mut moved = step_left(&sums, count);
             for (moved, own) in moved.iter_mut().zip(own) {
                 *moved -= own;
             }
             add_square(&mut self.moves, &moved[..count], weight);
         }
-        Some(())
+        Some(simulated)
     }
 
     /// Covariance of the variables. One that the log does not determine has an infinite variance.

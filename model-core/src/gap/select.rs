@@ -486,16 +486,22 @@ fn take_winner(
             .look(round.number, Decision::Simpler { than });
         observe(&look);
     }
-    if workbench.certainty(&fitted, fitted.effects.len() - 1)? < LEAST_CERTAINTY {
+    // What is judged is the fit on its own restarts: on those of the model without, a window that restarts
+    // wrongly may seem to decide all.
+    let chosen = workbench.data;
+    workbench.restart(&fitted)?;
+    let after = workbench.fit(&fitted)?;
+    let after = workbench.settle(after);
+    let slot = after.model.effects.len() - 1;
+    if workbench.certainty(&after.model, slot)? < LEAST_CERTAINTY {
+        workbench.data = chosen;
         let refused = Decision::Refused(Refusal::Uncertain);
         observe(&winner.candidate.look(round.number, refused));
         return Some(false);
     }
     let _ = found.accepted.push(winner);
     found.held_out = None;
-    workbench.restart(&fitted)?;
-    let after = workbench.fit(&fitted)?;
-    found.after = workbench.settle(after);
+    found.after = after;
     Some(true)
 }
 
@@ -810,6 +816,12 @@ fn judge_effect(
             comparison = beside;
         }
     }
+    if effect.id.remembers() && refusal == Some(Refusal::GainTooSmall) {
+        let restarted = compare_restarted(workbench, model, &with)?;
+        if restarted.refusal(looks).is_none() {
+            (comparison, refusal) = (restarted, None);
+        }
+    }
     let leads = |(least, _): &(f64, Model)| comparison.ratio < *least;
     if refusal.is_none() && leader.as_ref().is_none_or(leads) {
         *leader = Some((comparison.ratio, with));
@@ -854,6 +866,22 @@ fn compare_beside(
     let mut beside = HeldOut::new();
     workbench.held_out_beside(model, id, &mut beside)?;
     Some(compare_within(&beside, larger, &workbench.blocks_of(id)))
+}
+
+/// Compares the held-out errors of a model and of that with an effect besides, which has a memory, where
+/// replays restart as suits the latter: few that restart as suits the model without may outweigh all others.
+#[inline(never)]
+fn compare_restarted(
+    workbench: &mut Workbench<impl Schedule>,
+    model: &Model,
+    with: &Model,
+) -> Option<Comparison> {
+    let chosen = workbench.data;
+    workbench.restart(with)?;
+    let larger = workbench.held_out(with)?;
+    let restarted = compare_beside(workbench, model, with.effects.last()?.id, &larger);
+    workbench.data = chosen;
+    restarted
 }
 
 /// Judges the candidates of a round.

@@ -544,14 +544,25 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let Some(larger) = screen::with_effect(model, effect) else {
             return Some(None);
         };
-        if effect.law().span().is_some() {
-            return self.settle_span(&larger);
-        }
-        if !self.is_bent(model) {
-            return Some(Some(self.take_along(model, larger)?));
-        }
+        let bent = self.is_bent(model);
         let unbent = self.unbent(&larger);
-        Some(Some(self.best_fit([&larger, &unbent])?.model))
+        if effect.law().span().is_some() {
+            let mut best: Option<Fit> = None;
+            for start in [Some(&larger), bent.then_some(&unbent)]
+                .into_iter()
+                .flatten()
+            {
+                let fit = self.settle_span(start)?;
+                let least = best.as_ref().map_or(f64::INFINITY, |best| best.cost);
+                best = fit.filter(|fit| fit.cost < least).or(best);
+            }
+            return Some(best.map(|fit| fit.model));
+        }
+        Some(Some(if bent {
+            self.best_fit([&larger, &unbent])?.model
+        } else {
+            self.take_along(model, larger)?
+        }))
     }
 
     /// A model with an effect at its strength from a screening, which is that beside a base that moves along:
@@ -569,14 +580,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(moved.map(|fit| fit.model).filter(follows).unwrap_or(larger))
     }
 
-    /// A model whose last effect acts for a while, fitted from where that while follows the log best.
+    /// The fit of a model whose last effect acts for a while, from where that while follows the log best.
     /// `None` inside if no window is followed better, or nearly all are.
     ///
     /// A derivative does not carry an edge beyond the window that it is in: near the window's end an
     /// edge changes nothing that the window sees. So the edges are looked for, and everything is fitted
     /// to them, in turns.
     #[inline(never)]
-    fn settle_span(&mut self, model: &Model) -> Option<Option<Model>> {
+    fn settle_span(&mut self, model: &Model) -> Option<Option<Fit>> {
         let mut best: Option<Fit> = None;
         for _ in 0..MOST_TURNS {
             let last = best.as_ref().map_or(model, |fit| &fit.model);
@@ -593,7 +604,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             }
             best = Some(fit);
         }
-        Some(best.map(|fit| fit.model))
+        Some(best)
     }
 
     /// The model with its last effect acting where the log is followed best by that, to a window. `None`
@@ -805,8 +816,9 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let variables = self.variables(model);
         let data = self.data;
         let mut information = Information::default();
-        let windows = information.gather(&data, self.schedule, model, &variables)?;
-        self.count(windows, data.settings.window);
+        let jackknife = information.gather(&data, self.schedule, model, &variables)?;
+        let restarts = information.allow_for_restarts(&data, self.schedule, model, &variables)?;
+        self.count(jackknife + restarts, data.settings.window);
         Some(information.certainty(model, &variables, slot))
     }
 
