@@ -667,16 +667,25 @@ fn an_effect_outside_the_catalogue_is_called_unknown() {
     assert!(shown >= 4, "{shown}");
 }
 
-/// Behind a soft position loop the machine creeps, sticks and slips all the time, so that a base fitted
-/// alone bends far away. What is one model with what was found is said to be.
+/// Gains of position loops so soft that the machine creeps, sticks and slips all the time, and a base fitted
+/// alone bends far away; each with a seed.
+const SOFT_LOOPS: [(f64, u64); 3] = [(8.0, 4), (4.0, 5), (4.0, 6)];
+
+/// A rotary actuator behind such a loop.
+fn behind_a_soft_loop(proportional: f64) -> RigMachine {
+    let mut machine = RigMachine::rotary_ema();
+    machine.stroke = (-0.7, 0.7);
+    machine.resolution = 4.0e-4;
+    machine.gains.proportional = proportional;
+    machine.gains.integral = 0.0;
+    machine
+}
+
+/// What is one model with what was found is said to be.
 #[test]
 fn behind_a_soft_loop_what_is_one_model_is_said_to_be() {
-    for (proportional, seed) in [(8.0, 4), (4.0, 5), (4.0, 6)] {
-        let mut machine = RigMachine::rotary_ema();
-        machine.stroke = (-0.7, 0.7);
-        machine.resolution = 4.0e-4;
-        machine.gains.proportional = proportional;
-        machine.gains.integral = 0.0;
+    for (proportional, seed) in SOFT_LOOPS {
+        let machine = behind_a_soft_loop(proportional);
         let class = |kind: EffectKind| {
             let effect = Effect::nominal(kind, &machine).scaled(1.3);
             let motion = Trajectory::sines(&machine);
@@ -700,6 +709,28 @@ fn behind_a_soft_loop_what_is_one_model_is_said_to_be() {
         for id in ["spring", "gravity"] {
             assert!(has(&spring, id), "{spring:?}");
         }
+    }
+}
+
+#[test]
+fn behind_a_soft_loop_a_load_that_comes_and_goes_is_found() {
+    for (proportional, seed) in SOFT_LOOPS {
+        let machine = behind_a_soft_loop(proportional);
+        let effect = Effect::nominal(EffectKind::ExternalLoad, &machine).scaled(1.3);
+        let Effect::ExternalLoad { torque, .. } = effect else {
+            panic!("{effect:?}");
+        };
+        let motion = Trajectory::sines(&machine);
+        let outcome = trace(&machine, &machine, motion, &[effect], seed);
+        let [found] = &outcome.effects[..] else {
+            panic!(
+                "{proportional}: {:?}, {:?}",
+                outcome.verdict, outcome.effects
+            );
+        };
+        assert_eq!(found.id, "external_load");
+        let share = found.parameters[0].value / torque;
+        assert!((share - 1.0).abs() < 0.02, "{share} of its torque");
     }
 }
 

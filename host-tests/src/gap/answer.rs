@@ -55,6 +55,10 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "held-out error falls by {} only, 10 % is required",
             share(held_out.ratio)
         ),
+        (Decision::Refused(Refusal::NotNeeded), _) => {
+            "fitted without it from where it has led to, the model follows the log as well"
+                .to_owned()
+        }
         (Decision::Refused(Refusal::Uncertain), _) => {
             "its fitted strength is within three standard deviations of zero".to_owned()
         }

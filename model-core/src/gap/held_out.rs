@@ -50,6 +50,8 @@ pub enum Refusal {
     GainTooSmall,
     /// The held-out gain comes from few blocks.
     GainNotCommon,
+    /// Fitted without it from where the fit with it has come to, the model follows the log as well.
+    NotNeeded,
     /// The fitted strength is within three standard deviations of zero.
     Uncertain,
 }

@@ -493,9 +493,9 @@ fn take_winner(
     let after = workbench.fit(&fitted)?;
     let after = workbench.settle(after);
     let slot = after.model.effects.len() - 1;
-    if workbench.certainty(&after.model, slot)? < LEAST_CERTAINTY {
+    if let Some(refusal) = doubt(workbench, &after.model, slot)? {
         workbench.data = chosen;
-        let refused = Decision::Refused(Refusal::Uncertain);
+        let refused = Decision::Refused(refusal);
         observe(&winner.candidate.look(round.number, refused));
         return Some(false);
     }
@@ -503,6 +503,30 @@ fn take_winner(
     found.held_out = None;
     found.after = after;
     Some(true)
+}
+
+/// What speaks against the effect in a slot of a fitted model, though held-out blocks are followed better
+/// with it: a fit without it, from where the one with it has come to, does as well, for it only helped out of
+/// where the fit before was caught; or its strength is uncertain. That is asked of standard deviations, which
+/// are linear: a window in which the machine all but sticks may make them as large as the strength of an
+/// effect without which most of the error is left.
+#[inline(never)]
+fn doubt(
+    workbench: &mut Workbench<impl Schedule>,
+    with: &Model,
+    slot: usize,
+) -> Option<Option<Refusal>> {
+    let mut without = with.clone();
+    without.effects.remove(slot);
+    let without = workbench.fit(&without)?.model;
+    let ratio = workbench.error_ratio(&without, with)?;
+    Some(if ratio > LARGEST_RATIO {
+        Some(Refusal::NotNeeded)
+    } else if ratio > POOR_EXPLANATION && workbench.certainty(with, slot)? < LEAST_CERTAINTY {
+        Some(Refusal::Uncertain)
+    } else {
+        None
+    })
 }
 
 /// A model whose last effect has been found, beside those with its twins: which of them the log does
