@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 
-use rig::{Effect, EffectKind, Experiment, Motor, Move, Noise, Random, Sine, Trajectory};
+use rig::{Effect, EffectKind, Experiment, Motor, Move, Noise, PidGains, Random, Sine, Trajectory};
 use serde::{Serialize, Serializer};
 
 use crate::failure::Failure;
@@ -67,11 +67,13 @@ pub enum Motion {
     Triangle,
     /// A sine whose frequency rises.
     Sweep,
+    /// The five sines, behind a position loop so soft that the machine sticks and slips.
+    SoftLoop,
 }
 
 impl Motion {
     /// Those that the rates by effect leave out.
-    pub const OTHERS: [Self; 3] = [Self::Moves, Self::Triangle, Self::Sweep];
+    pub const OTHERS: [Self; 4] = [Self::Moves, Self::Triangle, Self::Sweep, Self::SoftLoop];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -80,6 +82,7 @@ impl Motion {
             Self::Moves => "moves and rests",
             Self::Triangle => "triangle",
             Self::Sweep => "sweep",
+            Self::SoftLoop => "soft loop",
         }
     }
 }
@@ -287,7 +290,7 @@ impl Case {
     pub fn log_lasting(&self, seconds: f64) -> Log {
         let recording = Experiment {
             sample_rate: SAMPLE_RATE,
-            ..Experiment::tracking(self.rig.clone(), self.trajectory(seconds))
+            ..Experiment::tracking(self.bench(), self.trajectory(seconds))
         }
         .with_effects(&self.effects)
         .with_noise(self.noise())
@@ -308,9 +311,18 @@ impl Case {
         }
     }
 
+    /// The machine with the position loop that it is recorded in.
+    fn bench(&self) -> rig::Machine {
+        let mut bench = self.rig.clone();
+        if self.motion == Motion::SoftLoop {
+            bench.gains = soft_loop(&self.rig, self.seed);
+        }
+        bench
+    }
+
     fn trajectory(&self, seconds: f64) -> Trajectory {
         match self.motion {
-            Motion::Sines => sines(&self.rig, self.seed),
+            Motion::Sines | Motion::SoftLoop => sines(&self.rig, self.seed),
             Motion::Moves => moves(&self.rig, self.seed),
             Motion::Triangle => triangle(&self.rig, self.seed),
             Motion::Sweep => sweep(&self.rig, self.seed, seconds),
@@ -395,6 +407,26 @@ fn sweep(rig: &rig::Machine, seed: u64, seconds: f64) -> Trajectory {
         to: corner * (2.0 + 4.0 * random.uniform()),
         seconds,
         speed: rig.speed,
+    }
+}
+
+/// A loop without an integral that breaks the machine away at a tenth to two fifths of half the stroke.
+fn soft_loop(rig: &rig::Machine, seed: u64) -> PidGains {
+    let mut random = Random::new(seed ^ 0x50F7);
+    let torque_per_input = match rig.motor {
+        Motor::Winding {
+            resistance,
+            torque_constant,
+            ..
+        } => torque_constant / resistance,
+        Motor::Direct { gain } => gain,
+    };
+    let breakaway = rig.static_friction / torque_per_input;
+    let error = 0.1 * 4.0_f64.powf(random.uniform()) * rig.amplitude();
+    PidGains {
+        proportional: breakaway / error,
+        integral: 0.0,
+        ..rig.gains
     }
 }
 
