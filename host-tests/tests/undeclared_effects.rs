@@ -303,8 +303,6 @@ fn external_load() {
     });
 }
 
-/// Motion that turns often: presliding shows behind a turn, and a sweep turns too seldom. What the
-/// sensor sees of it on the throttle is twice its noise.
 /// A load that comes and goes, of any length, is the more flexible model of a constant one.
 #[test]
 fn what_fills_the_log_is_no_external_load() {
@@ -331,6 +329,8 @@ fn what_fills_the_log_is_no_external_load() {
     }
 }
 
+/// Motion that turns often: presliding shows behind a turn, and a sweep turns too seldom. What the
+/// sensor sees of it on the throttle is twice its noise.
 #[test]
 fn presliding() {
     for (index, machine) in machines().iter().enumerate() {

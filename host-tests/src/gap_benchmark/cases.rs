@@ -17,7 +17,7 @@ const SECONDS: f64 = 12.0;
 /// Rows a second.
 const SAMPLE_RATE: f64 = 1000.0;
 
-/// Strengths of a single effect, of the rig's nominal.
+/// Strengths of a single effect, of the rig's nominal, about which each log's own is drawn.
 pub const STRENGTHS: [f64; 2] = [1.0, 0.4];
 
 /// Seeds of a case. Its motion, its noise and how far a wrong number is off follow from them; none of
@@ -143,7 +143,7 @@ pub fn all(extent: Extent, first_seed: u64) -> Vec<Case> {
         let seed = first_seed + cases.len() as u64;
         let effects = effects
             .iter()
-            .map(|&kind| Effect::nominal(kind, rig).scaled(strength))
+            .map(|&kind| drawn(Effect::nominal(kind, rig).scaled(strength), rig, seed))
             .collect();
         cases.push(Case {
             group,
@@ -203,6 +203,34 @@ const PAIRS: [[EffectKind; 2]; 4] = [
     [EffectKind::Stribeck, EffectKind::Spring],
     [EffectKind::AsymmetricViscous, EffectKind::Cogging],
 ];
+
+/// The effect up to 15 % stronger or weaker, somewhere else on the stroke and at another time: nobody has
+/// looked at it.
+fn drawn(effect: Effect, rig: &rig::Machine, seed: u64) -> Effect {
+    let mut random = Random::new(seed ^ 0xD4A3);
+    let mut between = |lower: f64, upper: f64| lower + (upper - lower) * random.uniform();
+    let mut effect = effect.scaled(between(0.85, 1.15));
+    match &mut effect {
+        Effect::Cogging { period, phase, .. }
+        | Effect::PositionDependentFriction { period, phase, .. } => {
+            *period *= between(0.8, 1.25);
+            *phase = between(0.0, TAU);
+        }
+        Effect::EncoderEccentricity { phase, .. } => *phase = between(0.0, TAU),
+        Effect::ExternalLoad {
+            begin, duration, ..
+        } => {
+            *begin = between(2.0, 6.0);
+            *duration = between(1.5, 4.0);
+        }
+        Effect::SpeedBand { centre, .. } => *centre *= between(0.75, 1.25),
+        Effect::RoughSpot { centre, .. } => {
+            *centre = rig.centre() + rig.amplitude() * between(-0.4, 0.4);
+        }
+        _ => {}
+    }
+    effect
+}
 
 /// The machine with numbers that are off by up to a quarter.
 fn misdeclared(rig: &rig::Machine, seed: u64) -> rig::Machine {

@@ -68,8 +68,11 @@ pub struct Summary {
     pub confusion: Confusion,
     /// Windowed position error after over before where an effect at nominal strength was found: median.
     pub after_over_before: f64,
-    /// The same over that of a fit that was told the truth: median and 90 %.
+    /// The same over that of a fit that was told the truth, of right answers that name an effect: median
+    /// and 90 %.
     pub after_over_oracle: [f64; 2],
+    /// The same of answers that name none where there was one.
+    pub abstained_over_oracle: [f64; 2],
     /// Share of true numbers within the 95 % interval of right answers.
     pub coverage: f64,
     /// How many numbers that are.
@@ -117,10 +120,13 @@ impl Summary {
             .filter(|traced| single(traced) && traced.case.strength == 1.0)
             .filter_map(|traced| traced.after_over_before)
             .collect();
-        let oracle: Vec<f64> = traced
-            .iter()
-            .filter_map(|traced| traced.after_over_oracle)
-            .collect();
+        let over_oracle = |judgement: Judgement| {
+            let of =
+                |traced: &&Traced| traced.judgement == judgement && !traced.case.effects.is_empty();
+            let ratios = traced.iter().filter(of);
+            let ratios: Vec<f64> = ratios.filter_map(|it| it.after_over_oracle).collect();
+            [quantile(&ratios, 0.5), quantile(&ratios, 0.9)]
+        };
         let chances: Vec<f64> = all
             .iter()
             .flat_map(|traced| traced.chances.iter().copied())
@@ -137,7 +143,8 @@ impl Summary {
             motions: motions(&others),
             confusion: confusion(traced),
             after_over_before: quantile(&found, 0.5),
-            after_over_oracle: [quantile(&oracle, 0.5), quantile(&oracle, 0.9)],
+            after_over_oracle: over_oracle(Judgement::Right),
+            abstained_over_oracle: over_oracle(Judgement::Abstained),
             coverage,
             numbers,
             coverage_on_others,
@@ -163,7 +170,7 @@ impl Summary {
 
     pub(super) fn figure_cells(&self) -> Cells {
         let line = |what: &str, value: String| vec![what.to_owned(), value];
-        let [oracle, most] = self.after_over_oracle;
+        let over_oracle = |[median, most]: [f64; 2]| format!("{median:.3} ({most:.2})");
         let [median, longest] = self.seconds;
         vec![
             line("", "measured".to_owned()),
@@ -172,8 +179,12 @@ impl Summary {
                 format!("{:.3}", self.after_over_before),
             ),
             line(
-                "position error after / with the true effect, median (90 %)",
-                format!("{oracle:.3} ({most:.2})"),
+                "position error after / with the true effect, right answers, median (90 %)",
+                over_oracle(self.after_over_oracle),
+            ),
+            line(
+                "the same, abstentions",
+                over_oracle(self.abstained_over_oracle),
             ),
             line(
                 &format!("of {} true numbers, in their 95 % interval", self.numbers),

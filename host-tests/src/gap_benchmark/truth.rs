@@ -2,7 +2,7 @@
 
 use model_core::effect::gravity::Gravity;
 use model_core::effect::{Active, Id};
-use rig::{Effect, Machine};
+use rig::{Effect, Machine, Motor};
 
 use super::cases::Case;
 
@@ -52,6 +52,8 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
         Effect::BrushDrop { drop: volts, .. } | Effect::DeadTime { loss: volts, .. } => {
             [volts, 0.0, 0.0]
         }
+        Effect::Backlash { width } => [width, 0.0, 0.0],
+        Effect::TorqueSaturation { fall } => [fall, 0.0, 0.0],
         Effect::ThermalDrift { rate, winding, .. } => [rate, winding, 0.0],
         Effect::Compliance {
             share,
@@ -71,25 +73,41 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
     })
 }
 
-/// Numbers that an answer may estimate, by the names that it gives them. Only those that mean the same
-/// on the rig and in the model.
+/// Numbers that an answer may estimate, by the names that it gives them, whichever of equivalent effects
+/// it names. Only those that mean the same on the rig and in the model.
 pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
     let rig = &case.rig;
     let mut numbers = vec![("inertia", rig.inertia)];
     if case.effects.is_empty() {
         numbers.extend([("viscous", rig.viscous), ("coulomb", rig.coulomb)]);
+        if let Motor::Winding {
+            resistance,
+            torque_constant,
+            ..
+        } = rig.motor
+        {
+            numbers.extend([
+                ("resistance", resistance),
+                ("torque_constant", torque_constant),
+            ]);
+        }
     }
     for effect in &case.effects {
         match *effect {
             Effect::AsymmetricCoulomb { ratio } => numbers.extend([
                 ("forward", rig.coulomb * (1.0 + ratio)),
                 ("backward", rig.coulomb * (1.0 - ratio)),
+                ("torque", -ratio * rig.coulomb),
             ]),
             Effect::AsymmetricViscous { forward, backward } => numbers.extend([
                 ("forward", rig.viscous + forward),
                 ("backward", rig.viscous + backward),
             ]),
-            Effect::OffsetTorque { torque } => numbers.push(("torque", torque)),
+            Effect::OffsetTorque { torque } => numbers.extend([
+                ("torque", torque),
+                ("forward", rig.coulomb - torque),
+                ("backward", rig.coulomb + torque),
+            ]),
             Effect::Stribeck { drop, speed } => {
                 numbers.extend([("drop", drop), ("velocity", speed)]);
             }
@@ -116,6 +134,12 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
                 resistance,
                 ..
             } => numbers.push(("share", resistance / voltage.powi(2))),
+            Effect::Backlash { width } => numbers.push(("width", width)),
+            Effect::TorqueSaturation { fall } => numbers.push(("fall", fall)),
+            Effect::BrushDrop { drop: volts, .. } | Effect::DeadTime { loss: volts, .. } => {
+                numbers.extend([("drop", volts), ("loss", volts)]);
+            }
+            Effect::ThermalDrift { rate, .. } => numbers.push(("rate", rate)),
             Effect::Compliance { trailing, .. } => numbers.push(("trailing", trailing)),
             Effect::EncoderEccentricity {
                 amplitude, period, ..

@@ -1,0 +1,78 @@
+//! What tells lost motion from everything else is what a reading does at a reversal: it stays, for as long as
+//! the drive takes up the play, and follows unchanged from then on. Logs that are mostly that, and logs in
+//! which something else moves a reading.
+
+use host_tests::gap::engine;
+use host_tests::gap::outcome::Outcome;
+use host_tests::gap_benchmark::cases;
+use host_tests::log::Log;
+use host_tests::machine::Machine;
+use rig::{Effect, EffectKind, Experiment, Trajectory};
+
+/// What is found in a log of turns between constant speeds, one every half a second or so.
+fn traced(rig: &rig::Machine, effect: Effect, seed: u64) -> Outcome {
+    let amplitude = 0.4 * rig.amplitude();
+    let trajectory = Trajectory::Triangle {
+        centre: rig.centre(),
+        amplitude,
+        period: (4.0 * amplitude / rig.speed).max(0.9),
+    };
+    let recording = Experiment::tracking(rig.clone(), trajectory)
+        .with_effects(&[effect])
+        .lasting(12.0)
+        .seeded(seed)
+        .run();
+    let directory = tempfile::tempdir().unwrap();
+    let [file, csv] = ["machine.toml", "log.csv"].map(|name| directory.path().join(name));
+    std::fs::write(&file, rig.to_toml()).unwrap();
+    std::fs::write(&csv, recording.to_csv()).unwrap();
+    let machine = Machine::read(&file).unwrap();
+    let log = Log::read(&csv).unwrap();
+    let report = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ()).unwrap();
+    report.outcome
+}
+
+fn named(outcome: &Outcome) -> Vec<&str> {
+    outcome.effects.iter().map(|found| &*found.id).collect()
+}
+
+#[test]
+fn its_width_is_measured_on_plateaus() {
+    for (place, rig) in cases::machines().iter().enumerate() {
+        for strength in [1.0, 3.0] {
+            let effect = Effect::nominal(EffectKind::Backlash, rig).scaled(strength);
+            let Effect::Backlash { width } = effect else {
+                panic!("{effect:?}");
+            };
+            let outcome = traced(rig, effect, 74_100 + place as u64);
+            let said = format!("{} {strength}: {:?}", rig.name, outcome.effects);
+            assert_eq!(named(&outcome), ["backlash"], "{said}");
+            // The sensor does not see where within a count a plateau lies.
+            let off = outcome.effects[0].parameters[0].value - width;
+            let limit = rig.resolution + 0.02 * width;
+            assert!(off.abs() < limit, "{off} of {width} off: {said}");
+        }
+    }
+}
+
+/// A late reading, bristles, a shaft that winds up and an encoder that is not centred move a reading about
+/// as far as a play does.
+#[test]
+fn what_moves_a_reading_otherwise_is_none() {
+    for (place, rig) in cases::machines().iter().enumerate() {
+        for kind in [
+            EffectKind::SensorDelay,
+            EffectKind::Presliding,
+            EffectKind::Compliance,
+            EffectKind::EncoderEccentricity,
+        ] {
+            let outcome = traced(rig, Effect::nominal(kind, rig), 74_200 + place as u64);
+            let named = named(&outcome);
+            assert!(
+                !named.contains(&"backlash"),
+                "{kind:?} on {}: {named:?}",
+                rig.name
+            );
+        }
+    }
+}
