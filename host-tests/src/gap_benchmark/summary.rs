@@ -380,3 +380,83 @@ fn confusion(traced: &[Traced]) -> Confusion {
         counts,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap_benchmark::Deviation;
+    use crate::gap_benchmark::cases::Case;
+    use rig::{Effect, EffectKind};
+
+    /// A log of a rotary actuator with a cogging of a strength, or without one, and what was made of it.
+    fn traced(strength: Option<f64>, judgement: Judgement, deviations: &[f64]) -> Traced {
+        let rig = rig::Machine::rotary_ema();
+        let cogging = |strength| Effect::nominal(EffectKind::Cogging, &rig).scaled(strength);
+        let named = match judgement {
+            Judgement::Right if strength.is_some() => vec![vec!["cogging".to_owned()]],
+            Judgement::Wrong => vec![vec!["spring".to_owned()]],
+            _ => Vec::new(),
+        };
+        let answer = Answer {
+            named,
+            freed: Vec::new(),
+            unknown: None,
+            proven: false,
+        };
+        let deviation = |deviation: &f64| Deviation {
+            name: "amplitude".to_owned(),
+            deviation: *deviation,
+            relative: 0.01,
+        };
+        Traced {
+            case: Case {
+                group: strength.map_or(Group::Clean, |_| Group::Named),
+                declared: None,
+                effects: strength.map(cogging).into_iter().collect(),
+                rig,
+                strength: strength.unwrap_or(1.0),
+                motion: Motion::Sines,
+                seed: 1,
+            },
+            stepwise: answer.clone(),
+            stepwise_judgement: Judgement::Wrong,
+            after_over_before: (!answer.named.is_empty()).then_some(0.2),
+            after_over_oracle: Some(match judgement {
+                Judgement::Right => 1.0,
+                _ => 4.0,
+            }),
+            answer,
+            judgement,
+            deviations: deviations.iter().map(deviation).collect(),
+            chances: Vec::new(),
+            seconds: 1.0,
+        }
+    }
+
+    #[test]
+    fn a_rate_is_that_of_its_own_logs() {
+        let nominal = STRENGTHS[0];
+        let all = [
+            traced(Some(nominal), Judgement::Right, &[0.3, -1.9]),
+            traced(Some(nominal), Judgement::Right, &[2.5]),
+            traced(Some(nominal), Judgement::Abstained, &[]),
+            traced(Some(nominal), Judgement::Wrong, &[]),
+            traced(Some(STRENGTHS[1]), Judgement::Abstained, &[]),
+            // Nothing there and nothing found is no answer that knows the truth as well as its oracle.
+            Traced {
+                after_over_oracle: Some(9.0),
+                ..traced(None, Judgement::Right, &[-0.1])
+            },
+        ];
+        let summary = Summary::of(&all);
+        let nominal = &summary.groups[0];
+        assert_eq!((nominal.logs, nominal.right), (4, 0.5));
+        assert_eq!((nominal.abstained, nominal.wrong), (0.25, 0.25));
+        assert_eq!(summary.groups[1].abstained, 1.0);
+        assert_eq!((summary.coverage, summary.numbers), (0.75, 4));
+        assert_eq!(summary.after_over_oracle, [1.0; 2]);
+        assert_eq!(summary.abstained_over_oracle, [4.0; 2]);
+        let cogging = summary.effects.iter().find(|of| of.of == "cogging × 1");
+        assert_eq!(cogging.unwrap().stepwise_wrong, 1.0);
+    }
+}
