@@ -638,6 +638,29 @@ fn a_wrong_parameter_is_refitted_and_not_called_an_effect() {
     }
 }
 
+/// Friction and geometry at once, in steady motion and on reversals.
+#[test]
+fn of_two_effects_both_are_named() {
+    for (index, machine) in machines().iter().enumerate() {
+        for friction in [EffectKind::AsymmetricCoulomb, EffectKind::AsymmetricViscous] {
+            let effects = [friction, EffectKind::Cogging]
+                .map(|kind| Effect::nominal(kind, machine).scaled(STRENGTH));
+            let seed = 7701 + index as u64;
+            let outcome = trace(machine, machine, sweep(machine), &effects, seed);
+            let found = outcome.effects.iter().map(|found| {
+                let class = [&found.id].into_iter().chain(&found.equivalent);
+                class.map(String::as_str).collect::<Vec<_>>()
+            });
+            let found: Vec<_> = found.collect();
+            let case = format!("{friction:?} on {}: {found:?}", machine.name);
+            assert_eq!(found.len(), 2, "{case}");
+            for id in [friction.id().unwrap(), "cogging"] {
+                assert!(found.iter().any(|class| class.contains(&id)), "{case}");
+            }
+        }
+    }
+}
+
 /// Effects that are not in the catalogue: no name is given to them, the variable is.
 #[test]
 fn an_effect_outside_the_catalogue_is_called_unknown() {
