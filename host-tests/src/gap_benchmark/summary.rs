@@ -71,7 +71,7 @@ pub struct Summary {
     /// The same over that of a fit that was told the truth, of right answers that name an effect: median
     /// and 90 %.
     pub after_over_oracle: [f64; 2],
-    /// The same of answers that name none where there was one.
+    /// The same of answers that say too little.
     pub abstained_over_oracle: [f64; 2],
     /// Share of true numbers within the 95 % interval of right answers.
     pub coverage: f64,

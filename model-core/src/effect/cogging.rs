@@ -7,6 +7,10 @@
 //! Source: the fundamental of a cogging torque (J. R. Hendershot, T. J. E. Miller, *Design of
 //! brushless permanent-magnet motors*, 1994). The period is scanned: in cycles a stroke, and on a
 //! rotary actuator in whole cycles a turn too.
+//!
+//! Told from a friction over position by passes in both directions, with which a friction turns and a
+//! torque does not, and from an encoder that is not centred by slow and fast passes over one place, at
+//! which a reading is off alike. A motion over less than a cycle shows a spring or an offset torque.
 
 use super::harmonic::Harmonic;
 use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope};

@@ -136,16 +136,16 @@ impl LearnedMap {
         let remembers = kind == Kind::PositionHysteresis;
         let trials = if remembers { REACHES.len() } else { 1 };
         let reaches = REACHES.into_iter().take(trials);
-        reaches.map(move |reach| Self::over(kind, ranges, reach))
+        reaches.map(move |reach| Self::across(kind, ranges, reach))
     }
 
     /// A map of zeros over the range of its variable.
     pub fn flat(kind: Kind, ranges: &Ranges) -> Self {
-        Self::over(kind, ranges, REACHES[0])
+        Self::across(kind, ranges, REACHES[0])
     }
 
     /// A map of zeros over the range of its variable. `reach`: of a deflection, as a share of the stroke.
-    fn over(kind: Kind, ranges: &Ranges, reach: f32) -> Self {
+    fn across(kind: Kind, ranges: &Ranges, reach: f32) -> Self {
         let magnitude = |(lowest, highest): (f32, f32)| (0.0, highest.max(-lowest));
         let (lower, upper) = match kind {
             Kind::PositionTorque | Kind::PositionFriction => ranges.position,
