@@ -15,7 +15,7 @@ use host_tests::gap::{declared, engine};
 use host_tests::log::Log;
 use host_tests::machine::{DeclaredEffect, Machine};
 use host_tests::workspace;
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 
 fn machine(name: &str) -> Machine {
     let path = format!("host-tests/machines/{name}.toml");

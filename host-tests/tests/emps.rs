@@ -18,7 +18,7 @@ use model_core::effect::{Active, Id};
 use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Settings};
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 use rig::{Experiment, Noise, Trajectory};
 
 fn machine() -> Machine {

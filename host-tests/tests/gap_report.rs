@@ -6,7 +6,7 @@ use host_tests::gap::outcome::{
     FoundEffect, Outcome, Report, Stages, Unknown, UnknownMap, Whiteness,
 };
 use host_tests::gap::{report, table};
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 
 /// A slide driven by a force, 1 kHz: its viscous friction differs with the direction, which the
 /// model before effects does not know. Windows of 0.2 s; the torque residual is decimated by 10.

@@ -13,7 +13,7 @@ use host_tests::gap::experiment::{self, NextExperiment};
 use host_tests::gap::outcome::{FoundEffect, Outcome};
 use host_tests::log::Log;
 use host_tests::machine::Machine;
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 use rig::{
     Effect, EffectKind, Experiment, Machine as RigMachine, Move, Recording, Stops, Trajectory,
 };

@@ -11,7 +11,7 @@ use host_tests::gap_benchmark::judgement::Judgement;
 use host_tests::gap_benchmark::trace_all;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Recording, Trajectory};
 
 /// Strength of the effects, of nominal.

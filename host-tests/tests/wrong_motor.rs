@@ -5,7 +5,7 @@ use host_tests::gap::engine;
 use host_tests::gap::outcome::Outcome;
 use host_tests::gap_benchmark::cases::{Case, Group, Motion};
 use host_tests::machine::Machine;
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 use rig::{Effect, EffectKind, Motor};
 use std::fs;
 

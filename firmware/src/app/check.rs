@@ -6,7 +6,8 @@ use model_core::effect::{Active, MOST_PARAMETERS};
 use model_core::gap::log::Log;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, InOrder, Settings};
-use model_core::gap::select::{self, LEAST_WINDOWS, ROUNDS, Verdict};
+use model_core::gap::select::{self, LEAST_WINDOWS, ROUNDS};
+use model_core::gap::verdict::Verdict;
 use model_core::gap::workbench::Options;
 
 use super::machine::Machine;

@@ -9,7 +9,7 @@ use model_core::gap::fit::{Variables, variables};
 use model_core::gap::held_out::Refusal;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::Data;
-use model_core::gap::select::{Consideration, Decision, Subject, Trace};
+use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
 
@@ -97,9 +97,9 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "no start of a fit with it follows the log nearly as well as the model without"
                 .to_owned()
         }
-        (Decision::NotShortlisted, _) => "eight others score higher".to_owned(),
+        (Decision::NotShortlisted, _) => "others score higher".to_owned(),
         (Decision::FarBehind { of }, _) => {
-            format!("scores under a tenth of {}, which passed", id(of))
+            format!("scores under a tenth of {}, which passed", in_words(of))
         }
         (Decision::Dropped, _) => {
             "taken at first, not needed beside the effects found later".to_owned()

@@ -2,7 +2,7 @@
 
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, Row, Runner};
-use model_core::gap::select::Trace;
+use model_core::gap::verdict::Trace;
 use model_core::plant::parameters::ParameterError;
 
 use super::component::components;

@@ -1,6 +1,6 @@
 //! What `cargo hil gap` found: the JSON of the contract, and the evidence behind it for the report.
 
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 use serde::{Serialize, Serializer};
 
 use super::component::Component;

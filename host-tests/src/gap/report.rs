@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 
 use super::component;
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};

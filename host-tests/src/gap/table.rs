@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use model_core::gap::select::Verdict;
+use model_core::gap::verdict::Verdict;
 
 use super::answer::listed;
 use super::outcome::{Candidate, ErrorSet, Errors, FoundEffect, Outcome, Report, Stages, Unknown};

@@ -418,6 +418,11 @@ impl Id {
             .find(|effect| effect.description().id == id)
     }
 
+    /// Number of parameters.
+    pub fn parameters(self) -> usize {
+        self.description().parameters.len()
+    }
+
     /// Number of strengths; they come first among the parameters.
     pub fn strengths(self) -> usize {
         self.description()

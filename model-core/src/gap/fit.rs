@@ -197,7 +197,7 @@ pub fn variables(declared: &Model, model: &Model, base: &[Base], scope: &Scope) 
         .enumerate()
         .skip(declared.effects.len())
     {
-        for index in 0..effect.id.description().parameters.len() {
+        for index in 0..effect.id.parameters() {
             let value = effect.values[index];
             let _ = variables.push(Variable::effect(effect.id, slot, index, value, scope));
         }

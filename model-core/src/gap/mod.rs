@@ -14,7 +14,8 @@
 //! * [`held_out`]: errors on data that a fit has not seen, and whether a model is better there;
 //! * [`span`]: when an effect acts that comes and goes;
 //! * [`workbench`]: data, schedule and declared model, as the steps below use them;
-//! * [`select`]: rounds of screening, refitting and judging, to the verdict;
+//! * [`judging`]: whether a model is better with an effect;
+//! * [`select`]: rounds of screening, refitting and judging, to the [`verdict`];
 //! * [`unknown`]: which variable carries what no effect of the catalogue explains.
 //!
 //! Choices that a reader may look for in vain:
@@ -36,6 +37,7 @@ pub mod ensemble;
 pub mod fit;
 pub mod held;
 pub mod held_out;
+pub mod judging;
 pub mod log;
 pub mod model;
 pub mod replay;
@@ -45,4 +47,5 @@ pub mod select;
 pub mod simulator;
 pub mod span;
 pub mod unknown;
+pub mod verdict;
 pub mod workbench;

@@ -296,6 +296,14 @@ pub struct Screening {
     pub simulated: u64,
 }
 
+impl Screening {
+    /// Looks among which the one at this candidate is the luckiest: at all effects, in the shapes that were
+    /// tried of it.
+    pub fn tries(&self, candidate: usize) -> usize {
+        self.screened * self.candidates[candidate].tries as usize
+    }
+}
+
 /// How well one effect imitates another: `[a][b]` is the cosine between the sensitivity of
 /// candidate `a` at its best strengths and what candidate `b` can do with any strengths, the base
 /// projected out of both. At 1 the log cannot tell `a` from `b`.

@@ -9,15 +9,20 @@
 //! what they leave against [`unknown`] structure.
 
 use super::fit::Fit;
-use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare, compare_within};
+use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare};
+use super::judging::{
+    Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, judge, judge_effect,
+    wins_on_its_restarts,
+};
 use super::model::{Base, Model, Numbers};
-use super::replay::{Data, Schedule, Settings};
+use super::replay::{Data, Schedule};
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
+use super::verdict::{Accepted, Consideration, Decision, Subject, Trace};
 use super::workbench::{Options, Workbench};
+use crate::effect::Id;
 use crate::effect::learned_map::Kind;
 use crate::effect::twins::twins;
-use crate::effect::{Active, Id};
 use heapless::Vec;
 
 /// Rounds of the selection: most effects that one run adds.
@@ -41,9 +46,9 @@ pub(super) const LEAST_SCORE: f32 = 0.01;
 /// A candidate under this identifiability is absorbed by the base.
 const LEAST_IDENTIFIABILITY: f32 = 0.05;
 
-/// A candidate whose score is under this share of that of one that has passed is not refitted: what
-/// it explains is left for a later round.
-const FAR_BEHIND: f32 = 0.1;
+/// A candidate, or a map, whose score is under this share of that of one that has passed is not refitted:
+/// what the candidate explains is left for a later round.
+pub(super) const FAR_BEHIND: f32 = 0.1;
 
 /// A reading error under so many counts of the sensor is its rounding, which repeats with the motion.
 const LEAST_COUNTS: f32 = 0.5;
@@ -88,156 +93,12 @@ const STRUCTURED_STROKE: f64 = 0.003;
 /// are those that leave an error beyond the sensor's and those that are the first terms of any law.
 const POOR_EXPLANATION: f64 = 0.3;
 
+/// Maps that challenge effects that leave little: those that explain most of what is left without.
+const MAPS_BESIDE_EFFECTS: usize = 3;
+
 /// A map that brings the held-out error below this share of what the effects leave replaces them:
 /// the catalogue's best guess is then not what the machine has.
 const CLEARLY_BETTER: f64 = 0.5;
-
-/// What a round decided about one effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Decision {
-    /// Best of those that passed.
-    Accepted,
-    /// Follows the log as well as what was accepted, has fewer parameters, and so is taken for it.
-    Simpler {
-        /// What was accepted.
-        than: Id,
-    },
-    /// Passed, but something else explains the residual better.
-    Outdone {
-        /// What was taken.
-        by: Subject,
-    },
-    /// The same model as another candidate for this log.
-    SameAs {
-        /// That other candidate.
-        other: Id,
-    },
-    /// Its sensitivity is a combination of the base's.
-    Absorbed,
-    /// Physics forbids the sign that the residual asks for.
-    WrongSign,
-    /// A reading error that the rounding of the sensor makes too.
-    BelowResolution,
-    /// Explains too little of the residual to be refitted.
-    ScoreTooLow,
-    /// No start of a fit with it follows the log nearly as well as the model does without.
-    Hopeless,
-    /// Eight others score higher.
-    NotShortlisted,
-    /// Scores far below another one, which passed.
-    FarBehind {
-        /// That other one.
-        of: Id,
-    },
-    /// Numbers whose fitted values are those that are declared, to a data sheet's tolerance.
-    NearDeclared,
-    /// Refitted, and not enough better on held-out blocks.
-    Refused(Refusal),
-    /// A map that predicts held-out blocks, and the effects of the catalogue predict them about as well.
-    NotClearlyBetter,
-    /// A map that does not predict held-out blocks well enough either, but carries most of an error
-    /// that has a cause.
-    LeastBad,
-    /// Was taken in an earlier round and is not needed beside the later ones.
-    Dropped,
-}
-
-/// What a look is at.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Subject {
-    /// An effect of the catalogue.
-    Effect(Id),
-    /// A learned map.
-    Map(Kind),
-    /// The declared numbers that are not to be fitted, fitted nevertheless.
-    Numbers,
-}
-
-/// One look at one effect, or at one learned map, in one round.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Consideration {
-    /// Round, from 1.
-    pub round: usize,
-    /// The effect or the map.
-    pub subject: Subject,
-    /// As in [`Candidate`]. For a map: the share that all its knots explain together; for numbers: the
-    /// share by which the held-out error falls.
-    pub score: f32,
-    /// As in [`Candidate`]; 1 for a map, whose knots overlap with the base by their nature, and for
-    /// numbers.
-    pub identifiability: f32,
-    /// Held-out mean square error with the effect over that without, if it was refitted.
-    pub held_out: Option<Comparison>,
-    /// What was decided.
-    pub decision: Decision,
-}
-
-/// An accepted effect.
-#[derive(Debug, Clone)]
-pub struct Accepted {
-    /// Which, with score and identifiability from the screening of the round that took it.
-    pub candidate: Candidate,
-    /// From the held-out blocks.
-    pub p_value: f64,
-    /// Effects that this log cannot tell from it.
-    pub equivalent: Vec<Id, MOST_CANDIDATES>,
-}
-
-/// What a tracing concludes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Verdict {
-    /// The residual holds nothing that a candidate, named or learned, predicts on held-out data.
-    NoMissingEffect,
-    /// At least one effect of the catalogue was accepted.
-    EffectsFound,
-    /// The residual is structured and no effect of the catalogue explains it.
-    UnknownEffect,
-}
-
-impl Verdict {
-    /// Its name in logs and answers.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::NoMissingEffect => "no_missing_effect",
-            Self::EffectsFound => "effects_found",
-            Self::UnknownEffect => "unknown_effect",
-        }
-    }
-}
-
-/// The result of the tracing.
-#[derive(Debug, Clone)]
-pub struct Trace {
-    /// The base fit.
-    pub before: Fit,
-    /// The final fit: the base fit again where nothing was found.
-    pub after: Fit,
-    /// What was accepted, in the order of the final model's effects behind the declared ones.
-    pub accepted: Vec<Accepted, ROUNDS>,
-    /// Numbers of the declared actuator that the final fit has moved: those of the options, and behind
-    /// them those that turned out wrong.
-    pub base: Numbers,
-    /// Structure that none of the catalogue explains, where nothing was accepted.
-    pub unknown: Option<Unknown>,
-    /// How the log was cut and weighed in the end.
-    pub settings: Settings,
-    /// Windows of the judging length simulated.
-    pub simulated: u64,
-}
-
-impl Trace {
-    /// What it concludes.
-    pub fn verdict(&self) -> Verdict {
-        if !self.accepted.is_empty() {
-            Verdict::EffectsFound
-        } else if self.unknown.is_some() {
-            Verdict::UnknownEffect
-        } else {
-            Verdict::NoMissingEffect
-        }
-    }
-}
 
 /// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every
 /// candidate, round by round.
@@ -265,7 +126,7 @@ pub fn trace<S: Schedule>(
         workbench.base = fitted;
     }
     let mut unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
-    if let Some(learned) = &unknown {
+    if let Some(learned) = &mut unknown {
         for effect in &found.accepted {
             let by = Subject::Map(learned.kind);
             observe(&effect.candidate.look(1, Decision::Outdone { by }));
@@ -275,7 +136,7 @@ pub fn trace<S: Schedule>(
             observe(&learned.dropped());
             unknown = None;
         } else {
-            take_map(&mut workbench, learned, &mut found)?;
+            take_map_again(&mut workbench, learned, &mut found)?;
         }
     }
     Some(Trace {
@@ -311,6 +172,7 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
 }
 
 /// What has been found so far.
+#[derive(Clone)]
 struct Found {
     /// The model with the effects.
     after: Fit,
@@ -326,14 +188,81 @@ impl Found {
         &mut self,
         workbench: &mut Workbench<impl Schedule>,
         first: usize,
-        observe: &mut impl FnMut(&Consideration),
+        observe: &mut dyn FnMut(&Consideration),
     ) -> Option<()> {
         for round in first..first + ROUNDS {
             if !add_effect(workbench, round, self, observe)? {
                 break;
             }
         }
+        self.exchange(workbench, first + ROUNDS - 1, observe)?;
         drop_replaced(workbench, self, observe)
+    }
+
+    /// Takes each effect that was chosen without the later ones out again, and has one chosen beside these:
+    /// what was taken first may have been the best there was for two. `round`: what looks at it tell.
+    fn exchange(
+        &mut self,
+        workbench: &mut Workbench<impl Schedule>,
+        round: usize,
+        observe: &mut dyn FnMut(&Consideration),
+    ) -> Option<()> {
+        let mut place = 0;
+        for _ in 1..self.accepted.len() {
+            let out = self.accepted[place].candidate;
+            match self.choose_anew(workbench, place, round)? {
+                Some(taken) => {
+                    let by = taken.subject;
+                    observe(&out.look(round, Decision::Outdone { by }));
+                    observe(&taken);
+                }
+                None => place += 1,
+            }
+        }
+        Some(())
+    }
+
+    /// Takes what a round chooses beside all others in place of the effect at this place, if it follows the
+    /// log better, or as well with fewer parameters. The look at it; `None` inside if nothing changes.
+    #[inline(never)]
+    fn choose_anew(
+        &mut self,
+        workbench: &mut Workbench<impl Schedule>,
+        place: usize,
+        round: usize,
+    ) -> Option<Option<Consideration>> {
+        let (data, base) = (workbench.data, workbench.base.clone());
+        let kept = self.clone();
+        let others = self.accepted.len() - 1;
+        let out = self.accepted.remove(place).candidate.effect.id;
+        let mut without = kept.after.model.clone();
+        let slot = workbench.declared.effects.len() + place;
+        without.effects.remove(slot);
+        self.after = workbench.fit(&without)?;
+        self.held_out = None;
+        let mut taken = None;
+        add_effect(workbench, round, self, &mut |look| {
+            if matches!(look.decision, Decision::Accepted | Decision::Simpler { .. }) {
+                taken = Some(*look);
+            }
+        })?;
+        let chosen = self.accepted.get(others);
+        if let Some(id) = chosen.map(|chosen| chosen.candidate.effect.id)
+            && id != out
+        {
+            let before = workbench.held_out(&kept.after.model)?;
+            let now = judge(workbench, &mut self.held_out, &self.after.model)?;
+            let ratio = compare(&before, now).ratio;
+            if ratio * EQUALLY_GOOD <= 1.0
+                || (ratio <= EQUALLY_GOOD && id.parameters() < out.parameters())
+            {
+                return Some(taken);
+            }
+        }
+        *self = kept;
+        workbench.data = data;
+        workbench.base = base;
+        Some(None)
     }
 
     /// Whether there is more in it than the base.
@@ -348,7 +277,7 @@ fn add_effect(
     workbench: &mut Workbench<impl Schedule>,
     round: usize,
     found: &mut Found,
-    observe: &mut impl FnMut(&Consideration),
+    observe: &mut dyn FnMut(&Consideration),
 ) -> Option<bool> {
     let mut round = Round::new(round);
     consider(workbench, &mut round, found, observe)?;
@@ -443,7 +372,7 @@ fn take_winner(
     workbench: &mut Workbench<impl Schedule>,
     round: &mut Round,
     found: &mut Found,
-    observe: &mut impl FnMut(&Consideration),
+    observe: &mut dyn FnMut(&Consideration),
 ) -> Option<bool> {
     let Round { winner, rival, .. } = round;
     if let (Some(leading), Some(rival)) = (winner.as_mut(), rival.take()) {
@@ -538,7 +467,6 @@ fn ask_twins(
     winner: &mut Accepted,
     mut fitted: Model,
 ) -> Option<Model> {
-    let parameters = |id: Id| id.description().parameters.len();
     let rotary = workbench.options.scope.rotary;
     let mut asked = 0;
     loop {
@@ -557,7 +485,7 @@ fn ask_twins(
         let other = workbench.fit(&other)?.model;
         let ratio = workbench.error_ratio(&fitted, &other)?;
         winner.equivalent.retain(|id| *id != twin.id);
-        if ratio <= EQUALLY_GOOD && parameters(twin.id) < parameters(effect.id) {
+        if ratio <= EQUALLY_GOOD && twin.id.parameters() < effect.id.parameters() {
             let _ = winner.equivalent.push(effect.id);
             winner.candidate.effect = *other.effects.last()?;
             fitted = other;
@@ -574,7 +502,7 @@ fn look_beneath(
     workbench: &mut Workbench<impl Schedule>,
     before: &Model,
     found: &mut Found,
-    observe: &mut impl FnMut(&Consideration),
+    observe: &mut dyn FnMut(&Consideration),
 ) -> Option<Option<Unknown>> {
     let is_more = found.is_more(workbench);
     let with = judge(workbench, &mut found.held_out, &found.after.model)?;
@@ -595,7 +523,13 @@ fn look_beneath(
         // Wrong numbers that explain most of it are all there is.
         let alone = found.accepted.is_empty() && (!is_more || left > POOR_EXPLANATION);
         let structured = structured && alone;
-        unknown::learn(workbench, (before, &without), limit, structured, observe)?
+        let most = if left > POOR_EXPLANATION {
+            Kind::ALL.len()
+        } else {
+            MAPS_BESIDE_EFFECTS
+        };
+        let base = (before, &without);
+        unknown::learn(workbench, base, (limit, most), structured, observe)?
     } else {
         None
     };
@@ -603,17 +537,31 @@ fn look_beneath(
     Some(unknown)
 }
 
-/// Takes a learned map for all that is missing.
+/// Takes a learned map for all that is missing. A fit of it starts there from then on.
 #[inline(never)]
 fn take_map(
     workbench: &mut Workbench<impl Schedule>,
-    unknown: &Unknown,
+    unknown: &mut Unknown,
     found: &mut Found,
 ) -> Option<()> {
     found.accepted.clear();
     found.held_out = None;
     workbench.hold_freed();
     found.after = workbench.fit_past_blocks(&unknown.start)?;
+    unknown.start.clone_from(&found.after.model);
+    Some(())
+}
+
+/// Takes the map again, where nothing was found beside the base that it has freed.
+#[inline(never)]
+fn take_map_again(
+    workbench: &mut Workbench<impl Schedule>,
+    unknown: &Unknown,
+    found: &mut Found,
+) -> Option<()> {
+    found.accepted.clear();
+    workbench.hold_freed();
+    found.after = workbench.fit(&unknown.start)?;
     Some(())
 }
 
@@ -624,7 +572,7 @@ fn take_map(
 fn look_again(
     workbench: &mut Workbench<impl Schedule>,
     found: &mut Found,
-    observe: &mut impl FnMut(&Consideration),
+    observe: &mut dyn FnMut(&Consideration),
 ) -> Option<bool> {
     let with_map = workbench.held_out(&found.after.model)?;
     found.after.model.map = None;
@@ -678,25 +626,13 @@ impl Candidate {
     }
 }
 
-/// Held-out errors of a model, where they are not known already.
-fn judge<'k>(
-    workbench: &mut Workbench<impl Schedule>,
-    known: &'k mut Option<HeldOut>,
-    model: &Model,
-) -> Option<&'k HeldOut> {
-    if known.is_none() {
-        *known = Some(workbench.held_out(model)?);
-    }
-    known.as_ref()
-}
-
 /// Tries to do without each effect and each freed number again: one taken early may have stood in for
 /// what a later one explains.
 #[inline(never)]
 fn drop_replaced(
     workbench: &mut Workbench<impl Schedule>,
     found: &mut Found,
-    observe: &mut impl FnMut(&Consideration),
+    observe: &mut dyn FnMut(&Consideration),
 ) -> Option<()> {
     let mut place = 0;
     while place < found.accepted.len() && (found.accepted.len() > 1 || workbench.has_freed()) {
@@ -765,7 +701,7 @@ impl Round {
     }
 
     /// Tells of every look, now that it is known what was taken.
-    fn tell(&mut self, taken: Subject, observe: &mut impl FnMut(&Consideration)) {
+    fn tell(&mut self, taken: Subject, observe: &mut dyn FnMut(&Consideration)) {
         for look in &mut self.looks {
             if look.decision == Decision::Accepted && look.subject != taken {
                 look.decision = Decision::Outdone { by: taken };
@@ -781,7 +717,7 @@ fn consider(
     workbench: &mut Workbench<impl Schedule>,
     round: &mut Round,
     found: &mut Found,
-    observe: &mut impl FnMut(&Consideration),
+    observe: &mut dyn FnMut(&Consideration),
 ) -> Option<()> {
     let resolution = workbench.data.settings.resolution;
     let number = round.number;
@@ -790,122 +726,49 @@ fn consider(
     refit(workbench, round, found, &screened)
 }
 
-/// Whether the first of two effects, which has a memory, is the better one where replays restart as
-/// suits it.
+/// Where an effect that comes and goes leads, which has been proven in short windows: proves there too what
+/// follows held-out blocks better, but not in enough of them. It leads then.
 #[inline(never)]
-fn wins_on_its_restarts(
+fn prove_rivals(
     workbench: &mut Workbench<impl Schedule>,
     model: &Model,
-    [rival, leading]: [Active; 2],
-) -> Option<bool> {
-    let chosen = workbench.data;
-    let own = workbench.start(model, rival)??;
-    workbench.restart(&own)?;
-    let rival = workbench.held_out(&own)?;
-    let leading = workbench.start(model, leading)??;
-    let leading = workbench.held_out(&leading)?;
-    workbench.data = chosen;
-    Some(compare(&leading, &rival).ratio < 1.0)
-}
-
-/// The model with the effect that has passed with the least held-out error, where a fit of it starts, and
-/// that error over the one without.
-type Leader = Option<(f64, Model)>;
-
-/// Refits a model with an effect and compares it on held-out blocks, as one of `looks`. One that passes
-/// with less error than the leader takes its place.
-///
-/// `None` inside if it is hopeless.
-#[inline(never)]
-fn judge_effect(
-    workbench: &mut Workbench<impl Schedule>,
-    model: &Model,
-    smaller: &HeldOut,
-    effect: Active,
-    looks: usize,
+    screened: &Screening,
+    shortlist: &[usize],
+    looks: &mut [Consideration],
     leader: &mut Leader,
-) -> Option<Option<(Comparison, Option<Refusal>)>> {
-    let mut larger = HeldOut::new();
-    let Some(with) = workbench.held_out_with(model, effect, &mut larger)? else {
-        return Some(None);
-    };
-    let slot = with.effects.len() - 1;
-    let mut comparison =
-        compare_where_it_shows(workbench, (model, smaller), (&with, &larger), slot)?;
-    let mut refusal = comparison.refusal(looks);
-    if refusal.is_none() && effect.id.remembers() {
-        let beside = compare_beside(workbench, model, effect.id, &larger)?;
-        refusal = beside.refusal(looks);
-        if refusal.is_some() {
-            comparison = beside;
+) -> Option<()> {
+    for &index in shortlist {
+        let comes_and_goes = |(ratio, model): &(f64, Model)| {
+            let effect = model.effects.last()?;
+            effect.law().span().map(|_| *ratio)
+        };
+        let Some(least) = leader.as_ref().and_then(comes_and_goes) else {
+            break;
+        };
+        let effect = screened.candidates[index].effect;
+        let look = &mut looks[index];
+        let unproven = matches!(
+            look.decision,
+            Decision::Refused(Refusal::NotSignificant { .. })
+        );
+        let Some(held_out) = look
+            .held_out
+            .filter(|held_out| unproven && held_out.ratio < least && !effect.id.remembers())
+        else {
+            continue;
+        };
+        let with = workbench.start(model, effect)??;
+        let proven = Comparison {
+            ratio: held_out.ratio,
+            ..compare_in_short_windows(workbench, (model, &with), THROUGHOUT)?
+        };
+        if proven.refusal(screened.tries(index)).is_none() {
+            look.held_out = Some(proven);
+            look.decision = Decision::Accepted;
+            *leader = Some((proven.ratio, with));
         }
     }
-    if effect.id.remembers() && refusal == Some(Refusal::GainTooSmall) {
-        let restarted = compare_restarted(workbench, model, &with)?;
-        if restarted.refusal(looks).is_none() {
-            (comparison, refusal) = (restarted, None);
-        }
-    }
-    let leads = |(least, _): &(f64, Model)| comparison.ratio < *least;
-    if refusal.is_none() && leader.as_ref().is_none_or(leads) {
-        *leader = Some((comparison.ratio, with));
-    }
-    Some(Some((comparison, refusal)))
-}
-
-/// Compares two models, each with its held-out errors, where the effect in a slot of the larger one
-/// may show. The ratio is that of the whole log.
-#[inline(never)]
-fn compare_where_it_shows(
-    workbench: &mut Workbench<impl Schedule>,
-    (without, smaller): (&Model, &HeldOut),
-    (with, larger): (&Model, &HeldOut),
-    slot: usize,
-) -> Option<Comparison> {
-    let effect = with.effects[slot];
-    let mask = workbench.blocks_of(effect.id);
-    let whole = compare_within(smaller, larger, &mask);
-    // What gains too little on the whole is refused, however well it does while it acts.
-    let Some(span) = effect.law().span().filter(|_| whole.ratio <= LARGEST_RATIO) else {
-        return Some(whole);
-    };
-    let (mut before, mut after) = (HeldOut::new(), HeldOut::new());
-    workbench.held_out_in(without, span, &mut before)?;
-    workbench.held_out_in(with, span, &mut after)?;
-    Some(Comparison {
-        ratio: whole.ratio,
-        ..compare(&before, &after)
-    })
-}
-
-/// Compares the held-out errors of a model with an effect that has a memory with those of the model
-/// without it, whose replays start as its own do: that may be all that is better.
-#[inline(never)]
-fn compare_beside(
-    workbench: &mut Workbench<impl Schedule>,
-    model: &Model,
-    id: Id,
-    larger: &HeldOut,
-) -> Option<Comparison> {
-    let mut beside = HeldOut::new();
-    workbench.held_out_beside(model, id, &mut beside)?;
-    Some(compare_within(&beside, larger, &workbench.blocks_of(id)))
-}
-
-/// Compares the held-out errors of a model and of that with an effect besides, which has a memory, where
-/// replays restart as suits the latter: few that restart as suits the model without may outweigh all others.
-#[inline(never)]
-fn compare_restarted(
-    workbench: &mut Workbench<impl Schedule>,
-    model: &Model,
-    with: &Model,
-) -> Option<Comparison> {
-    let chosen = workbench.data;
-    workbench.restart(with)?;
-    let larger = workbench.held_out(with)?;
-    let restarted = compare_beside(workbench, model, with.effects.last()?.id, &larger);
-    workbench.data = chosen;
-    restarted
+    Some(())
 }
 
 /// Judges the candidates of a round.
@@ -919,7 +782,6 @@ fn refit(
     let Screening {
         candidates,
         imitation,
-        screened,
         ..
     } = screened;
     let resolution = workbench.data.settings.resolution;
@@ -960,7 +822,7 @@ fn refit(
         });
         if let Some(&other) = ahead {
             looks[index].decision = Decision::FarBehind {
-                of: candidates[other].effect.id,
+                of: Subject::Effect(candidates[other].effect.id),
             };
             continue;
         }
@@ -977,7 +839,7 @@ fn refit(
             continue;
         }
         // Passed is Accepted for now; who wins is known when all have been refitted.
-        let tries = screened * candidates[index].tries as usize;
+        let tries = screened.tries(index);
         looks[index].decision = match judge_effect(workbench, model, smaller, own, tries, leader)? {
             Some((comparison, refusal)) => {
                 looks[index].held_out = Some(comparison);
@@ -986,6 +848,7 @@ fn refit(
             None => Decision::Hopeless,
         };
     }
+    prove_rivals(workbench, model, screened, &shortlist, looks, leader)?;
 
     let passed = |index: usize| {
         looks[index]
@@ -996,7 +859,7 @@ fn refit(
     let Some(least) = shortlist.iter().filter_map(ratios).min_by(f64::total_cmp) else {
         return Some(());
     };
-    let parameters = |index: usize| candidates[index].effect.id.description().parameters.len();
+    let parameters = |index: usize| candidates[index].effect.id.parameters();
     let (best, comparison) = shortlist
         .iter()
         .filter_map(|&index| passed(index).map(|held_out| (index, held_out)))

@@ -3,10 +3,15 @@
 use super::held_out::{HeldOut, compare};
 use super::model::Model;
 use super::replay::Schedule;
-use super::select::{Consideration, Decision, LEAST_SCORE, Subject};
+use super::select::{FAR_BEHIND, LEAST_SCORE};
+use super::verdict::{Consideration, Decision, Subject};
 use super::workbench::Workbench;
 use crate::effect::learned_map::{Kind, LearnedMap};
 use heapless::Vec;
+
+/// A map whose error on the first half of the held-out blocks is beyond this multiple of what it must fall
+/// below is not tested on the others.
+const NEAR: f64 = 3.0;
 
 /// Structure that no effect of the catalogue explains.
 #[derive(Debug, Clone)]
@@ -33,24 +38,31 @@ impl Unknown {
     }
 }
 
+/// The leading map, whether it counts, and its held-out error over that of the base.
+struct Leading {
+    counts: bool,
+    ratio: f64,
+    map: Unknown,
+}
+
 /// Looks for the variable over which a learned torque or friction explains best what is left of the
 /// base model, given with its held-out errors. A map counts if it brings these under `limit` times
 /// what they are; if none does and the error is `structured`, too large to be noise, the one that
-/// comes nearest counts.
+/// comes nearest counts. `most`: so many maps are refitted, those that explain most.
 ///
 /// `None` outside if a model cannot be built, inside if no map counts.
 pub fn learn(
     workbench: &mut Workbench<impl Schedule>,
     (base, smaller): (&Model, &HeldOut),
-    limit: f64,
+    (limit, most): (f64, usize),
     structured: bool,
-    observe: &mut impl FnMut(&Consideration),
+    observe: &mut dyn FnMut(&Consideration),
 ) -> Option<Option<Unknown>> {
     let with_map = |map: LearnedMap| Model {
         map: Some(map),
         ..base.clone()
     };
-    let mut looks: Vec<(LearnedMap, f64, Consideration), { Kind::ALL.len() }> = Vec::new();
+    let mut looks: Vec<(LearnedMap, Consideration), { Kind::ALL.len() }> = Vec::new();
     let mut tried = 0;
     for kind in Kind::ALL {
         let mut best: Option<(f32, LearnedMap)> = None;
@@ -62,7 +74,7 @@ pub fn learn(
             tried += 1;
         }
         let (score, map) = best?;
-        let mut look = Consideration {
+        let look = Consideration {
             round: 1,
             subject: Subject::Map(kind),
             score,
@@ -70,54 +82,68 @@ pub fn learn(
             held_out: None,
             decision: Decision::ScoreTooLow,
         };
-        if score < LEAST_SCORE && !structured {
-            let _ = looks.push((map, f64::INFINITY, look));
+        let _ = looks.push((map, look));
+    }
+    looks.sort_unstable_by(|a, b| b.1.score.total_cmp(&a.1.score));
+    // Those far behind the first that has passed need no refit. Of a structured error what is linear says
+    // little, unless that one has left little of it.
+    let mut passed: Option<Consideration> = None;
+    let mut leading: Option<Leading> = None;
+    for (place, (map, look)) in looks.iter_mut().enumerate() {
+        if look.score < LEAST_SCORE && !structured {
             continue;
         }
-        let start = workbench.unbend(&with_map(map))?;
-        let comparison = compare(smaller, &workbench.held_out(&start)?);
+        if place >= most {
+            look.decision = Decision::NotShortlisted;
+            continue;
+        }
+        let ahead = |passed: &Consideration| look.score < FAR_BEHIND * passed.score;
+        if let Some(passed) = passed.filter(ahead) {
+            look.decision = Decision::FarBehind { of: passed.subject };
+            continue;
+        }
+        let start = workbench.unbend(&with_map(*map))?;
+        let is_near = |tested: &HeldOut| {
+            let comparison = compare(smaller, tested);
+            structured || !comparison.is_hopeless() && comparison.ratio < NEAR * limit
+        };
+        let comparison = compare(smaller, &workbench.held_out_while(&start, &is_near)?);
         look.held_out = Some(comparison);
-        let _ = looks.push((map, comparison.ratio, look));
-    }
-    for (.., look) in &mut looks {
-        if let Some(comparison) = look.held_out {
-            look.decision = match comparison.refusal(tried) {
-                Some(refusal) => Decision::Refused(refusal),
-                None if comparison.ratio > limit => Decision::NotClearlyBetter,
-                None => Decision::Accepted,
+        look.decision = match comparison.refusal(tried) {
+            Some(refusal) => Decision::Refused(refusal),
+            None if comparison.ratio > limit => Decision::NotClearlyBetter,
+            None => Decision::Accepted,
+        };
+        let counts = look.decision == Decision::Accepted;
+        let leads = !structured || comparison.ratio < f64::from(FAR_BEHIND);
+        if leads && counts && passed.is_none() {
+            passed = Some(*look);
+        }
+        let ratio = comparison.ratio;
+        let is_behind = |leading: &Leading| match (counts, leading.counts) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => ratio < leading.ratio,
+        };
+        if (counts || structured) && leading.as_ref().is_none_or(is_behind) {
+            let map = Unknown {
+                kind: map.kind,
+                score: look.score,
+                start,
             };
+            leading = Some(Leading { counts, ratio, map });
         }
     }
-    let best = looks
-        .iter()
-        .filter(|(.., look)| look.decision == Decision::Accepted)
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(map, _, look)| (*map, look.score));
-    let nearest = looks
-        .iter()
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|_| structured && best.is_none())
-        .map(|(map, _, look)| (*map, look.score));
-    for (map, _, look) in &mut looks {
-        if nearest.is_some_and(|(by, _)| by.kind == map.kind) {
-            look.decision = Decision::LeastBad;
-        }
-        if let Some((by, _)) = best
-            && look.decision == Decision::Accepted
-            && map.kind != by.kind
-        {
-            let by = Subject::Map(by.kind);
-            look.decision = Decision::Outdone { by };
+    for (_, look) in &mut looks {
+        if let Some(Leading { counts, map, .. }) = &leading {
+            let by = Subject::Map(map.kind);
+            if look.subject == by && !counts {
+                look.decision = Decision::LeastBad;
+            } else if look.subject != by && look.decision == Decision::Accepted {
+                look.decision = Decision::Outdone { by };
+            }
         }
         observe(look);
     }
-    let Some((map, score)) = best.or(nearest) else {
-        return Some(None);
-    };
-    // Unbent once more: to keep every map's model until one has won would be too much for the chip's stack.
-    Some(Some(Unknown {
-        kind: map.kind,
-        score,
-        start: workbench.unbend(&with_map(map))?,
-    }))
+    Some(leading.map(|leading| leading.map))
 }

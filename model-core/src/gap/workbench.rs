@@ -3,7 +3,7 @@
 
 use super::covariance::Information;
 use super::fit::{self, Effort, Fit, Target, Variables};
-use super::held_out::{HeldOut, MOST_BLOCKS, Mask, windows_per_block};
+use super::held_out::{HeldOut, MOST_BLOCKS, Mask, compare, windows_per_block};
 use super::log::Log;
 use super::model::{Base, Model, Numbers};
 use super::replay::{self, Data, Fold, HALF_WIDTHS, Replays, Schedule, WindowError, samples};
@@ -243,7 +243,19 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// round.
     pub fn held_out(&mut self, model: &Model) -> Option<HeldOut> {
         let mut blocks = HeldOut::new();
-        self.held_out_moving(model, model, &mut blocks)?;
+        self.held_out_moving(model, model, &mut blocks, &|_| true)?;
+        Some(blocks)
+    }
+
+    /// The same as long as it is worth it: of a model of which the first half of the blocks says no, the
+    /// others stay empty.
+    pub fn held_out_while(
+        &mut self,
+        model: &Model,
+        is_worth_it: &dyn Fn(&HeldOut) -> bool,
+    ) -> Option<HeldOut> {
+        let mut blocks = HeldOut::new();
+        self.held_out_moving(model, model, &mut blocks, is_worth_it)?;
         Some(blocks)
     }
 
@@ -255,7 +267,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             id,
             values: [0.0; MOST_PARAMETERS],
         };
-        self.held_out_moving(&screen::with_effect(model, nothing)?, model, blocks)
+        let moving = screen::with_effect(model, nothing)?;
+        self.held_out_moving(&moving, model, blocks, &|_| true)
     }
 
     /// The blocks in which an effect may show: all of them, but for one with a memory those in which
@@ -306,7 +319,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         blocks.clear();
         let _ = blocks.resize(count.div_ceil(part), WindowError::default());
         let block = (chosen.settings.window / window).max(1);
-        let simulated = self.cross_validate((&data, block), (model, model), blocks, place)?;
+        let models = (model, model);
+        let simulated = self.cross_validate((&data, block), models, blocks, place, &|_| true)?;
         self.count(simulated, window);
         Some(())
     }
@@ -317,6 +331,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         model: &Model,
         moving: &Model,
         blocks: &mut HeldOut,
+        is_worth_it: &dyn Fn(&HeldOut) -> bool,
     ) -> Option<()> {
         let (data, block) = (self.data, self.block);
         blocks.clear();
@@ -324,7 +339,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let _ = blocks.resize(count, WindowError::default());
         let models = (model, moving);
         let place = |number: usize| Some(number / block);
-        self.simulated += self.cross_validate((&data, block), models, blocks, place)?;
+        self.simulated +=
+            self.cross_validate((&data, block), models, blocks, place, is_worth_it)?;
         Some(())
     }
 
@@ -349,22 +365,22 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         moved
     }
 
-    /// The best of the fits of a model from where it is and from what fits of every second block come to:
-    /// where the machine sticks, one may be caught that these have passed.
+    /// The fit of a model from the best of what rough ones of the whole log and of every second block come
+    /// to: where the machine sticks, one may be caught that another has passed.
     #[inline(never)]
     pub fn fit_past_blocks(&mut self, model: &Model) -> Option<Fit> {
         let (data, schedule, block) = (self.data, self.schedule, self.block);
-        let mut best = self.fit(model)?;
+        let variables = self.variables(model);
+        let mut best = self.fit_with(model, data.settings.window, ROUGH)?;
         for fold in [Fold::Even, Fold::Odd] {
-            let variables = self.variables(model);
-            let start = fit::fit(&data, schedule, (fold, block), model, &variables, ROUGH)?;
-            self.simulated += start.simulated;
-            let fit = self.fit(&start.model)?;
-            if fit.cost < best.cost {
-                best = fit;
+            let fit = fit::fit(&data, schedule, (fold, block), model, &variables, ROUGH)?;
+            self.simulated += fit.simulated;
+            let cost = self.cost(&fit.model)?;
+            if cost < best.cost {
+                best = Fit { cost, ..fit };
             }
         }
-        Some(best)
+        self.fit(&best.model)
     }
 
     /// Held-out errors of a model of which the fits move these numbers besides.
@@ -401,14 +417,15 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// Fits a model, of which the fits move what another one has, on every second block of windows and
-    /// adds the errors on the blocks between, each window's at its place; then the other way round.
-    /// Gives the windows simulated.
+    /// adds the errors on the blocks between, each window's at its place; then, if these say that it is
+    /// worth it, the other way round. Gives the windows simulated.
     fn cross_validate(
         &self,
         (data, block): (&Data, usize),
         (model, moving): (&Model, &Model),
         blocks: &mut HeldOut,
         place: impl Fn(usize) -> Option<usize>,
+        is_worth_it: &dyn Fn(&HeldOut) -> bool,
     ) -> Option<u64> {
         let variables = self.variables(moving);
         let floor = self.floor(data);
@@ -419,6 +436,9 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             let tested = (data, (test, block));
             let measured = self.measure(tested, &fit.model, &floor, blocks, &place)?;
             simulated += fit.simulated + measured;
+            if !is_worth_it(blocks) {
+                break;
+            }
         }
         Some(simulated)
     }
@@ -559,7 +579,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             return Some(best.map(|fit| fit.model));
         }
         Some(Some(if bent {
-            self.best_fit([&larger, &unbent])?.model
+            self.best_with([&larger, &unbent], ROUGH)?.model
         } else {
             self.take_along(model, larger)?
         }))
@@ -696,18 +716,22 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// Held-out errors of the model with an effect, and that model; `None` inside if it is not worth
-    /// the look.
+    /// the look. Where there is nothing to gain in the first half of the blocks, the others stay empty.
+    /// `smaller`: the errors without it.
     #[inline(never)]
     pub fn held_out_with(
         &mut self,
         model: &Model,
         effect: Active,
+        smaller: &HeldOut,
         blocks: &mut HeldOut,
     ) -> Option<Option<Model>> {
         let Some(larger) = self.start(model, effect)? else {
             return Some(None);
         };
-        self.held_out_moving(&larger, &larger, blocks)?;
+        self.held_out_moving(&larger, &larger, blocks, &|tested| {
+            !compare(smaller, tested).is_hopeless()
+        })?;
         Some(Some(larger))
     }
 

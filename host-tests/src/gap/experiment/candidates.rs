@@ -4,7 +4,7 @@ use model_core::effect::Id;
 use model_core::effect::learned_map::{Kind, LearnedMap};
 use model_core::gap::model::Model;
 use model_core::gap::replay::Schedule;
-use model_core::gap::select::{Consideration, Decision, Subject, Trace};
+use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Workbench;
 
 use crate::gap::answer;

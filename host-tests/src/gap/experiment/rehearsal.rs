@@ -11,7 +11,8 @@ use model_core::effect::Id;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, Settings};
-use model_core::gap::select::{self, Subject, Trace};
+use model_core::gap::select;
+use model_core::gap::verdict::{Subject, Trace};
 use model_core::gap::workbench::Options;
 
 use super::candidates::Candidate;

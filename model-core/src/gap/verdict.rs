@@ -1,0 +1,159 @@
+//! What a tracing concludes, and what it looked at and decided on the way.
+
+use super::fit::Fit;
+use super::held_out::{Comparison, Refusal};
+use super::model::Numbers;
+use super::replay::Settings;
+use super::screen::{Candidate, MOST_CANDIDATES};
+use super::select::ROUNDS;
+use super::unknown::Unknown;
+use crate::effect::Id;
+use crate::effect::learned_map::Kind;
+use heapless::Vec;
+
+/// What a round decided about one effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Decision {
+    /// Best of those that passed.
+    Accepted,
+    /// Follows the log as well as what was accepted, has fewer parameters, and so is taken for it.
+    Simpler {
+        /// What was accepted.
+        than: Id,
+    },
+    /// Passed, but something else explains the residual better.
+    Outdone {
+        /// What was taken.
+        by: Subject,
+    },
+    /// The same model as another candidate for this log.
+    SameAs {
+        /// That other candidate.
+        other: Id,
+    },
+    /// Its sensitivity is a combination of the base's.
+    Absorbed,
+    /// Physics forbids the sign that the residual asks for.
+    WrongSign,
+    /// A reading error that the rounding of the sensor makes too.
+    BelowResolution,
+    /// Explains too little of the residual to be refitted.
+    ScoreTooLow,
+    /// No start of a fit with it follows the log nearly as well as the model does without.
+    Hopeless,
+    /// As many others as are refitted score higher.
+    NotShortlisted,
+    /// Scores far below another one, which passed.
+    FarBehind {
+        /// That other one.
+        of: Subject,
+    },
+    /// Numbers whose fitted values are those that are declared, to a data sheet's tolerance.
+    NearDeclared,
+    /// Refitted, and not enough better on held-out blocks.
+    Refused(Refusal),
+    /// A map that predicts held-out blocks, and the effects of the catalogue predict them about as well.
+    NotClearlyBetter,
+    /// A map that does not predict held-out blocks well enough either, but carries most of an error
+    /// that has a cause.
+    LeastBad,
+    /// Was taken in an earlier round and is not needed beside the later ones.
+    Dropped,
+}
+
+/// What a look is at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Subject {
+    /// An effect of the catalogue.
+    Effect(Id),
+    /// A learned map.
+    Map(Kind),
+    /// The declared numbers that are not to be fitted, fitted nevertheless.
+    Numbers,
+}
+
+/// One look at one effect, or at one learned map, in one round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Consideration {
+    /// Round, from 1.
+    pub round: usize,
+    /// The effect or the map.
+    pub subject: Subject,
+    /// As in [`Candidate`]. For a map: the share that all its knots explain together; for numbers: the
+    /// share by which the held-out error falls.
+    pub score: f32,
+    /// As in [`Candidate`]; 1 for a map, whose knots overlap with the base by their nature, and for
+    /// numbers.
+    pub identifiability: f32,
+    /// Held-out mean square error with the effect over that without, if it was refitted.
+    pub held_out: Option<Comparison>,
+    /// What was decided.
+    pub decision: Decision,
+}
+
+/// An accepted effect.
+#[derive(Debug, Clone)]
+pub struct Accepted {
+    /// Which, with score and identifiability from the screening of the round that took it.
+    pub candidate: Candidate,
+    /// From the held-out blocks.
+    pub p_value: f64,
+    /// Effects that this log cannot tell from it.
+    pub equivalent: Vec<Id, MOST_CANDIDATES>,
+}
+
+/// What a tracing concludes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Verdict {
+    /// The residual holds nothing that a candidate, named or learned, predicts on held-out data.
+    NoMissingEffect,
+    /// At least one effect of the catalogue was accepted.
+    EffectsFound,
+    /// The residual is structured and no effect of the catalogue explains it.
+    UnknownEffect,
+}
+
+impl Verdict {
+    /// Its name in logs and answers.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NoMissingEffect => "no_missing_effect",
+            Self::EffectsFound => "effects_found",
+            Self::UnknownEffect => "unknown_effect",
+        }
+    }
+}
+
+/// The result of the tracing.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// The base fit.
+    pub before: Fit,
+    /// The final fit: the base fit again where nothing was found.
+    pub after: Fit,
+    /// What was accepted, in the order of the final model's effects behind the declared ones.
+    pub accepted: Vec<Accepted, ROUNDS>,
+    /// Numbers of the declared actuator that the final fit has moved: those of the options, and behind
+    /// them those that turned out wrong.
+    pub base: Numbers,
+    /// Structure that none of the catalogue explains, where nothing was accepted.
+    pub unknown: Option<Unknown>,
+    /// How the log was cut and weighed in the end.
+    pub settings: Settings,
+    /// Windows of the judging length simulated.
+    pub simulated: u64,
+}
+
+impl Trace {
+    /// What it concludes.
+    pub fn verdict(&self) -> Verdict {
+        if !self.accepted.is_empty() {
+            Verdict::EffectsFound
+        } else if self.unknown.is_some() {
+            Verdict::UnknownEffect
+        } else {
+            Verdict::NoMissingEffect
+        }
+    }
+}
