@@ -1,8 +1,10 @@
 //! The next experiment: which input would tell apart what the logs do not.
 //!
 //! A log may leave several explanations standing: effects that are one model on its motion, an effect
-//! that a fitted parameter imitates, several learned maps that come equally near. Then each of them is
-//! fitted to the logs (`candidates`), and the usual excitations of the field (`excitation`) are scaled
+//! that a fitted parameter imitates, several learned maps that come equally near. Or nothing was found,
+//! and it could not have been, for the fitted parameters absorb what an effect does on this motion: such
+//! an effect is a candidate beside the model without any, as strong as it may be unseen, half of its
+//! typical size at most. Each candidate is fitted to the logs (`candidates`), and the usual excitations of the field (`excitation`) are scaled
 //! to what the machine has been shown to take (`limits`). A good experiment
 //!
 //! * is steady: with every fitted number off by up to a twentieth (`variants`), the machine still stays
@@ -47,7 +49,7 @@ use super::metrics::decimal;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::quantity::significant;
+use crate::quantity::{Scale, significant};
 use crate::whole_file;
 
 /// Steady trials of which linear theory judges the candidates as they are fitted: those that set them
@@ -60,7 +62,8 @@ const REHEARSED: usize = 3;
 /// The experiment that would tell candidates apart, or that none was found that would.
 #[derive(Debug, Clone, Serialize)]
 pub struct NextExperiment {
-    /// What may be true: what was named, those equivalent to it and those near it.
+    /// What may be true: what was named, those equivalent to it and those near it; where nothing was
+    /// found, `no effect` and those of `absorbed` that were set against it.
     pub candidates: Vec<String>,
     /// Those that the answer calls equivalent to what it names.
     pub equivalent: Vec<String>,
@@ -70,6 +73,8 @@ pub struct NextExperiment {
     /// Identifiability of what was named, where it is so low that fitted parameters may be it; else
     /// null.
     pub low_identifiability: Option<f64>,
+    /// Where nothing was found: what the logs would not have shown.
+    pub absorbed: Vec<Absorbed>,
     /// Whether an experiment was looked for.
     pub looked: bool,
     /// Those of them that the experiment tells from one other at least.
@@ -96,6 +101,26 @@ pub struct NextExperiment {
     /// What to play and what to expect.
     #[serde(skip)]
     pub plan: Option<Plan>,
+}
+
+/// An effect that the logs would not show, for the fitted parameters absorb it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Absorbed {
+    /// The catalogue's id.
+    pub id: String,
+    /// How strong it may be there, unseen.
+    pub parameters: Vec<Quantity>,
+}
+
+/// A number with its unit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Quantity {
+    /// Name of the parameter.
+    pub name: String,
+    /// Its value, SI.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
 }
 
 /// Within what an experiment stays.
@@ -151,10 +176,14 @@ impl NextExperiment {
     /// What is in doubt and what would settle it. `unit`: that of positions.
     pub fn sentences(&self, unit: &str) -> String {
         let doubt = self.doubt();
+        let settle = match self.absorbed.len() {
+            0 => "tell them apart",
+            1 => "show it",
+            _ => "show them",
+        };
         if !self.looked {
             return format!(
-                "{doubt} --experiment FILE, or --report DIR, looks for an input that would tell them \
-                 apart."
+                "{doubt} --experiment FILE, or --report DIR, looks for an input that would {settle}."
             );
         }
         let number = |value: f64| significant(value, 3);
@@ -166,7 +195,7 @@ impl NextExperiment {
         ) else {
             let bounds = &self.limits;
             return format!(
-                "{doubt} No excitation that was tried would tell them apart, with an input up to {}, a \
+                "{doubt} No excitation that was tried would {settle}, with an input up to {}, a \
                  position from {} to {} {unit} and a speed up to {} {unit}/s, whichever fitted numbers \
                  are off by a twentieth; wider limits, another sensor or a brake may.",
                 number(bounds.input),
@@ -177,7 +206,7 @@ impl NextExperiment {
         };
         let pairs = self.leaves.iter();
         let left: Vec<String> = pairs
-            .map(|[a, b]| format!("{} from {}", in_words(a), in_words(b)))
+            .map(|[a, b]| format!("{} from {}", self.in_words(a), self.in_words(b)))
             .collect();
         let left = if left.is_empty() {
             String::new()
@@ -199,17 +228,25 @@ impl NextExperiment {
              Its log beside these{alone} sets {} apart by {} times the noise{left}.",
             number(duration),
             number(start),
-            all_in_words(&self.separates),
+            self.all_in_words(&self.separates),
             number(separation),
         )
     }
 
     /// What the logs leave open, as the answer has it: what it calls equivalent, what is low.
     fn doubt(&self) -> String {
+        if !self.absorbed.is_empty() {
+            let absorbed: Vec<String> = self.absorbed.iter().map(Absorbed::in_words).collect();
+            return format!(
+                "No effect is missing that the logs can show, but they would not show {}: the fitted \
+                 parameters absorb it.",
+                any_of(&absorbed)
+            );
+        }
         let named = &self.candidates[0];
         let mut doubts = Vec::new();
         if !self.equivalent.is_empty() {
-            let equivalent = all_in_words(&self.equivalent);
+            let equivalent = self.all_in_words(&self.equivalent);
             doubts.push(format!("The logs cannot tell {named} from {equivalent}."));
         }
         if let Some(identifiability) = self.low_identifiability {
@@ -219,7 +256,7 @@ impl NextExperiment {
             ));
         }
         if !self.near.is_empty() {
-            let near = all_in_words(&self.near);
+            let near = self.all_in_words(&self.near);
             let verb = if self.near.len() == 1 {
                 "follows"
             } else {
@@ -231,20 +268,50 @@ impl NextExperiment {
         }
         doubts.join(" ")
     }
-}
 
-/// A candidate in a sentence.
-fn in_words(name: &str) -> String {
-    if name == candidates::NOTHING {
-        "the model without it".to_owned()
-    } else {
-        name.to_owned()
+    /// A candidate in a sentence.
+    fn in_words(&self, name: &str) -> String {
+        if name != candidates::NOTHING {
+            name.to_owned()
+        } else if self.absorbed.len() > 1 {
+            "the model without them".to_owned()
+        } else {
+            "the model without it".to_owned()
+        }
+    }
+
+    fn all_in_words(&self, names: &[String]) -> String {
+        let names: Vec<String> = names.iter().map(|name| self.in_words(name)).collect();
+        listed(&names)
     }
 }
 
-fn all_in_words(names: &[String]) -> String {
-    let names: Vec<String> = names.iter().map(|name| in_words(name)).collect();
-    listed(&names)
+impl Absorbed {
+    /// With its strength, in a sentence.
+    fn in_words(&self) -> String {
+        let quantities: Vec<String> = self.parameters.iter().map(Quantity::in_words).collect();
+        format!("{} ({})", self.id, quantities.join(", "))
+    }
+}
+
+impl Quantity {
+    fn in_words(&self) -> String {
+        let scale = Scale::of(&self.unit, [self.value]);
+        let value = significant(self.value * scale.factor, 2);
+        match scale.unit.as_str() {
+            // A ratio.
+            "1" => format!("{} {value}", self.name),
+            unit => format!("{} {value} {unit}", self.name),
+        }
+    }
+}
+
+/// `a`, `a or b`, `a, b or c`
+fn any_of(names: &[String]) -> String {
+    match names {
+        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        _ => names.concat(),
+    }
 }
 
 /// The experiment that would tell apart what the training logs do not; `None` where they leave
@@ -382,6 +449,7 @@ fn proposal(
         equivalent: candidates.equivalent.clone(),
         near: near.map(|it| it.name.clone()).collect(),
         low_identifiability: candidates.low_identifiability.map(decimal),
+        absorbed: candidates.absorbed.clone(),
         looked,
         candidates: names.clone(),
         separates: Vec::new(),

@@ -86,10 +86,16 @@ fn finding(outcome: &Outcome) -> String {
     let verb = if freed.len() == 1 { "is" } else { "are" };
     let wrong =
         (!freed.is_empty()).then(|| format!("the declared {} {verb} wrong", listed(&freed)));
+    let next = outcome.next_experiment.as_ref();
+    let shown = if next.is_some_and(|next| !next.absorbed.is_empty()) {
+        " that the logs can show"
+    } else {
+        ""
+    };
     match (outcome.verdict, &outcome.unknown) {
         (Verdict::NoMissingEffect, _) => match wrong {
-            Some(wrong) => format!("no effect is missing, but {wrong}."),
-            None => "no effect is missing.".into(),
+            Some(wrong) => format!("no effect is missing{shown}, but {wrong}."),
+            None => format!("no effect is missing{shown}."),
         },
         (Verdict::EffectsFound, _) => match wrong {
             Some(wrong) => format!("{known} Besides, {wrong}."),

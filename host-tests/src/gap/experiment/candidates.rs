@@ -1,13 +1,18 @@
 //! What the logs leave standing, each fitted to them.
 
-use model_core::effect::Id;
 use model_core::effect::learned_map::{Kind, LearnedMap};
+use model_core::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
+use model_core::gap::fit::Fit;
+use model_core::gap::held_out::LARGEST_RATIO;
 use model_core::gap::model::Model;
-use model_core::gap::replay::Schedule;
+use model_core::gap::screen;
 use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Workbench;
 
+use super::{Absorbed, Quantity};
 use crate::gap::answer;
+use crate::gap::engine::AllCores;
+use crate::gap::metrics::decimal;
 
 /// A model whose mean square error is beyond this multiple of the named one's is told from it: the
 /// selection's own limit.
@@ -17,6 +22,10 @@ const TOLD_APART: f64 = 1.5;
 /// that scores at least [`NEAR_SCORE`] of it.
 const LOW_IDENTIFIABILITY: f32 = 0.2;
 const NEAR_SCORE: f32 = 0.5;
+
+/// Shares of its typical size, the one that its fit is scaled by, at which an effect that fitted
+/// parameters absorb is tried, the largest first: half of it matters, an eighth hardly does.
+const STRENGTHS: [f32; 3] = [0.5, 0.25, 0.125];
 
 /// Most candidates that are set against each other.
 const MOST: usize = 4;
@@ -36,17 +45,21 @@ pub(super) struct Doubt {
     maps: Vec<Kind>,
     /// Whether a refit of the base without the effect may do: its identifiability is low.
     nothing: bool,
+    /// Where nothing was found: what the fitted parameters would have absorbed.
+    absorbed: Vec<Id>,
 }
 
 /// Why a candidate is one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reason {
-    /// The answer names it.
+    /// The answer names it, or that nothing is missing.
     Named,
     /// The answer calls it equivalent to the one that it names.
     Equivalent,
     /// Refitted, it follows the logs about as well.
     Near,
+    /// The logs would not show it: the refitted base does what it does.
+    Absorbed,
 }
 
 /// A model that the logs leave standing.
@@ -58,7 +71,7 @@ pub(super) struct Candidate {
     pub subject: Option<Subject>,
     /// Why it is one.
     pub reason: Reason,
-    /// Fitted to the training logs.
+    /// Fitted to the training logs; of an absorbed effect, the base beside it.
     pub model: Model,
 }
 
@@ -73,12 +86,17 @@ pub(super) struct Candidates {
     pub without: Model,
     /// Identifiability of the named effect, where it is low.
     pub low_identifiability: Option<f32>,
+    /// Where nothing was found: what may be there all the same.
+    pub absorbed: Vec<Absorbed>,
 }
 
 /// What is in doubt after a tracing; `None` where nothing is.
 pub(super) fn doubt(trace: &Trace, looks: &[Consideration]) -> Option<Doubt> {
     if let Some(unknown) = &trace.unknown {
         return doubt_of_map(unknown.kind, looks);
+    }
+    if trace.accepted.is_empty() {
+        return doubt_of_nothing(looks);
     }
     let doubts = (0..trace.accepted.len()).map(|place| doubt_of_effect(trace, looks, place));
     doubts
@@ -142,6 +160,22 @@ fn doubt_of_effect(trace: &Trace, looks: &[Consideration], place: usize) -> Doub
     doubt
 }
 
+/// What the last round did not look at, for the fitted parameters do what it does.
+fn doubt_of_nothing(looks: &[Consideration]) -> Option<Doubt> {
+    let last = looks.iter().map(|look| look.round).max()?;
+    let absorbed = looks.iter().filter_map(|look| match look.subject {
+        Subject::Effect(id) if look.round == last && look.decision == Decision::Absorbed => {
+            Some(id)
+        }
+        _ => None,
+    });
+    let absorbed: Vec<Id> = absorbed.collect();
+    (!absorbed.is_empty()).then(|| Doubt {
+        absorbed,
+        ..Doubt::default()
+    })
+}
+
 fn doubt_of_map(kind: Kind, looks: &[Consideration]) -> Option<Doubt> {
     let ratio = |look: &Consideration| look.held_out.map(|held_out| held_out.ratio);
     let own = looks
@@ -164,10 +198,13 @@ fn doubt_of_map(kind: Kind, looks: &[Consideration]) -> Option<Doubt> {
 /// calls equivalent to it, and of the others those that follow the logs about as well. `None` where
 /// there is none beside the named one.
 pub(super) fn fitted(
-    workbench: &mut Workbench<impl Schedule>,
+    workbench: &mut Workbench<AllCores>,
     trace: &Trace,
     doubt: &Doubt,
 ) -> Option<Candidates> {
+    if !doubt.absorbed.is_empty() {
+        return fitted_beside_absorbed(workbench, trace, &doubt.absorbed);
+    }
     let named = trace.after.model.clone();
     let mut without = match doubt.accepted {
         Some(place) => {
@@ -238,7 +275,150 @@ pub(super) fn fitted(
         low_identifiability: accepted
             .filter(|_| doubt.nothing)
             .map(|accepted| accepted.identifiability),
+        absorbed: Vec::new(),
     })
+}
+
+/// The model in which nothing was missing, and beside it each absorbed effect as strong as it may be
+/// without the logs showing it. `None` where they would show each of them.
+fn fitted_beside_absorbed(
+    workbench: &mut Workbench<AllCores>,
+    trace: &Trace,
+    absorbed: &[Id],
+) -> Option<Candidates> {
+    let base = workbench.fit(&trace.after.model)?;
+    let shaped = shaped(workbench, &base.model, absorbed)?;
+    let mut unseen: Vec<(f64, Absorbed, Candidate)> = Vec::new();
+    for effect in shaped {
+        if let Some((effect, fit)) = strongest_unseen(workbench, &base, effect)? {
+            let subject = Some(Subject::Effect(effect.id));
+            let rotary = workbench.options.scope.rotary;
+            let described = Absorbed::new(&effect, &fit.model, rotary);
+            let candidate = Candidate::new(subject, Reason::Absorbed, fit.model);
+            unseen.push((fit.cost, described, candidate));
+        }
+    }
+    unseen.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
+    let mut all = vec![Candidate::new(None, Reason::Named, base.model.clone())];
+    let mut absorbed = Vec::new();
+    for (_, described, candidate) in unseen {
+        absorbed.push(described);
+        all.push(candidate);
+    }
+    all.truncate(MOST);
+    (all.len() > 1).then_some(Candidates {
+        all,
+        equivalent: Vec::new(),
+        without: base.model,
+        low_identifiability: None,
+        absorbed,
+    })
+}
+
+/// These effects with the shapes and the signs that the logs ask for. What has one strength alone, of a sign
+/// that physics demands, has nothing to ask: mostly that spares a screening.
+fn shaped(
+    workbench: &mut Workbench<AllCores>,
+    base: &Model,
+    absorbed: &[Id],
+) -> Option<Vec<Active>> {
+    let has_one_form = |id: &Id| {
+        let parameters = id.description().parameters;
+        parameters.len() == 1 && parameters[0].role == Role::Strength
+    };
+    if absorbed.iter().all(has_one_form) {
+        let plain = |&id: &Id| Active {
+            id,
+            values: [0.0; MOST_PARAMETERS],
+        };
+        return Some(absorbed.iter().map(plain).collect());
+    }
+    let mut found: Vec<Active> = Vec::new();
+    let mut take = |effect: Active| {
+        if absorbed.contains(&effect.id) {
+            found.push(effect);
+        }
+    };
+    let screening = workbench.screen(base, |passed_over| take(passed_over.effect))?;
+    for candidate in &screening.candidates {
+        take(candidate.effect);
+    }
+    Some(found)
+}
+
+/// An effect at the largest of the strengths at which, with the base refitted beside it, the logs are
+/// followed so well that a tracing would not miss it: without it the error grows by less than what a
+/// tracing asks of an effect. `None` inside where every one of them would show.
+fn strongest_unseen(
+    workbench: &Workbench<AllCores>,
+    base: &Fit,
+    effect: Active,
+) -> Option<Option<(Active, Fit)>> {
+    let scope = &workbench.options.scope;
+    let samples = (workbench.data.windows() * workbench.data.settings.window) as f64;
+    let limit = base.cost + (1.0 / LARGEST_RATIO - 1.0) * samples;
+    for share in STRENGTHS {
+        let effect = at_strength(effect, share, scope);
+        // Declared, it stays as it is while the base is fitted.
+        let Some(declared) = screen::with_effect(workbench.declared, effect) else {
+            continue;
+        };
+        let Some(start) = screen::with_effect(&base.model, effect) else {
+            continue;
+        };
+        let options = workbench.options;
+        let mut beside = Workbench::new(workbench.data, &AllCores, &declared, options)?;
+        beside.base = workbench.base.clone();
+        // Beyond the plant's range there is no such machine.
+        let fit = beside.fit(&start);
+        if let Some(fit) = fit.filter(|fit| fit.cost <= limit) {
+            return Some(Some((effect, fit)));
+        }
+    }
+    Some(None)
+}
+
+/// An effect of the shape that a screening found, this share of its typical size strong, with the signs
+/// that the logs ask for where physics allows them.
+fn at_strength(mut effect: Active, share: f32, scope: &Scope) -> Active {
+    let strengths = effect.id.strengths();
+    let scale = |index: usize| effect.id.scale(scope, index);
+    let mut direction: Vec<f32> = (0..strengths)
+        .map(|index| effect.values[index] / scale(index))
+        .collect();
+    let size = direction.iter().map(|it| it * it).sum::<f32>().sqrt();
+    for (value, parameter) in direction.iter_mut().zip(effect.id.description().parameters) {
+        *value = match parameter.role {
+            _ if size == 0.0 => 1.0,
+            Role::Strength => (*value / size).abs(),
+            _ => *value / size,
+        };
+    }
+    let values: Vec<f32> = direction
+        .iter()
+        .enumerate()
+        .map(|(index, value)| share * value * scale(index))
+        .collect();
+    effect.values[..strengths].copy_from_slice(&values);
+    effect
+}
+
+impl Absorbed {
+    fn new(effect: &Active, model: &Model, rotary: bool) -> Self {
+        let description = effect.id.description();
+        let values = effect.report(&model.plant);
+        let parameters = description.reported.iter().zip(values);
+        Self {
+            id: description.id.to_owned(),
+            parameters: parameters
+                .map(|((name, dimension), value)| Quantity {
+                    name: (*name).to_owned(),
+                    value: decimal(value),
+                    unit: dimension.unit(rotary).to_owned(),
+                })
+                .collect(),
+        }
+    }
 }
 
 impl Candidate {

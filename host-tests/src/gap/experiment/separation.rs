@@ -58,12 +58,23 @@ pub(super) struct Separation {
     alone: Vec<Vec<f64>>,
     /// Refitted to that and the training logs.
     beside: Vec<Vec<f64>>,
+    /// The candidate without an effect, where it is one of them.
+    nothing: Option<usize>,
 }
 
 impl Separation {
-    /// The distance of two candidates beside the training logs, whichever of them is the machine.
+    /// The distance of two candidates beside the training logs, whichever of them is the machine. Of one
+    /// without an effect only the other's log tells: at no strength every effect follows its own.
     pub fn distance(&self, a: usize, b: usize) -> f64 {
-        self.beside[a][b].min(self.beside[b][a]).max(0.0).sqrt()
+        let (of_a, of_b) = (self.beside[a][b], self.beside[b][a]);
+        let square = if self.nothing == Some(a) {
+            of_b
+        } else if self.nothing == Some(b) {
+            of_a
+        } else {
+            of_a.min(of_b)
+        };
+        square.max(0.0).sqrt()
     }
 
     /// Whether it is far enough for refits to tell them apart.
@@ -87,6 +98,8 @@ pub(super) struct Bench<'b, 'a> {
     without: Vec<Model>,
     /// What the training logs say about the variables of each candidate, and of the model without.
     known: Vec<Matrix>,
+    /// The candidate without an effect, where it is one of them.
+    nothing: Option<usize>,
 }
 
 impl<'b, 'a> Bench<'b, 'a> {
@@ -106,6 +119,7 @@ impl<'b, 'a> Bench<'b, 'a> {
             variants: variants.collect(),
             without: variants::of(workbench, &candidates.without),
             known: Vec::new(),
+            nothing: candidates.all.iter().position(|it| it.subject.is_none()),
         };
         for place in 0..=candidates.all.len() {
             let model = bench.rival(0, place);
@@ -208,10 +222,11 @@ impl<'b, 'a> Bench<'b, 'a> {
         cost: impl Fn(&Data, (usize, usize)) -> Option<[f64; 2]>,
     ) -> Option<Separation> {
         let count = self.variants[0].len();
-        let nothing = vec![vec![f64::MAX; count + 1]; count];
+        let unknown = vec![vec![f64::MAX; count + 1]; count];
         let mut separation = Separation {
-            alone: nothing.clone(),
-            beside: nothing,
+            alone: unknown.clone(),
+            beside: unknown,
+            nothing: self.nothing,
         };
         for variant in 0..variants {
             for truth in 0..count {

@@ -79,6 +79,11 @@ fn figure(report: &Report, next: &NextExperiment, plan: &Plan) -> io::Result<Fig
     };
     let positions = layers(&|own, _| f64::from(own) * position.factor);
     let differences = layers(&|own, other| f64::from(own - other) * off.factor);
+    let first = if next.absorbed.is_empty() {
+        "the named candidate"
+    } else {
+        "the model without any"
+    };
     let titled = |what: &str, scale: &Scale| format!("{what}, {}", scale.unit);
     let rows: Vec<(u32, Vec<Panel>)> = vec![
         (300, vec![panel("input", "", input)]),
@@ -93,7 +98,7 @@ fn figure(report: &Report, next: &NextExperiment, plan: &Plan) -> io::Result<Fig
         (
             360,
             vec![panel(
-                &titled("less that of the named candidate", &off),
+                &titled(&format!("less that of {first}"), &off),
                 "time, s",
                 differences,
             )],
