@@ -2,10 +2,11 @@
 //!
 //! A log may leave several explanations standing: effects that are one model on its motion, an effect
 //! that a fitted parameter imitates, several learned maps that come equally near. Or nothing was found,
-//! and it could not have been, for the fitted parameters absorb what an effect does on this motion: such
-//! an effect is a candidate beside the model without any, as strong as it may be unseen, half of its
-//! typical size at most. Each candidate is fitted to the logs (`candidates`), and the usual excitations of the field (`excitation`) are scaled
-//! to what the machine has been shown to take (`limits`). A good experiment
+//! and could not have been, for the fitted parameters absorb what an effect does on this motion: such an
+//! effect is a candidate beside the model without any, as strong as it may be unseen, half of its typical
+//! size at most. Each candidate is fitted to the logs (`candidates`), and the usual excitations of the
+//! field (`excitation`) are scaled to what the machine has been shown to take (`limits`). A good
+//! experiment
 //!
 //! * is steady: with every fitted number off by up to a twentieth (`variants`), the machine still stays
 //!   within the limits, slides clearly in both directions and goes about the same way. Where the input

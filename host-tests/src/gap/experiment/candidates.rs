@@ -36,7 +36,8 @@ pub(super) const NOTHING: &str = "no effect";
 /// What may be true instead of what was named.
 #[derive(Debug, Default)]
 pub(super) struct Doubt {
-    /// Place of the effect among the accepted ones; `None` of an unknown effect.
+    /// Place of the effect among the accepted ones; `None` of an unknown effect, and where nothing was
+    /// found.
     accepted: Option<usize>,
     /// What the answer calls equivalent to it.
     equivalent: Vec<Id>,
@@ -356,6 +357,8 @@ fn strongest_unseen(
 ) -> Option<Option<(Active, Fit)>> {
     let scope = &workbench.options.scope;
     let samples = (workbench.data.windows() * workbench.data.settings.window) as f64;
+    // Noise and the floor that the selection adds to it weigh one a sample together; a share of that is
+    // what a tracing asks for.
     let limit = base.cost + (1.0 / LARGEST_RATIO - 1.0) * samples;
     for share in STRENGTHS {
         let effect = at_strength(effect, share, scope);
