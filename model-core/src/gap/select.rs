@@ -5,8 +5,9 @@
 //! round. The effect that lowers the held-out error most is taken, if the gain is significant,
 //! large enough and common to most blocks; then the next round starts from the model with it. Where
 //! declared numbers that are not to be fitted do as well as that effect once they are, they are wrong:
-//! they are freed, and no effect is taken. In the end each effect must hold against its own absence, and
-//! what they leave against [`unknown`] structure.
+//! they are freed, and no effect is taken. In the end each effect that was taken before others is chosen
+//! anew beside these, all must hold against their own absence, and what they leave against [`unknown`]
+//! structure.
 
 use super::fit::Fit;
 use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare};
