@@ -23,6 +23,9 @@ struct CommandLine {
     command: Option<Command>,
 }
 
+const GAP_EXAMPLE: &str =
+    "Example: cargo hil gap --machine ema.toml --train a.csv --validate b.csv";
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Check everything: formatting, lints, firmware, emulated run, host tests
@@ -30,7 +33,8 @@ enum Command {
     Test(check::Args),
     /// Find the effects that a measured log has and a declared machine lacks
     #[command(
-        after_help = "Example: cargo hil gap --machine ema.toml --train a.csv --validate b.csv"
+        after_help = GAP_EXAMPLE,
+        after_long_help = format!("{GAP_EXAMPLE}\n\n{}", gap::catalogue::text())
     )]
     Gap(gap::command::Args),
     /// Identify an actuator with friction and a return spring from a slow and a fast log

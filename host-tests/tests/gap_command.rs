@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use model_core::effect::Id;
 use rig::{Effect, EffectKind, Experiment, Machine, Trajectory};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -468,13 +469,16 @@ mod bad_machines {
             "stribeck",
             &[
                 "`stribeck` has no parameter `speed`",
-                "expected drop, velocity",
+                "expected drop (0 or more, in N), velocity (more than 0, in m/s)",
             ],
         );
         bench.refuses_effects(
             "{ id = \"stribeck\", drop = 1.0 },",
             "stribeck",
-            &["lacks its parameter `velocity`", "expected drop, velocity"],
+            &[
+                "lacks its parameter `velocity`",
+                "expected drop (0 or more, in N), velocity (more than 0, in m/s)",
+            ],
         );
         bench.refuses_effects(
             "{ id = \"stribeck\" },",
@@ -530,9 +534,12 @@ mod bad_machines {
                 "`kind = \"voltage\"`",
             ],
         );
-        for delay in ["1.5", "1e30"] {
+        for delay in ["0.3", "1e30"] {
             let late = format!("{{ id = \"input_delay\", delay = {delay} }},");
-            let words = ["`delay` of effect `input_delay`", "expected 1 s at most"];
+            let words = [
+                "`delay` of effect `input_delay`",
+                "expected 0 to 0.25, in s",
+            ];
             bench.refuses_effects(&late, "input_delay", &words);
         }
         bench.refuses_effects(
@@ -603,6 +610,25 @@ fn help_has_an_example() {
         assert_eq!(output.status.code(), Some(0), "{arguments:?}");
         assert!(text(&output.stdout).contains("Example: cargo hil"));
         assert!(output.stderr.is_empty());
+    }
+}
+
+#[test]
+fn the_help_lists_every_effect_with_what_its_parameters_may_be() {
+    let output = Command::new(env!("CARGO_BIN_EXE_hil"))
+        .args(["gap", "--help"])
+        .output()
+        .unwrap();
+    let help = text(&output.stdout);
+    for id in Id::ALL {
+        let description = id.description();
+        let entry = format!("  {}: {}", description.id, description.summary);
+        let mut lines = help.lines().skip_while(|line| !line.starts_with(&entry));
+        let parameters = lines.nth(1).expect(description.id);
+        for parameter in description.parameters {
+            let named = format!("{} ({}", parameter.name, parameter.bounds);
+            assert!(parameters.contains(&named), "{parameters}: {named}");
+        }
     }
 }
 

@@ -1,12 +1,17 @@
-//! The tracing's bounded stores against the largest model that may be asked of them.
+//! The tracing's bounded stores against the largest model that may be asked of them, and the bounds of
+//! what it fits.
 
-use model_core::effect::{Active, Id, Scope};
+use model_core::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
 use model_core::gap::covariance::Information;
-use model_core::gap::fit::variables;
+use model_core::gap::fit::{Effort, Variable, fit, variables};
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
-use model_core::gap::replay::{Data, InOrder, Settings};
+use model_core::gap::replay::{Data, Fold, InOrder, Settings};
 use model_core::gap::screen::{Candidate, screen};
+use model_core::plant::actuator::Actuator;
+use model_core::plant::parameters::Parameters;
+use model_core::plant::{Directional, State};
+use proptest::prelude::*;
 use tracing::{PERIOD, model, plant, winding};
 
 mod tracing;
@@ -87,4 +92,142 @@ fn every_effect_may_be_screened_beside_all_parameters() {
         assert_eq!(seen, lacking.collect::<Vec<Id>>());
         assert_eq!(screened.screened, seen.len());
     }
+}
+
+/// What logs of any machine span, from a watch's hand to a crane.
+fn any_scope() -> impl Strategy<Value = Scope> {
+    let size = || (-6.0_f32..6.0).prop_map(|exponent| 10_f32.powf(exponent));
+    let sizes = (size(), size(), size(), size(), size(), size());
+    let times = (-5.0_f32..-1.0, 0.0_f32..4.0, any::<bool>());
+    (sizes, times).prop_map(|(sizes, (period, seconds, rotary))| {
+        let (friction, torque, speed, stroke, voltage, current) = sizes;
+        Scope {
+            friction,
+            torque,
+            speed,
+            stroke,
+            voltage,
+            current,
+            period: 10_f32.powf(period),
+            seconds: 10_f32.powf(seconds),
+            rotary,
+        }
+    })
+}
+
+/// The values with which the search for an effect begins.
+fn tried(id: Id, scope: &Scope) -> Vec<[f32; MOST_PARAMETERS]> {
+    let trials = (0..).map_while(|index| id.trial(scope, index));
+    let shapes = (0..).map_while(|index| id.shapes(scope, index));
+    let shaped = shapes.map(|shapes| {
+        let mut values = [0.0; MOST_PARAMETERS];
+        let room = values.iter_mut().skip(id.strengths());
+        room.zip(shapes).for_each(|(value, shape)| *value = shape);
+        values
+    });
+    trials.chain(shaped).collect()
+}
+
+proptest! {
+    /// Wherever a search begins and wherever a fit has come to, no value is tried that the effect may
+    /// not have.
+    #[test]
+    fn nothing_is_tried_out_of_an_effect_s_bounds(scope in any_scope(), along in 0.0_f32..1.0) {
+        for &id in Id::ALL {
+            let parameters = id.description().parameters;
+            for values in tried(id, &scope) {
+                for (parameter, value) in parameters.iter().zip(values) {
+                    prop_assert!(
+                        parameter.bounds.contains(value),
+                        "{id:?} begins with {} = {value}", parameter.name
+                    );
+                }
+                for (index, parameter) in parameters.iter().enumerate() {
+                    let first = Variable::effect(id, 0, index, values[index], &scope);
+                    // Fitted again from where a fit has come to.
+                    let there = first.lower + along * (first.upper - first.lower);
+                    let again = Variable::effect(id, 0, index, there, &scope);
+                    for variable in [first, again] {
+                        let (lower, upper) = (variable.lower, variable.upper);
+                        prop_assert!(lower < upper, "{id:?} {}: {lower}, {upper}", parameter.name);
+                        prop_assert!(
+                            parameter.bounds.contains(lower) && parameter.bounds.contains(upper),
+                            "{id:?} {}: {lower} to {upper}, not {}", parameter.name, parameter.bounds
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A sweep of a plant over 2 s; its position is reported so many samples late.
+fn swept(plant: &Parameters, late: usize) -> (Vec<f32>, Vec<f32>) {
+    let actuator = Actuator::build(plant, PERIOD).unwrap();
+    let mut state = State::new(0.0, 0.0);
+    let (mut input, mut position) = (Vec::new(), vec![0.0; late]);
+    for sample in 0..2000 {
+        let time = sample as f32 * PERIOD;
+        let volts = 5.0 * (9.0 * time).sin() + 4.0 * (31.0 * time).sin();
+        input.push(volts);
+        // A sensor of 0.1 mrad.
+        position.push((state.position.value() * 1e4).round() * 1e-4);
+        actuator.step(&mut state, volts).unwrap();
+    }
+    position.truncate(input.len());
+    (input, position)
+}
+
+/// An effect fitted to a log of what it may not be ends at its bound.
+#[track_caller]
+fn assert_ends_at(bound: f32, (input, position): &(Vec<f32>, Vec<f32>), effect: Active) {
+    let logs = [Log {
+        period: PERIOD,
+        input: Channel::Values(input),
+        position: Channel::Values(position),
+        current: None,
+        velocity: None,
+        brake: None,
+    }];
+    let data = Data {
+        logs: &logs,
+        settings: Settings::new(PERIOD, 1e-4),
+    };
+    let declared = model(&plant(winding(1e-3), false));
+    let mut start = declared.clone();
+    start.effects.push(effect).unwrap();
+    let scope = tracing::scope(2.0);
+    let strengths = variables(&declared, &start, &[], &scope);
+    assert_eq!(effect.id.description().parameters[0].role, Role::Strength);
+    let effort = Effort {
+        steps: 30,
+        converged: 1e-6,
+    };
+    let fitted = fit(&data, &InOrder, (Fold::All, 1), &start, &strengths, effort).unwrap();
+    assert_eq!(fitted.model.effects[0].values[0], bound, "{:?}", effect.id);
+}
+
+/// A gear would have to drive to have less friction under load than without.
+#[test]
+fn a_friction_that_falls_with_the_load_is_fitted_as_none() {
+    let declared = plant(winding(1e-3), false);
+    let easier = Parameters {
+        coulomb: Directional::both(0.8 * declared.coulomb.forward),
+        breakaway: Directional::both(0.8 * declared.breakaway.forward),
+        ..declared
+    };
+    let effect = Active {
+        id: Id::LoadDependentFriction,
+        values: [0.1, 0.0, 0.0],
+    };
+    assert_ends_at(0.0, &swept(&easier, 0), effect);
+}
+
+#[test]
+fn a_delay_beyond_the_longest_is_fitted_as_the_longest() {
+    let effect = Active {
+        id: Id::SensorDelay,
+        values: [0.2, 0.0, 0.0],
+    };
+    assert_ends_at(0.25, &swept(&plant(winding(1e-3), false), 270), effect);
 }

@@ -1,23 +1,20 @@
 //! The core's model of what a machine file declares.
 
-use model_core::effect::{Active, Id, MOST_PARAMETERS, Role};
+use model_core::effect::{Active, Id, MOST_PARAMETERS};
 use model_core::gap::model::{Base, Model};
 use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
-use model_core::unit::Dimension;
 
+use super::catalogue;
 use crate::error::InputError;
 use crate::machine::{Coordinate, Machine};
-
-/// Longest delay that may be declared, s. What is meant in milliseconds is beyond it.
-const LONGEST_DELAY_S: f64 = 1.0;
 
 /// The core's model of a machine file.
 ///
 /// # Errors
 /// A number beyond what the plant takes. A declared effect that the catalogue does not have, that
-/// is there twice or has no meaning along a stroke; a parameter that it does not have, lacks, or
-/// may not have with that value.
+/// is there twice or has no meaning along a stroke; a parameter that it does not have, lacks, or has
+/// out of its bounds.
 pub fn model(machine: &Machine) -> Result<Model, InputError> {
     let mechanics = &machine.mechanics;
     let plant = Parameters {
@@ -88,45 +85,36 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
             return Err(machine.error_at(declared.line, message));
         }
         let parameters = id.description().parameters;
-        let form: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
+        let rotary = machine.coordinate == Coordinate::Radian;
         let mut values = [0.0; MOST_PARAMETERS];
         for (name, value) in &declared.parameters {
-            let Some(index) = form.iter().position(|known| known == name) else {
+            let Some(index) = parameters.iter().position(|known| known.name == name) else {
                 let message = format!(
                     "effect `{}` has no parameter `{name}`: expected {}",
                     declared.id,
-                    form.join(", ")
+                    catalogue::parameters(id, rotary)
                 );
                 return Err(machine.error_at(declared.line, message));
             };
-            let expected = match parameters[index].role {
-                Role::Strength if *value < 0.0 => "0 or more",
-                Role::Shape if *value <= 0.0 => "more than 0",
-                Role::Strength
-                    if parameters[index].dimension == Dimension::Time
-                        && *value > LONGEST_DELAY_S =>
-                {
-                    "1 s at most"
-                }
-                _ => {
-                    values[index] = *value as f32;
-                    continue;
-                }
-            };
-            let message = format!(
-                "`{name}` of effect `{}` is {value:?}, expected {expected}",
-                declared.id
-            );
-            return Err(machine.error_at(declared.line, message));
+            values[index] = *value as f32;
+            if !parameters[index].bounds.contains(values[index]) {
+                let message = format!(
+                    "`{name}` of effect `{}` is {value:?}, expected {}",
+                    declared.id,
+                    catalogue::values(&parameters[index], rotary)
+                );
+                return Err(machine.error_at(declared.line, message));
+            }
         }
-        if let Some(missing) = form
+        if let Some(missing) = parameters
             .iter()
-            .find(|name| !declared.parameters.contains_key(**name))
+            .find(|parameter| !declared.parameters.contains_key(parameter.name))
         {
             let message = format!(
-                "effect `{}` lacks its parameter `{missing}`; expected {}",
+                "effect `{}` lacks its parameter `{}`; expected {}",
                 declared.id,
-                form.join(", ")
+                missing.name,
+                catalogue::parameters(id, rotary)
             );
             return Err(machine.error_at(declared.line, message));
         }
@@ -149,4 +137,216 @@ pub fn base_parameters(machine: &Machine) -> Vec<Base> {
         .into_iter()
         .filter(|base| machine.fit.iter().any(|name| name == base.name()))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::DeclaredEffect;
+    use crate::workspace;
+
+    /// Every parameter of the catalogue with a sound value, and the values next to it that physics does
+    /// not let be, with the words that say what it does.
+    const PARAMETERS: [(&str, &str, f64, &[f64], &str); 38] = [
+        ("offset_torque", "torque", 0.01, &[], ""),
+        ("asymmetric_coulomb", "difference", 0.01, &[], ""),
+        ("asymmetric_viscous", "difference", 1e-4, &[], ""),
+        (
+            "quadratic_drag",
+            "coefficient",
+            1e-6,
+            &[-1e-9],
+            "0 or more, in N·m·s²/rad²",
+        ),
+        ("stribeck", "drop", 0.01, &[-1e-9], "0 or more, in N·m"),
+        (
+            "stribeck",
+            "velocity",
+            1.0,
+            &[0.0, -1.0],
+            "more than 0, in rad/s",
+        ),
+        (
+            "load_dependent_friction",
+            "share",
+            0.2,
+            &[-0.01, 0.96, 1.5],
+            "0 to 0.95",
+        ),
+        (
+            "spring",
+            "stiffness",
+            0.01,
+            &[-1e-9],
+            "0 or more, in N·m/rad",
+        ),
+        ("spring", "torque", 0.01, &[], ""),
+        ("gravity", "sine", 0.01, &[], ""),
+        ("gravity", "cosine", 0.01, &[], ""),
+        ("cogging", "sine", 0.01, &[], ""),
+        ("cogging", "cosine", 0.01, &[], ""),
+        (
+            "cogging",
+            "period",
+            0.5,
+            &[0.0, -0.5],
+            "more than 0, in rad",
+        ),
+        (
+            "input_delay",
+            "delay",
+            0.01,
+            &[-1e-3, 0.26],
+            "0 to 0.25, in s",
+        ),
+        (
+            "sensor_delay",
+            "delay",
+            0.01,
+            &[-1e-3, 0.26],
+            "0 to 0.25, in s",
+        ),
+        ("backlash", "width", 0.01, &[-1e-9], "0 or more, in rad"),
+        (
+            "torque_saturation",
+            "fall",
+            0.1,
+            &[-1e-9],
+            "0 or more, in 1/(N·m)",
+        ),
+        ("friction_drift", "rate", 0.01, &[], ""),
+        ("position_dependent_friction", "sine", 0.01, &[], ""),
+        ("position_dependent_friction", "cosine", 0.01, &[], ""),
+        (
+            "position_dependent_friction",
+            "period",
+            0.5,
+            &[0.0, -0.5],
+            "more than 0, in rad",
+        ),
+        ("external_load", "torque", 0.01, &[], ""),
+        (
+            "external_load",
+            "end",
+            2.0,
+            &[0.0, -1.0],
+            "more than 0, in s",
+        ),
+        (
+            "external_load",
+            "duration",
+            1.0,
+            &[0.0, -1.0],
+            "more than 0, in s",
+        ),
+        (
+            "presliding",
+            "compliance",
+            0.01,
+            &[-1e-9],
+            "0 or more, in rad/(N·m)",
+        ),
+        (
+            "presliding",
+            "velocity",
+            0.5,
+            &[0.0, -0.5],
+            "more than 0, in rad/s",
+        ),
+        ("supply_sag", "share", 1e-3, &[-1e-9], "0 or more, in 1/W"),
+        ("brush_drop", "drop", 0.5, &[-1e-9], "0 or more, in V"),
+        ("dead_time", "loss", 0.5, &[-1e-9], "0 or more, in V"),
+        ("encoder_eccentricity", "sine", 0.01, &[], ""),
+        ("encoder_eccentricity", "cosine", 0.01, &[], ""),
+        (
+            "encoder_eccentricity",
+            "period",
+            0.5,
+            &[0.0, -0.5],
+            "more than 0, in rad",
+        ),
+        (
+            "thermal_drift",
+            "rate",
+            1e-3,
+            &[-1e-9],
+            "0 or more, in 1/(A²·s)",
+        ),
+        (
+            "thermal_drift",
+            "time_constant",
+            5.0,
+            &[0.0, -5.0],
+            "more than 0, in s",
+        ),
+        (
+            "compliance",
+            "trailing",
+            1e-4,
+            &[-1e-9, 2e6],
+            "0 to 1000000, in s²",
+        ),
+        (
+            "compliance",
+            "share",
+            0.3,
+            &[-0.1, 1.0],
+            "0 or more and below 1",
+        ),
+        ("compliance", "damping", 0.1, &[-0.1], "0 or more"),
+    ];
+
+    /// The model of a machine whose file declares one effect with these values, on its line 3.
+    fn declaring(
+        id: &str,
+        values: impl Iterator<Item = (&'static str, f64)>,
+    ) -> Result<Model, String> {
+        let file = workspace::root().join("host-tests/machines/ema-24v.toml");
+        let mut machine = Machine::read(&file).unwrap();
+        machine.declared_effects = vec![DeclaredEffect {
+            id: id.to_owned(),
+            parameters: values
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
+            line: 3,
+        }];
+        model(&machine).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_a_parameter_may_not_be_is_refused_with_what_it_may_be() {
+        for (id, name, sound, beyond, expected) in PARAMETERS {
+            let own = PARAMETERS.iter().filter(|entry| entry.0 == id);
+            let with = |value| {
+                let values = own.clone().map(|entry| (entry.1, entry.2));
+                declaring(
+                    id,
+                    values.map(|(own, sound)| (own, if own == name { value } else { sound })),
+                )
+            };
+            assert!(with(sound).is_ok(), "{id} {name}");
+            // What is not bounded has a direction.
+            assert_eq!(with(-sound).is_ok(), beyond.is_empty(), "{id} {name}");
+            for &value in beyond {
+                let error = with(value).unwrap_err();
+                let words = format!(
+                    "ema-24v.toml:3: `{name}` of effect `{id}` is {value:?}, expected {expected}"
+                );
+                assert!(error.ends_with(&words), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_parameter_of_the_catalogue_is_tested_above() {
+        let catalogue = Id::ALL.iter().flat_map(|id| {
+            let description = id.description();
+            description
+                .parameters
+                .iter()
+                .map(|own| (description.id, own.name))
+        });
+        let tested = PARAMETERS.iter().map(|entry| (entry.0, entry.1));
+        assert!(catalogue.eq(tested));
+    }
 }

@@ -1,6 +1,7 @@
 //! `cargo hil gap`: measured log in, missing effects out, errors before and after.
 
 mod answer;
+pub mod catalogue;
 pub mod command;
 pub mod component;
 pub mod declared;

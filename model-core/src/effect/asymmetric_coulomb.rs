@@ -9,7 +9,7 @@
 //! with friction*, Automatica 30 (1994). Equal to [`offset_torque`](super::offset_torque) of −δ in
 //! every motion.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -35,7 +35,8 @@ impl Effect for AsymmetricCoulomb {
         parameters: &[Parameter {
             name: "difference",
             dimension: Dimension::Torque,
-            role: Role::SignedStrength,
+            role: Role::Strength,
+            bounds: Bounds::Any,
         }],
         reported: &[
             ("forward", Dimension::Torque),

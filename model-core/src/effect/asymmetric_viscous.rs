@@ -8,7 +8,7 @@
 //! [`asymmetric_coulomb`](super::asymmetric_coulomb)). Told from an asymmetric Coulomb level by
 //! motion at several speeds; at one speed the two are the same.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -35,7 +35,8 @@ impl Effect for AsymmetricViscous {
         parameters: &[Parameter {
             name: "difference",
             dimension: Dimension::TorquePerVelocity,
-            role: Role::SignedStrength,
+            role: Role::Strength,
+            bounds: Bounds::Any,
         }],
         reported: &[
             ("forward", Dimension::TorquePerVelocity),

@@ -18,7 +18,7 @@
 //! clear motion: moving forward it leads by w/2, backward it trails by w/2; on the plateau behind a
 //! reversal it is on its way, and is simulated from the end of that motion on.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -56,6 +56,7 @@ impl Effect for Backlash {
             name: "width",
             dimension: Dimension::Position,
             role: Role::Strength,
+            bounds: Bounds::NotNegative,
         }],
         reported: &[("width", Dimension::Position)],
         rotary_only: false,

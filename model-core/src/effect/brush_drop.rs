@@ -14,7 +14,7 @@
 //! of k V / R while the motor drives, and only motions that the motor brakes tell the two apart. Told
 //! from a [`dead_time`](super::dead_time) by a motor that generates under hardly any voltage.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -50,6 +50,7 @@ impl Effect for BrushDrop {
             name: "drop",
             dimension: Dimension::Voltage,
             role: Role::Strength,
+            bounds: Bounds::NotNegative,
         }],
         reported: &[("drop", Dimension::Voltage)],
         rotary_only: false,

@@ -21,7 +21,7 @@
 //! large is a swing, not a line, so that it is screened at several sizes. Replays start from the far
 //! side, which is measured, and with the twist of a run-in, in which a wrong one dies out.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::{ParameterError, Parameters};
 use crate::unit::Dimension;
 
@@ -180,16 +180,19 @@ impl Effect for Compliance {
                 name: "trailing",
                 dimension: Dimension::SquaredTime,
                 role: Role::Strength,
+                bounds: Bounds::UpTo(MOST_TRAILING),
             },
             Parameter {
                 name: "share",
                 dimension: Dimension::Ratio,
                 role: Role::Shape,
+                bounds: Bounds::Share,
             },
             Parameter {
                 name: "damping",
                 dimension: Dimension::Ratio,
                 role: Role::Shape,
+                bounds: Bounds::NotNegative,
             },
         ],
         reported: &[

@@ -16,7 +16,7 @@
 //! and the two are then equivalent.
 
 use super::brush_drop::BrushDrop;
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -54,6 +54,7 @@ impl Effect for DeadTime {
             name: "loss",
             dimension: Dimension::Voltage,
             role: Role::Strength,
+            bounds: Bounds::NotNegative,
         }],
         reported: &[("loss", Dimension::Voltage)],
         rotary_only: false,

@@ -15,7 +15,7 @@
 //! against the part of the log in which it acts, in short windows: elsewhere it says nothing. Less than
 //! about a second of it, at rest throughout, stays unseen.
 
-use super::{Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -61,17 +61,20 @@ impl Effect for ExternalLoad {
             Parameter {
                 name: "torque",
                 dimension: Dimension::Torque,
-                role: Role::SignedStrength,
+                role: Role::Strength,
+                bounds: Bounds::Any,
             },
             Parameter {
                 name: "end",
                 dimension: Dimension::Time,
                 role: Role::Shape,
+                bounds: Bounds::Positive,
             },
             Parameter {
                 name: "duration",
                 dimension: Dimension::Time,
                 role: Role::Shape,
+                bounds: Bounds::Positive,
             },
         ],
         reported: &[

@@ -14,7 +14,7 @@
 //! not. In a log whose motion grows or decays steadily, friction that depends on speed or place
 //! looks alike.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -56,7 +56,8 @@ impl Effect for FrictionDrift {
         parameters: &[Parameter {
             name: "rate",
             dimension: Dimension::PerTime,
-            role: Role::SignedStrength,
+            role: Role::Strength,
+            bounds: Bounds::Any,
         }],
         reported: &[("rate", Dimension::PerTime)],
         rotary_only: false,

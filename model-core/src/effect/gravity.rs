@@ -7,7 +7,7 @@
 //! Source: the physical pendulum. Over a small stroke it is a spring and an offset; told from them
 //! by a stroke of a radian or more.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::numeric::sine::{ripple, sine_cycles};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -52,12 +52,14 @@ impl Effect for Gravity {
             Parameter {
                 name: "sine",
                 dimension: Dimension::Torque,
-                role: Role::SignedStrength,
+                role: Role::Strength,
+                bounds: Bounds::Any,
             },
             Parameter {
                 name: "cosine",
                 dimension: Dimension::Torque,
-                role: Role::SignedStrength,
+                role: Role::Strength,
+                bounds: Bounds::Any,
             },
         ],
         reported: &[("torque", Dimension::Torque), ("rest", Dimension::Phase)],

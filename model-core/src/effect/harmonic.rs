@@ -1,6 +1,6 @@
 //! One harmonic over the position, which several effects add to what they act on.
 
-use super::{MOST_PARAMETERS, Parameter, Role};
+use super::{Bounds, MOST_PARAMETERS, Parameter, Role};
 use crate::numeric::sine::ripple;
 use crate::unit::Dimension;
 use core::f32::consts::TAU;
@@ -34,17 +34,20 @@ impl Harmonic {
             Parameter {
                 name: "sine",
                 dimension: strength,
-                role: Role::SignedStrength,
+                role: Role::Strength,
+                bounds: Bounds::Any,
             },
             Parameter {
                 name: "cosine",
                 dimension: strength,
-                role: Role::SignedStrength,
+                role: Role::Strength,
+                bounds: Bounds::Any,
             },
             Parameter {
                 name: "period",
                 dimension: Dimension::Position,
                 role: Role::Shape,
+                bounds: Bounds::Positive,
             },
         ]
     }

@@ -8,7 +8,7 @@
 //! already acts half a sample late in the mean; the replay holds it, so that this is not found here
 //! again. Without a measured current it equals [`sensor_delay`](super::sensor_delay).
 
-use super::{Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -35,6 +35,7 @@ impl Effect for InputDelay {
             name: "delay",
             dimension: Dimension::Time,
             role: Role::Strength,
+            bounds: Bounds::UpTo(LONGEST_DELAY),
         }],
         reported: &[("delay", Dimension::Time)],
         rotary_only: false,
@@ -48,8 +49,9 @@ impl Effect for InputDelay {
         scope.period
     }
 
-    fn most(_scope: &Scope, _index: usize) -> f32 {
-        LONGEST_DELAY
+    /// A delay of many samples is as likely as one of a few.
+    fn reach(_scope: &Scope, _index: usize) -> f32 {
+        f32::INFINITY
     }
 
     fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {

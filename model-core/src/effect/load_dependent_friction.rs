@@ -9,10 +9,13 @@
 //! load-dependent part. The motor torque stands for the transmitted one. Told from Coulomb and
 //! viscous friction by torques that are not spent on friction: acceleration, springs, loads.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
+
+/// Largest share: from 1 on the machine locks itself, and shortly below it hardly moves.
+const MOST_SHARE: f32 = 0.95;
 
 /// Share of the motor torque that friction takes.
 ///
@@ -39,6 +42,7 @@ impl Effect for LoadDependentFriction {
             name: "share",
             dimension: Dimension::Ratio,
             role: Role::Strength,
+            bounds: Bounds::UpTo(MOST_SHARE),
         }],
         reported: &[("share", Dimension::Ratio)],
         rotary_only: false,
@@ -51,11 +55,6 @@ impl Effect for LoadDependentFriction {
 
     fn scale(_scope: &Scope, _index: usize) -> f32 {
         0.2
-    }
-
-    /// From 1 on the machine locks itself.
-    fn most(_scope: &Scope, _index: usize) -> f32 {
-        0.95
     }
 
     #[inline(always)]

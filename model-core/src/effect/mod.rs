@@ -1,6 +1,6 @@
 //! The catalogue of physical effects that a declared actuator may lack.
 //!
-//! One file an effect: its physics, its parameters with units and ranges, its source. To add one,
+//! One file an effect: its physics, its parameters with units and bounds, its source. To add one,
 //! write its file and name it in the `catalogue!` line below; the tracing, the report and the
 //! machine file's `declared_effects` then know it.
 //!
@@ -8,11 +8,13 @@
 //! are worked out, it keeps every mode affine and the step exact. *Held* over a step as a torque, a
 //! friction level or a voltage, evaluated in the middle of the step, it is of second order in the step.
 
+mod bounds;
 pub mod harmonic;
 pub(crate) mod lanes;
 pub mod learned_map;
 pub mod twins;
 
+pub use self::bounds::Bounds;
 use self::compliance::{Shaft, Twist};
 use self::encoder_eccentricity::EncoderEccentricity;
 use self::lanes::Middles;
@@ -53,16 +55,16 @@ pub struct Parameter {
     pub name: &'static str,
     /// Its dimension.
     pub dimension: Dimension,
-    /// Whether the effect is proportional to it, and with which sign.
+    /// Whether the effect is proportional to it.
     pub role: Role,
+    /// What physics lets it be, for whoever declares it and for a fit alike.
+    pub bounds: Bounds,
 }
 
 /// What a parameter does to its effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// The effect vanishes with it and may have either sign.
-    SignedStrength,
-    /// The effect vanishes with it and physics demands that it is not negative.
+    /// The effect vanishes with it.
     Strength,
     /// It forms the effect: a speed, a period. Scanned over [`Effect::shapes`].
     Shape,
@@ -91,7 +93,7 @@ pub struct Scope {
     pub rotary: bool,
 }
 
-/// Longest delay that a fit may reach, s: beyond it a position loop would hardly be stable.
+/// Longest delay of a drive or a sensor, s: beyond it a position loop would hardly be stable.
 pub const LONGEST_DELAY: f32 = 0.25;
 
 /// What lies before the plant, and behind it up to the sensor.
@@ -202,8 +204,8 @@ pub trait Effect: Copy {
     /// Typical size of the `index`-th strength: what a fit steps by.
     fn scale(scope: &Scope, index: usize) -> f32;
 
-    /// Largest magnitude of the `index`-th strength that a fit may reach.
-    fn most(scope: &Scope, index: usize) -> f32 {
+    /// How far from 0 a fit looks for the `index`-th strength, as far as its bounds allow that.
+    fn reach(scope: &Scope, index: usize) -> f32 {
         20.0 * Self::scale(scope, index)
     }
 
@@ -271,9 +273,9 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::scale(scope, index)),* }
             }
 
-            /// Largest magnitude of its `index`-th strength in a fit.
-            pub fn most(self, scope: &Scope, index: usize) -> f32 {
-                match self { $(Self::$name => $module::$name::most(scope, index)),* }
+            /// How far from 0 a fit looks for its `index`-th strength, as far as its bounds allow that.
+            pub fn reach(self, scope: &Scope, index: usize) -> f32 {
+                match self { $(Self::$name => $module::$name::reach(scope, index)),* }
             }
 
             /// Whether it remembers the last clear motion, which no measured state restores.

@@ -9,7 +9,7 @@
 //! [`asymmetric_coulomb`](super::asymmetric_coulomb) in every motion: no log tells them apart, and
 //! the tracing reports both.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -35,7 +35,8 @@ impl Effect for OffsetTorque {
         parameters: &[Parameter {
             name: "torque",
             dimension: Dimension::Torque,
-            role: Role::SignedStrength,
+            role: Role::Strength,
+            bounds: Bounds::Any,
         }],
         reported: &[("torque", Dimension::Torque)],
         rotary_only: false,

@@ -29,7 +29,7 @@
 //! linear, so that it is screened at several. Replays carry the bristles' force from the last clear
 //! motion on, behind which it was that of sliding.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::numeric::exponential::decay;
 use crate::plant::Directional;
 use crate::plant::actuator::Load;
@@ -405,11 +405,13 @@ impl Effect for Presliding {
                 name: "compliance",
                 dimension: Dimension::PositionPerTorque,
                 role: Role::Strength,
+                bounds: Bounds::NotNegative,
             },
             Parameter {
                 name: "velocity",
                 dimension: Dimension::Velocity,
                 role: Role::Shape,
+                bounds: Bounds::Positive,
             },
         ],
         reported: &[

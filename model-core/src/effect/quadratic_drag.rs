@@ -7,7 +7,7 @@
 //! Source: turbulent drag (any text on fluid mechanics). Told from viscous friction by motion at
 //! clearly different speeds.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -39,6 +39,7 @@ impl Effect for QuadraticDrag {
             name: "coefficient",
             dimension: Dimension::TorquePerSquaredVelocity,
             role: Role::Strength,
+            bounds: Bounds::NotNegative,
         }],
         reported: &[("coefficient", Dimension::TorquePerSquaredVelocity)],
         rotary_only: false,

@@ -9,7 +9,7 @@
 //! must take the inputs of τ ago: without a measured current it equals
 //! [`input_delay`](super::input_delay).
 
-use super::{Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -36,6 +36,7 @@ impl Effect for SensorDelay {
             name: "delay",
             dimension: Dimension::Time,
             role: Role::Strength,
+            bounds: Bounds::UpTo(LONGEST_DELAY),
         }],
         reported: &[("delay", Dimension::Time)],
         rotary_only: false,
@@ -49,8 +50,9 @@ impl Effect for SensorDelay {
         scope.period
     }
 
-    fn most(_scope: &Scope, _index: usize) -> f32 {
-        LONGEST_DELAY
+    /// A delay of many samples is as likely as one of a few.
+    fn reach(_scope: &Scope, _index: usize) -> f32 {
+        f32::INFINITY
     }
 
     fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {

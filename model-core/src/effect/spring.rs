@@ -8,7 +8,7 @@
 //! a stiffness near zero it is an [`offset_torque`](super::offset_torque); over a small angle
 //! [`gravity`](super::gravity) is a spring.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -40,11 +40,13 @@ impl Effect for Spring {
                 name: "stiffness",
                 dimension: Dimension::TorquePerPosition,
                 role: Role::Strength,
+                bounds: Bounds::NotNegative,
             },
             Parameter {
                 name: "torque",
                 dimension: Dimension::Torque,
-                role: Role::SignedStrength,
+                role: Role::Strength,
+                bounds: Bounds::Any,
             },
         ],
         reported: &[

@@ -8,7 +8,7 @@
 //! closed-cycle control systems*, 1947. Told from viscous friction by slow motion, at speeds around
 //! ω_S and below.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::numeric::exponential::decay;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -43,11 +43,13 @@ impl Effect for Stribeck {
                 name: "drop",
                 dimension: Dimension::Torque,
                 role: Role::Strength,
+                bounds: Bounds::NotNegative,
             },
             Parameter {
                 name: "velocity",
                 dimension: Dimension::Velocity,
                 role: Role::Shape,
+                bounds: Bounds::Positive,
             },
         ],
         reported: &[("drop", Dimension::Torque), ("velocity", Dimension::Velocity)],

@@ -13,7 +13,7 @@
 //! under large voltages. A log that stays at one duty does not tell it; the resistance is then the
 //! better name.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -51,6 +51,7 @@ impl Effect for SupplySag {
             name: "share",
             dimension: Dimension::PerPower,
             role: Role::Strength,
+            bounds: Bounds::NotNegative,
         }],
         reported: &[("share", Dimension::PerPower)],
         rotary_only: false,

@@ -19,7 +19,7 @@
 //! current: a resistance does not change what torque the motion takes. τ is told by a log that lasts as
 //! long; a shorter one tells r alone.
 
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -66,11 +66,13 @@ impl Effect for ThermalDrift {
                 name: "rate",
                 dimension: Dimension::PerSquaredCurrentTime,
                 role: Role::Strength,
+                bounds: Bounds::NotNegative,
             },
             Parameter {
                 name: "time_constant",
                 dimension: Dimension::Time,
                 role: Role::Shape,
+                bounds: Bounds::Positive,
             },
         ],
         reported: &[

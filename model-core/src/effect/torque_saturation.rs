@@ -14,7 +14,7 @@
 //! friction helps. At one level of torque it is absorbed by the Coulomb friction; logs under several
 //! levels of a brake tell it.
 
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -49,6 +49,7 @@ impl Effect for TorqueSaturation {
             name: "fall",
             dimension: Dimension::PerTorque,
             role: Role::Strength,
+            bounds: Bounds::NotNegative,
         }],
         reported: &[("fall", Dimension::PerTorque)],
         rotary_only: false,

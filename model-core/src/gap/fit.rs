@@ -110,20 +110,22 @@ impl Variable {
         }
     }
 
-    /// A value of an effect in the model.
+    /// A value of an effect in the model: within the parameter's bounds, a strength no farther out than
+    /// the effect's reach, a shape no farther than three times off where it starts.
     pub fn effect(id: Id, slot: usize, index: usize, value: f32, scope: &Scope) -> Self {
-        let scale = id.scale(scope, index);
-        let most = id.most(scope, index);
-        let (scale, lower, upper) = match id.description().parameters[index].role {
-            Role::SignedStrength => (scale, -most, most),
-            Role::Strength => (scale, 0.0, most),
+        let parameter = &id.description().parameters[index];
+        let (scale, lower, upper) = match parameter.role {
+            Role::Strength => {
+                let reach = id.reach(scope, index);
+                (id.scale(scope, index), -reach, reach)
+            }
             Role::Shape => (0.2 * value, 0.3 * value, 3.0 * value),
         };
         Self {
             target: Target::Effect { slot, index },
             scale,
-            lower,
-            upper,
+            lower: lower.max(parameter.bounds.lower()),
+            upper: upper.min(parameter.bounds.upper()),
             declared: None,
         }
     }

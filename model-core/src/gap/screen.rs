@@ -8,7 +8,7 @@ use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS, Store};
 use super::fit::{self, MOST_VARIABLES, Matrix, Target, Variables};
 use super::model::Model;
 use super::replay::{Data, Fold, Schedule, Sums};
-use crate::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
+use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
 use crate::plant::parameters::Drive;
@@ -172,7 +172,7 @@ impl<'a> Projection<'a> {
             .parameters
             .iter()
             .zip(solution)
-            .all(|(parameter, value)| parameter.role != Role::Strength || value >= 0.0);
+            .all(|(parameter, value)| parameter.bounds.are_signed() || value >= 0.0);
         let mut effect = effect;
         for index in 0..strengths {
             let tried = effect.values[index];
@@ -239,9 +239,9 @@ fn add_effect<'m>(
             moved.values[index] = share * effect.id.scale(scope, index);
             with_effect(model, moved)
         };
-        let signed = effect.id.description().parameters[index].role == Role::SignedStrength;
+        let bounds = effect.id.description().parameters[index].bounds;
         let moved = at(STRENGTH)?;
-        let (opposite, inverse_step) = if signed && sides == Sides::Both {
+        let (opposite, inverse_step) = if bounds.are_signed() && sides == Sides::Both {
             (Some(at(-STRENGTH)?), 0.5 / STRENGTH)
         } else {
             (None, 1.0 / STRENGTH)
