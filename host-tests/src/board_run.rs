@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use firmware::app::demonstration::DEMONSTRATION;
+use firmware::app::experiment::Experiment;
+use firmware::app::verdicts;
 
 use crate::board_log::{BoardLog, Line};
 use crate::comparison::{self, Comparison};
@@ -20,13 +22,16 @@ const TIME_LIMIT: Duration = Duration::from_secs(1800);
 /// The program in which everything goes wrong that may.
 pub const FAILURES: &str = "emulated_failures";
 
+/// The program in which the board traces a log of each kind of verdict.
+pub const VERDICTS: &str = "emulated_verdicts";
+
 /// The program in which an engine controller tries out a throttle body.
 pub const ECU: &str = "emulated_ecu";
 
 /// What begins the lines whose numbers are the compiler's.
-const COSTS: [&str; 2] = ["cost ", "deadlines "];
+const COSTS: [&str; 3] = ["cost ", "deadlines ", "stack "];
 
-/// A board's messages but for those that tell instructions: the same whatever it was built with.
+/// A board's messages but for those that tell instructions and bytes: the same whatever it was built with.
 pub fn messages(log: &BoardLog) -> impl Iterator<Item = &Line> {
     let is_cost = |line: &&Line| COSTS.iter().any(|cost| line.message.starts_with(cost));
     log.messages().filter(move |line| !is_cost(line))
@@ -41,6 +46,30 @@ pub fn run_program(toolchain: &Toolchain, program: &str) -> Result<(Build, Board
     Size::read(&build.elf)?.fitting()?;
     let log = emulator::run(&build.elf, TIME_LIMIT)?.log;
     Ok((build, log))
+}
+
+/// Logs of each kind of verdict, traced by the board.
+pub struct VerdictsRun {
+    /// What the program was built to.
+    pub build: Build,
+    /// What it logged, decoded.
+    pub log: BoardLog,
+    /// Each experiment beside the same on this host.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// Builds and runs the program that traces a log of each kind of verdict, and compares it with this host.
+///
+/// # Errors
+/// As [`run_program`]; a board that reports an error.
+pub fn run_verdicts(toolchain: &Toolchain) -> Result<VerdictsRun, Failure> {
+    let (build, log) = run_program(toolchain, VERDICTS)?;
+    let comparisons = compare(&log, &verdicts::VERDICTS).map_err(Failure::Other)?;
+    Ok(VerdictsRun {
+        build,
+        log,
+        comparisons,
+    })
 }
 
 /// A run of the image that ended in order.
@@ -76,7 +105,7 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
     announce("firmware on the emulated board");
     let emulator::Run { sent, log } = emulator::run(&build.elf, TIME_LIMIT)?;
     announce("the same experiments on this host");
-    let comparisons = compare(&log).map_err(Failure::Other)?;
+    let comparisons = compare(&log, &DEMONSTRATION).map_err(Failure::Other)?;
     Ok(BoardRun {
         toolchain,
         build,
@@ -96,28 +125,23 @@ impl BoardRun {
             .sum()
     }
 
-    /// Bits in which the board's samples differ from this host's.
-    pub fn differing_bits(&self) -> u32 {
-        let differing = self
-            .comparisons
-            .iter()
-            .map(|experiment| experiment.differing_bits);
-        differing.sum()
-    }
-
     /// Refuses a run in which board and host differ in a bit.
     ///
     /// # Errors
     /// What differs first.
     pub fn require_parity(&self) -> Result<(), Failure> {
-        match self
-            .comparisons
-            .iter()
-            .find(|experiment| !experiment.is_equal())
-        {
-            None => Ok(()),
-            Some(experiment) => Err(Failure::Other(difference(experiment))),
-        }
+        require_parity(&self.comparisons)
+    }
+}
+
+/// Refuses experiments in which board and host differ in a bit.
+///
+/// # Errors
+/// What differs first.
+pub fn require_parity(comparisons: &[Comparison]) -> Result<(), Failure> {
+    match comparisons.iter().find(|experiment| !experiment.is_equal()) {
+        None => Ok(()),
+        Some(experiment) => Err(Failure::Other(difference(experiment))),
     }
 }
 
@@ -136,9 +160,9 @@ fn difference(experiment: &Comparison) -> String {
 }
 
 /// Compares a log that reports no error with this host's.
-fn compare(log: &BoardLog) -> Result<Vec<Comparison>, String> {
+fn compare(log: &BoardLog, experiments: &[Experiment]) -> Result<Vec<Comparison>, String> {
     if let Some(line) = log.messages().find(|line| line.level == "ERROR") {
         return Err(format!("the emulated board reports: {line}"));
     }
-    comparison::compare(log, &DEMONSTRATION)
+    comparison::compare(log, experiments)
 }

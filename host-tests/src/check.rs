@@ -80,6 +80,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     announce("failures on the emulated board");
     run_program(&board.toolchain, board_run::FAILURES, args.bless)?;
     say("each named, nothing taken over from it, the plant stepping on");
+    announce("a log of each kind of verdict on the emulated board");
+    let verdicts = board_run::run_verdicts(&board.toolchain)?;
+    check_warnings(&verdicts.build)?;
+    board_run::require_parity(&verdicts.comparisons)?;
+    say(&format!(
+        "{} logs traced, bit for bit as on this host",
+        verdicts.comparisons.len()
+    ));
     announce("a throttle body and its engine controller on the emulated board");
     run_program(&board.toolchain, board_run::ECU, args.bless)?;
     say("each fault found by its code, none where there is none, no deadline missed");

@@ -55,7 +55,7 @@ pub fn run() -> Result<(), Failure> {
         .map_err(|error| Failure::system(directory.display(), &error))?;
     let mut text = gap::table::render(&found, io::stdout().is_terminal());
     text.push_str("\nThe emulated board, by itself\n");
-    text += &Onboard::read(&run, &counts)?.table();
+    text += &Onboard::read(&run, None, &counts)?.table();
     text += &format!(
         "built with   {}\nlogs         {}\nreport       {}\n",
         run.toolchain.route().describe(),

@@ -7,7 +7,7 @@ use model_core::gap::log::Log;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, InOrder, Settings};
 use model_core::gap::select::{self, LEAST_WINDOWS, ROUNDS};
-use model_core::gap::verdict::Verdict;
+use model_core::gap::verdict::{Trace, Verdict};
 use model_core::gap::workbench::Options;
 
 use super::machine::Machine;
@@ -91,15 +91,23 @@ pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
         return Err(Failed::LogTooShort);
     }
     let options = Options::new(&data, &declared, &BASE, true).ok_or(Failed::Machine)?;
-    let trace =
-        select::trace(&data, &InOrder, &declared, &options, |_| ()).ok_or(Failed::Machine)?;
+    // Read where it is: a copy would lie on the stack as long as the tracing does.
+    match &select::trace(&data, &InOrder, &declared, &options, |_| ()) {
+        Some(trace) => finding(&data, trace),
+        None => Err(Failed::Machine),
+    }
+}
 
+/// What a tracing comes to. In a frame of its own, which the stack does not hold beside the tracing's.
+#[inline(never)]
+fn finding(data: &Data, trace: &Trace) -> Result<Finding, Failed> {
     let judged = Data {
         settings: trace.settings,
-        ..data
+        ..*data
     };
     let error = |model: &Model| {
-        let simulator = model.build(logs[0].period).map_err(|_| Failed::Machine)?;
+        let period = data.logs[0].period;
+        let simulator = model.build(period).map_err(|_| Failed::Machine)?;
         Ok(replay::total_error(&judged, &InOrder, &simulator).position_rms())
     };
     let found = &trace.after.model.effects;

@@ -63,6 +63,7 @@ pub const UNDECLARED: Experiment = Experiment {
         },
         ..EMA.plant
     },
+    peculiarity: None,
     wear: None,
     failure: None,
     commands: &EMA_SHORT,
@@ -75,6 +76,7 @@ pub const WEAR: Experiment = Experiment {
     name: "wear",
     machine: EMA,
     actuator: EMA.plant,
+    peculiarity: None,
     wear: Some(Wear {
         step: 5 * STEPS_PER_SECOND,
         coulomb: 0.15,
@@ -99,6 +101,7 @@ pub const BRAKE: Experiment = Experiment {
         breakaway: Directional::both(1.25 * 0.779),
         ..EMA.plant
     },
+    peculiarity: None,
     wear: None,
     failure: None,
     commands: &EMA_SWEEP,
@@ -111,6 +114,7 @@ pub const EMULATION: Experiment = Experiment {
     name: "throttle",
     machine: THROTTLE,
     actuator: THROTTLE.plant,
+    peculiarity: None,
     wear: None,
     failure: None,
     commands: &THROTTLE_LONG,

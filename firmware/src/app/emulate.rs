@@ -6,11 +6,12 @@
 //! next, exactly.
 
 use heapless::spsc::Consumer;
-use model_core::plant::State;
+use model_core::effect::backlash;
 use model_core::plant::actuator::Actuator;
+use model_core::plant::{InputRefused, State};
 
 use super::conversion::Converters;
-use super::experiment::Wear;
+use super::experiment::{Peculiarity, Wear};
 use super::fault::Fault;
 use super::timing::TICKS_PER_CONTROL;
 use super::tracks::Tracks;
@@ -28,6 +29,8 @@ pub struct Setup {
     pub converters: Converters,
     /// The sensor that it plays for others.
     pub tracks: Tracks,
+    /// What it has that no number of its parameters says.
+    pub peculiarity: Option<Peculiarity>,
     /// A change of its friction.
     pub wear: Option<Wear>,
     /// Control step from which on the position sensor reads what is not a number.
@@ -39,6 +42,8 @@ pub struct Emulation {
     setup: Option<Setup>,
     setups: Consumer<'static, Setup>,
     state: State,
+    /// Position at the sensor's side of the play, rad; that of the drive without one.
+    reported: f32,
     wiring: &'static Wiring,
     /// Ticks so far. The first samples the initial state, without a step.
     ticks: u32,
@@ -51,6 +56,7 @@ impl Emulation {
             setup: None,
             setups,
             state: State::default(),
+            reported: 0.0,
             wiring,
             ticks: 0,
         }
@@ -66,6 +72,7 @@ impl PlantWork for Emulation {
         }
         if let Some(setup) = self.setups.dequeue() {
             self.state = setup.start;
+            self.reported = setup.start.position.value();
             self.setup = Some(setup);
             self.ticks = 0;
             self.wiring.rearm();
@@ -80,15 +87,21 @@ impl PlantWork for Emulation {
         }
         if self.ticks > 0 {
             let voltage = setup.converters.bridge.value(self.wiring.duty());
-            if setup.actuator.step(&mut self.state, voltage).is_err() {
+            if step(setup, &mut self.state, voltage).is_err() {
                 self.wiring.trip(Fault::NonFinite);
             }
         }
-        let codes = setup.tracks.codes(self.state.position.value());
-        self.wiring.set_tracks(codes);
+        let position = self.state.position.value();
+        self.reported = match setup.peculiarity {
+            Some(Peculiarity::Play(width)) => {
+                backlash::follow(self.reported, position, 0.5 * width)
+            }
+            _ => position,
+        };
+        self.wiring.set_tracks(setup.tracks.codes(self.reported));
         let due = self.ticks.is_multiple_of(TICKS_PER_CONTROL);
         let truth = Truth::from(&self.state);
-        match measure(setup, self.ticks, truth) {
+        match measure(setup, self.ticks, (self.reported, truth.current)) {
             Some(measurement) => self.wiring.publish(measurement, truth),
             None => self.wiring.trip(Fault::NonFinite),
         }
@@ -100,14 +113,30 @@ impl PlantWork for Emulation {
     }
 }
 
-/// What the sensors make of a state; none where one of them has no reading.
-fn measure(setup: &Setup, tick: u32, truth: Truth) -> Option<Measurement> {
+/// A step of the plant under the friction that it has where it is.
+#[inline(always)]
+fn step(setup: &Setup, state: &mut State, voltage: f32) -> Result<(), InputRefused> {
+    let Some(Peculiarity::RoughSpot { from, to, more }) = setup.peculiarity else {
+        return setup.actuator.step(state, voltage);
+    };
+    let mut load = setup.actuator.load();
+    if (from..to).contains(&state.position.value()) {
+        for friction in [&mut load.coulomb, &mut load.breakaway] {
+            friction.forward += more;
+            friction.backward += more;
+        }
+    }
+    setup.actuator.step_under(state, voltage, &load)
+}
+
+/// What the sensors make of a position and a current; none where one of them has no reading.
+fn measure(setup: &Setup, tick: u32, (position, current): (f32, f32)) -> Option<Measurement> {
     let failed = setup
         .sensor_fails
         .is_some_and(|step| tick >= step * TICKS_PER_CONTROL);
-    let position = if failed { f32::NAN } else { truth.position };
+    let position = if failed { f32::NAN } else { position };
     Some(Measurement {
         position: setup.converters.position.counts(position)?.into(),
-        current: setup.converters.current.counts(truth.current)?,
+        current: setup.converters.current.counts(current)?,
     })
 }

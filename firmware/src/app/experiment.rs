@@ -22,6 +22,8 @@ pub struct Experiment {
     pub machine: Machine,
     /// The actuator that is emulated. What differs from the machine's, nobody declares.
     pub actuator: Parameters,
+    /// What it has that no number of its parameters says.
+    pub peculiarity: Option<Peculiarity>,
     /// What becomes of its friction on the way.
     pub wear: Option<Wear>,
     /// What fails on the way.
@@ -32,6 +34,22 @@ pub struct Experiment {
     pub steps: u32,
     /// What is made of the log.
     pub evaluation: Evaluation,
+}
+
+/// What an actuator has that [`Parameters`] have not, and that the drive is not told about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Peculiarity {
+    /// Lost motion of this full width between the drive and its position sensor, rad.
+    Play(f32),
+    /// Other friction along a part of the stroke.
+    RoughSpot {
+        /// Where it begins, rad.
+        from: f32,
+        /// Where it ends, rad.
+        to: f32,
+        /// By how much friction is more there, sliding and held alike, N·m.
+        more: f32,
+    },
 }
 
 /// A change of friction that the drive is not told about.
@@ -112,6 +130,7 @@ impl Experiment {
             start: State::new(self.machine.rest, 0.0),
             converters: self.machine.converters,
             tracks: Tracks::new(self.actuator.lower_stop, self.actuator.upper_stop),
+            peculiarity: self.peculiarity,
             wear: self.wear,
             sensor_fails: match self.failure {
                 Some(Failure::PositionSensor(step)) => Some(step),

@@ -16,6 +16,7 @@ const SOUND: Experiment = Experiment {
     name: "sound",
     machine: EMA,
     actuator: EMA.plant,
+    peculiarity: None,
     wear: None,
     failure: None,
     commands: &MOTION,

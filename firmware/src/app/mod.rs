@@ -15,9 +15,9 @@
 //! What outlives a power cut is in the [`store`], which is written only while the drive is
 //! disarmed, see [`arming`].
 //! What a person at a terminal has done with an image is the [`operation`].
-//! What there is to run: the [`demonstration`], and the [`failures`]. In an image of its own an
-//! emulated engine controller, [`ecu`], is in the place of the loop, and a [`digest`] stands for what
-//! was on its wires.
+//! What there is to run: the [`demonstration`], the [`failures`], and a log for each kind of the check's
+//! [`verdicts`]. In an image of its own an emulated engine controller, [`ecu`], is in the place of the
+//! loop, and a [`digest`] stands for what was on its wires.
 
 pub mod arming;
 pub mod capture;
@@ -50,5 +50,6 @@ pub mod store;
 pub mod tape;
 pub mod timing;
 pub mod tracks;
+pub mod verdicts;
 pub mod wiring;
 pub mod work;

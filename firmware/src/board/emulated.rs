@@ -133,6 +133,48 @@ pub mod stopwatch {
     }
 }
 
+/// How deep the stack has ever been: it is painted, and what is no longer of that colour was used.
+mod stack {
+    use cortex_m::register::msp;
+
+    /// The beginning of the RAM: `flip-link` puts the stack there, below the variables.
+    const END: *mut u32 = 0x2000_0000 as *mut u32;
+
+    /// Hardly what a program leaves there.
+    const PAINT: u32 = 0xA5C3_965A;
+
+    /// What the frame of the painting itself has at most, bytes.
+    const OWN: u32 = 256;
+
+    unsafe extern "C" {
+        /// Where the stack begins, from cortex-m-rt's linker script.
+        static _stack_start: u32;
+    }
+
+    /// Paints what is free. Nothing may interrupt it.
+    pub fn paint() {
+        let free = msp::read() - OWN - END as u32;
+        for word in 0..free as usize / 4 {
+            // SAFETY: from the stack's end up to below this frame, which nothing else uses.
+            unsafe { END.add(word).write_volatile(PAINT) }
+        }
+    }
+
+    /// Bytes of it.
+    pub fn room() -> u32 {
+        // The address alone is taken.
+        &raw const _stack_start as u32 - END as u32
+    }
+
+    /// Bytes that have been used.
+    pub fn used() -> u32 {
+        let words = room() as usize / 4;
+        // SAFETY: within the stack; whatever is there is a word.
+        let painted = |word: &usize| unsafe { END.add(*word).read_volatile() } == PAINT;
+        room() - 4 * (0..words).take_while(painted).count() as u32
+    }
+}
+
 /// An interrupt line that the emulated machine leaves idle, to carry an executor.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Line(u16);
@@ -157,6 +199,7 @@ static SESSION_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 /// If it is called twice.
 pub fn run(experiments: &'static [Experiment], end: fn(bool) -> !) -> ! {
     static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
+    stack::paint();
     let mut board = defmt::unwrap!(Emulated::take());
     let (above, below) = board.start_executors();
     let (session, records) = session::start(&mut board, MEMORY.take());
@@ -232,6 +275,7 @@ async fn record(records: Records) -> ! {
 #[embassy_executor::task]
 async fn perform(mut session: Session, experiments: &'static [Experiment], end: fn(bool) -> !) {
     let sound = session.run::<Emulated>(experiments).await;
+    defmt::info!("stack used={=u32} of={=u32}", stack::used(), stack::room());
     end(sound)
 }
 

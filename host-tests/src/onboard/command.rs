@@ -31,9 +31,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     };
     let run = board_run::run(&mut announce)?;
+    announce("a log of each kind of verdict on the emulated board");
+    let verdicts = board_run::run_verdicts(&run.toolchain)?;
     announce("instruction counts");
     let counts = on_target_run::run(&run.toolchain)?.counts;
-    let onboard = Onboard::read(&run, &counts)?;
+    let onboard = Onboard::read(&run, Some(&verdicts), &counts)?;
     if let Some(path) = &args.json {
         whole_file::write_json(path, &onboard)
             .map_err(|error| Failure::system(path.display(), &error))?;
@@ -41,5 +43,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     io::stdout()
         .write_all(onboard.table().as_bytes())
         .map_err(|error| Failure::system("standard output", &error))?;
-    run.require_parity()
+    run.require_parity()?;
+    board_run::require_parity(&verdicts.comparisons)
 }

@@ -15,6 +15,9 @@ pub struct Onboard {
     pub brake: Refit,
     /// What the board finds in its own log.
     pub gap: Gap,
+    /// What it finds in a log of each kind of verdict.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub verdicts: Vec<Gap>,
     /// Instructions of one step: exact, of this compiler.
     pub instructions_per_step: PerStep,
     /// What the image occupies.
@@ -32,7 +35,7 @@ pub struct Parity {
     pub differing_bits: u32,
     /// Samples by experiment.
     pub experiments: Vec<ParityOf>,
-    /// Whether the refit and the check came to the same numbers, to the last bit.
+    /// Whether every refit and every check came to the same numbers, to the last bit.
     pub same_evaluations: bool,
 }
 
@@ -76,10 +79,18 @@ pub struct Refit {
 /// What the board finds in its own log.
 #[derive(Debug, Clone, Serialize)]
 pub struct Gap {
+    /// The experiment's name.
+    pub experiment: &'static str,
     /// As in the answer of `cargo hil gap`.
     pub verdict: String,
     /// Ids of the effects.
     pub effects: Vec<String>,
+    /// The variable that carries what is unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unknown: Option<String>,
+    /// Numbers of the machine that turned out wrong.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub freed: Vec<String>,
     /// Windowed position error, rms, of the machine with its parameters fitted, rad.
     pub position_rms_before: f64,
     /// With what was found, rad.
@@ -126,6 +137,8 @@ pub struct Image {
     pub flash_room_bytes: u64,
     /// What is left of the RAM: the stack's.
     pub ram_room_bytes: u64,
+    /// What of that the stack has used, in the run that used most.
+    pub stack_bytes: u64,
 }
 
 /// Deadlines of the whole run.

@@ -2,12 +2,14 @@
 
 use std::str::FromStr;
 
+use firmware::app::check;
 use firmware::app::demonstration::{BRAKE, UNDECLARED, WEAR};
 use firmware::app::experiment::Experiment;
+use firmware::app::verdicts::VERDICTS;
 
 use super::outcome::{Deadlines, Gap, Image, Onboard, Parity, ParityOf, PerStep, Refit};
 use crate::board_log::{BoardLog, Recording};
-use crate::board_run::BoardRun;
+use crate::board_run::{BoardRun, VerdictsRun};
 use crate::failure::Failure;
 use crate::figures::Figures;
 use crate::gap::metrics::decimal;
@@ -50,71 +52,107 @@ impl<'a> Lines<'a> {
     }
 }
 
+/// A value that the board tells at the end of its log.
+fn at_the_end<T: FromStr>(log: &BoardLog, kind: &str, name: &str) -> Result<T, Failure> {
+    let said = log.messages().find_map(|line| line.value(kind, name));
+    said.and_then(|text| text.parse().ok())
+        .ok_or_else(|| Failure::other("the board's log has no end"))
+}
+
 impl Onboard {
-    /// From a run of the board.
+    /// From a run of the board, and one of each kind of verdict where there was one.
     ///
     /// # Errors
     /// A log without a result.
-    pub fn read(run: &BoardRun, counts: &Figures) -> Result<Self, Failure> {
-        let check = Lines::of(&run.log, UNDECLARED.name)?;
-        let check_instructions = check.value("cost", "instructions")?;
-        let effects = check
-            .0
-            .lines
-            .iter()
-            .filter_map(|line| line.value("effect", "id"));
-        let last = |name: &str| {
-            let said = run
-                .log
-                .messages()
-                .find_map(|line| line.value("deadlines", name));
-            said.and_then(|text| text.parse().ok())
-                .ok_or_else(|| Failure::other("the board's log has no end"))
-        };
+    pub fn read(
+        run: &BoardRun,
+        verdicts: Option<&VerdictsRun>,
+        counts: &Figures,
+    ) -> Result<Self, Failure> {
+        let of_verdicts = verdicts.map_or(&[][..], |verdicts| &verdicts.comparisons);
+        let compared = || run.comparisons.iter().chain(of_verdicts);
+        let deadlines = |name: &str| at_the_end::<u32>(&run.log, "deadlines", name);
+        let logs = [&run.log].into_iter();
+        let logs = logs.chain(verdicts.map(|verdicts| &verdicts.log));
+        let stacks = logs.map(|log| at_the_end::<u64>(log, "stack", "used"));
+        let stacks = stacks.collect::<Result<Vec<u64>, Failure>>()?;
         Ok(Self {
             target: TARGET,
             parity: Parity {
-                samples: run.samples(),
-                differing_bits: run.differing_bits(),
-                experiments: run
-                    .comparisons
-                    .iter()
+                samples: compared().map(|experiment| experiment.samples).sum(),
+                differing_bits: compared().map(|experiment| experiment.differing_bits).sum(),
+                experiments: compared()
                     .map(|experiment| ParityOf {
                         name: experiment.name,
                         samples: experiment.samples,
                         differing_bits: experiment.differing_bits,
                     })
                     .collect(),
-                same_evaluations: run
-                    .comparisons
-                    .iter()
-                    .all(|experiment| experiment.lines.is_empty()),
+                same_evaluations: compared().all(|experiment| experiment.lines.is_empty()),
             },
             refit: Refit::read(&run.log, &WEAR)?,
             brake: Refit::read(&run.log, &BRAKE)?,
-            gap: Gap {
-                verdict: check.value("check", "verdict")?,
-                effects: effects.map(str::to_owned).collect(),
-                position_rms_before: check.value("check", "position_rms_before")?,
-                position_rms_after: check.value("check", "position_rms_after")?,
-                samples: check.value("check", "samples")?,
-                instructions: check_instructions,
-                seconds: seconds(check_instructions),
-                ticks: check.value("cost", "ticks")?,
-                missed_ticks: check.value("cost", "missed")?,
-            },
+            gap: Gap::read(&run.log, &UNDECLARED)?,
+            verdicts: verdicts.map_or(Ok(Vec::new()), |verdicts| {
+                let experiments = VERDICTS.iter();
+                experiments
+                    .map(|experiment| Gap::read(&verdicts.log, experiment))
+                    .collect()
+            })?,
             instructions_per_step: PerStep::read(counts)?,
             image: Image {
                 flash_bytes: run.size.flash,
                 ram_bytes: run.size.ram,
                 flash_room_bytes: FLASH - run.size.flash,
                 ram_room_bytes: RAM - run.size.ram,
+                stack_bytes: stacks.into_iter().max().unwrap_or_default(),
             },
             deadlines: Deadlines {
-                ticks: last("ticks")?,
-                missed: last("missed")?,
+                ticks: deadlines("ticks")?,
+                missed: deadlines("missed")?,
             },
         })
+    }
+}
+
+impl Gap {
+    fn read(log: &BoardLog, experiment: &Experiment) -> Result<Self, Failure> {
+        let lines = Lines::of(log, experiment.name)?;
+        let all = |kind: &'static str, name: &'static str| {
+            let of_kind = lines.0.lines.iter();
+            of_kind.filter_map(move |line| line.value(kind, name).map(str::to_owned))
+        };
+        let to_be_fitted = |name: &String| check::BASE.iter().any(|base| base.name() == name);
+        let instructions = lines.value("cost", "instructions")?;
+        Ok(Self {
+            experiment: experiment.name,
+            verdict: lines.value("check", "verdict")?,
+            effects: all("effect", "id").collect(),
+            unknown: all("unknown", "depends_on").next(),
+            freed: all("fitted", "name")
+                .filter(|name| !to_be_fitted(name))
+                .collect(),
+            position_rms_before: lines.value("check", "position_rms_before")?,
+            position_rms_after: lines.value("check", "position_rms_after")?,
+            samples: lines.value("check", "samples")?,
+            instructions,
+            seconds: seconds(instructions),
+            ticks: lines.value("cost", "ticks")?,
+            missed_ticks: lines.value("cost", "missed")?,
+        })
+    }
+
+    /// What was found, in a few words.
+    pub(super) fn names(&self) -> String {
+        let freed = self.freed.iter().map(|name| format!("wrong {name}"));
+        let unknown = self.unknown.iter().map(|variable| format!("by {variable}"));
+        let names = self.effects.iter().cloned().chain(unknown).chain(freed);
+        let names: Vec<String> = names.collect();
+        if names.is_empty() {
+            self.verdict.clone()
+        } else {
+            format!("{} ({})", self.verdict, names.join(", "))
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::outcome::{Onboard, Refit};
+use super::outcome::{Gap, Onboard, Refit};
 use crate::image::{FLASH, RAM};
 
 impl Onboard {
@@ -13,6 +13,7 @@ impl Onboard {
             refit,
             brake,
             gap,
+            verdicts,
             instructions_per_step: steps,
             image,
             ..
@@ -49,7 +50,19 @@ impl Onboard {
                 refit.missed_ticks,
             )
         };
-        let rows = [
+        let checked = |gap: &Gap| {
+            let finding = format!(
+                "{}: {}: position {:.3} -> {:.3} mrad rms over {} samples",
+                gap.experiment,
+                gap.names(),
+                1e3 * gap.position_rms_before,
+                1e3 * gap.position_rms_after,
+                gap.samples
+            );
+            let cost = cost(gap.instructions, gap.seconds, gap.ticks, gap.missed_ticks);
+            [("check", finding), ("", cost)]
+        };
+        let mut rows = vec![
             (
                 "parity",
                 format!(
@@ -63,21 +76,9 @@ impl Onboard {
             ("", cost_of(refit)),
             ("brake", found(brake)),
             ("", cost_of(brake)),
-            (
-                "check",
-                format!(
-                    "{} ({}): position {:.3} -> {:.3} mrad rms over {} samples",
-                    gap.verdict,
-                    gap.effects.join(", "),
-                    1e3 * gap.position_rms_before,
-                    1e3 * gap.position_rms_after,
-                    gap.samples
-                ),
-            ),
-            (
-                "",
-                cost(gap.instructions, gap.seconds, gap.ticks, gap.missed_ticks),
-            ),
+        ];
+        rows.extend([gap].into_iter().chain(verdicts).flat_map(checked));
+        rows.extend([
             (
                 "evaluations",
                 if parity.same_evaluations {
@@ -102,15 +103,16 @@ impl Onboard {
             (
                 "image",
                 format!(
-                    "{:.1} of {} KB flash, {:.1} of {} KB RAM ({:.1} KB for the stack)",
+                    "{:.1} of {} KB flash, {:.1} of {} KB RAM ({:.1} KB for the stack, of which {:.1} KB were used)",
                     kilobytes(image.flash_bytes),
                     FLASH / 1024,
                     kilobytes(image.ram_bytes),
                     RAM / 1024,
-                    kilobytes(image.ram_room_bytes)
+                    kilobytes(image.ram_room_bytes),
+                    kilobytes(image.stack_bytes)
                 ),
             ),
-        ];
+        ]);
         let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
         rows.iter().fold(String::new(), |mut text, (name, value)| {
             // A string takes everything.

@@ -1,0 +1,65 @@
+//! A board for each kind of verdict: short logs in which the onboard check has to find lost motion, call
+//! unknown what the catalogue has not, name a number that the machine declares wrongly, and find nothing
+//! where nothing is.
+
+use model_core::plant::parameters::{Drive, Parameters};
+
+use super::experiment::{Evaluation, Experiment, Peculiarity};
+use super::machine::EMA;
+use super::profile::Command;
+use super::timing::STEPS_PER_SECOND;
+
+/// A sine that quickens: a second of it turns as often as it takes to tell lost motion from the rest.
+const MOTION: [Command; 1] = [Command::sweep((0.0, 0.5), (2.0, 8.0), 2)];
+
+/// In the order in which they run.
+pub const VERDICTS: [Experiment; 4] = [SOUND, PLAY, ROUGH_SPOT, WARM];
+
+/// An actuator that is what it is declared to be: there is nothing to find. As short as a log may be that
+/// decides so.
+pub const SOUND: Experiment = Experiment {
+    name: "sound",
+    machine: EMA,
+    actuator: EMA.plant,
+    peculiarity: None,
+    wear: None,
+    failure: None,
+    commands: &MOTION,
+    steps: 6 * STEPS_PER_SECOND / 5,
+    evaluation: Evaluation::Check,
+};
+
+/// Lost motion before the sensor, an effect that remembers where the motion turned.
+pub const PLAY: Experiment = Experiment {
+    name: "play",
+    peculiarity: Some(Peculiarity::Play(0.05)),
+    // Two dozen reversals.
+    steps: 3 * STEPS_PER_SECOND,
+    ..SOUND
+};
+
+/// A spot with half as much friction again: the catalogue has nothing that local.
+pub const ROUGH_SPOT: Experiment = Experiment {
+    name: "rough_spot",
+    peculiarity: Some(Peculiarity::RoughSpot {
+        from: 0.1,
+        to: 0.2,
+        more: 0.5 * EMA.plant.coulomb.forward,
+    }),
+    ..SOUND
+};
+
+/// A winding that is 38 K warmer than its declared resistance, which no fit is told to doubt.
+pub const WARM: Experiment = Experiment {
+    name: "warm",
+    actuator: Parameters {
+        drive: Drive::Voltage {
+            resistance: 1.15,
+            inductance: 1.0e-3,
+            torque_constant: 0.06,
+        },
+        ..EMA.plant
+    },
+    steps: 2 * STEPS_PER_SECOND,
+    ..SOUND
+};
