@@ -8,7 +8,7 @@ use firmware::app::check::{self, Finding};
 use firmware::app::demonstration::{EMULATION, UNDECLARED};
 use firmware::app::experiment::{Experiment, Peculiarity};
 use firmware::app::machine::{EMA, Machine as Onboard, THROTTLE};
-use firmware::app::verdicts::{PLAY, ROUGH_SPOT, SOUND, VERDICTS, WARM};
+use firmware::app::verdicts::{PLAY, ROUGH_SPOT, SOUND, TWO, VERDICTS, WARM};
 use host_tests::app_on_host::AppOnHost;
 use host_tests::board_log::{BoardLog, Line, Sample};
 use host_tests::gap::declared;
@@ -133,6 +133,15 @@ fn both_find_the_play_before_the_sensor() {
         error.abs() < 2.0 * EMA.converters.position.unit(),
         "{error}"
     );
+}
+
+#[test]
+fn both_find_two_effects_at_once() {
+    let finding = found_alike(&TWO);
+    assert_eq!(finding.verdict, Verdict::EffectsFound);
+    let mut found = ids(&finding);
+    found.sort_unstable();
+    assert_eq!(found, ["asymmetric_viscous", "backlash"]);
 }
 
 #[test]

@@ -1,9 +1,10 @@
-//! A board for each kind of verdict: short logs in which the onboard check has to find lost motion, call
-//! unknown what the catalogue has not, name a number that the machine declares wrongly, and find nothing
-//! where nothing is.
+//! A board for each kind of verdict: short logs in which the onboard check has to find lost motion, two
+//! effects at once, call unknown what the catalogue has not, name a number that the machine declares wrongly,
+//! and find nothing where nothing is.
 
 use model_core::plant::parameters::{Drive, Parameters};
 
+use super::demonstration::UNDECLARED;
 use super::experiment::{Evaluation, Experiment, Peculiarity};
 use super::machine::EMA;
 use super::profile::Command;
@@ -13,7 +14,7 @@ use super::timing::STEPS_PER_SECOND;
 const MOTION: [Command; 1] = [Command::sweep((0.0, 0.5), (2.0, 8.0), 2)];
 
 /// In the order in which they run.
-pub const VERDICTS: [Experiment; 4] = [SOUND, PLAY, ROUGH_SPOT, WARM];
+pub const VERDICTS: [Experiment; 5] = [SOUND, PLAY, TWO, ROUGH_SPOT, WARM];
 
 /// An actuator that is what it is declared to be: there is nothing to find. As short as a log may be that
 /// decides so.
@@ -36,6 +37,13 @@ pub const PLAY: Experiment = Experiment {
     // Two dozen reversals.
     steps: 3 * STEPS_PER_SECOND,
     ..SOUND
+};
+
+/// The same on a drive that drags more forward: what was found first is chosen anew beside the other.
+pub const TWO: Experiment = Experiment {
+    name: "two",
+    actuator: UNDECLARED.actuator,
+    ..PLAY
 };
 
 /// A spot with half as much friction again: the catalogue has nothing that local.

@@ -111,12 +111,47 @@ pub fn compare_within(smaller: &HeldOut, larger: &HeldOut, mask: &Mask) -> Compa
     }
 }
 
+/// Held-out error of a log as a whole, by channel.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Total {
+    position: f32,
+    current: f32,
+}
+
+impl Total {
+    /// Of all blocks.
+    pub fn of(blocks: &HeldOut) -> Self {
+        let mut total = Self::default();
+        for error in blocks {
+            total.add(error);
+        }
+        total
+    }
+
+    fn add(&mut self, error: &WindowError) {
+        self.position += error.position;
+        self.current += error.current;
+    }
+
+    /// It over another one, product over the channels.
+    pub fn over(&self, other: &Self) -> f64 {
+        let ratio = |before: f32, after: f32| {
+            if before > 0.0 {
+                f64::from(after) / f64::from(before)
+            } else {
+                1.0
+            }
+        };
+        ratio(other.position, self.position) * ratio(other.current, self.current)
+    }
+}
+
 /// Compares two models block by block. The channels' logarithms add: each has its own, unknown
 /// noise, and a channel that is mere noise does not hide a gain in the other. Blocks in which the larger
 /// model was not tested take no part.
 pub fn compare(smaller: &HeldOut, larger: &HeldOut) -> Comparison {
     let mut differences: Vec<f32, MOST_BLOCKS> = Vec::new();
-    let mut totals = [WindowError::default(); 2];
+    let mut totals = [Total::default(); 2];
     let tested = |(_, after): &(&WindowError, &WindowError)| after.position > 0.0;
     for (before, after) in smaller.iter().zip(larger).filter(tested) {
         let gain = |before: f32, after: f32| {
@@ -129,25 +164,16 @@ pub fn compare(smaller: &HeldOut, larger: &HeldOut) -> Comparison {
         let _ = differences
             .push(gain(before.position, after.position) + gain(before.current, after.current));
         for (total, error) in totals.iter_mut().zip([before, after]) {
-            total.position += error.position;
-            total.current += error.current;
+            total.add(error);
         }
     }
-    let ratio = |before: f32, after: f32| {
-        if before > 0.0 {
-            f64::from(after) / f64::from(before)
-        } else {
-            1.0
-        }
-    };
     let median = median(&mut differences).unwrap_or(0.0);
     for difference in &mut differences {
         *difference -= NO_GAIN;
     }
     let p_value = p_value(&mut differences);
     Comparison {
-        ratio: ratio(totals[0].position, totals[1].position)
-            * ratio(totals[0].current, totals[1].current),
+        ratio: totals[1].over(&totals[0]),
         p_value,
         median,
     }

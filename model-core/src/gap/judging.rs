@@ -15,6 +15,7 @@ const LITTLE_LEFT: f64 = 0.3;
 pub const THROUGHOUT: (f32, f32) = (f32::NEG_INFINITY, f32::INFINITY);
 
 /// Held-out errors of a model, where they are not known already.
+#[inline(never)]
 pub fn judge<'k>(
     workbench: &mut Workbench<impl Schedule>,
     known: &'k mut Option<HeldOut>,

@@ -10,7 +10,7 @@
 //! structure.
 
 use super::fit::Fit;
-use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare};
+use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, Total, compare};
 use super::judging::{
     Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, judge, judge_effect,
     wins_on_its_restarts,
@@ -173,7 +173,6 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
 }
 
 /// What has been found so far.
-#[derive(Clone)]
 struct Found {
     /// The model with the effects.
     after: Fit,
@@ -225,6 +224,7 @@ impl Found {
 
     /// Takes what a round chooses beside all others in place of the effect at this place, if it follows the
     /// log better, or as well with fewer parameters. The look at it; `None` inside if nothing changes.
+    // What is kept lies below a whole round: no more than what cannot be had again.
     #[inline(never)]
     fn choose_anew(
         &mut self,
@@ -233,37 +233,56 @@ impl Found {
         round: usize,
     ) -> Option<Option<Consideration>> {
         let (data, base) = (workbench.data, workbench.base.clone());
-        let kept = self.clone();
-        let others = self.accepted.len() - 1;
-        let out = self.accepted.remove(place).candidate.effect.id;
-        let mut without = kept.after.model.clone();
+        let kept = self.after.clone();
+        let out = self.accepted.remove(place);
+        let others = self.accepted.len();
         let slot = workbench.declared.effects.len() + place;
-        without.effects.remove(slot);
-        self.after = workbench.fit(&without)?;
-        self.held_out = None;
+        self.do_without(workbench, slot)?;
         let mut taken = None;
         add_effect(workbench, round, self, &mut |look| {
             if matches!(look.decision, Decision::Accepted | Decision::Simpler { .. }) {
                 taken = Some(*look);
             }
         })?;
-        let chosen = self.accepted.get(others);
-        if let Some(id) = chosen.map(|chosen| chosen.candidate.effect.id)
-            && id != out
+        if self.accepted.len() > others
+            && self.replaces(workbench, (&kept.model, out.candidate.effect.id))?
         {
-            let before = workbench.held_out(&kept.after.model)?;
-            let now = judge(workbench, &mut self.held_out, &self.after.model)?;
-            let ratio = compare(&before, now).ratio;
-            if ratio * EQUALLY_GOOD <= 1.0
-                || (ratio <= EQUALLY_GOOD && id.parameters() < out.parameters())
-            {
-                return Some(taken);
-            }
+            return Some(taken);
         }
-        *self = kept;
+        self.accepted.truncate(others);
+        let _ = self.accepted.insert(place, out);
+        self.after = kept;
+        self.held_out = None;
         workbench.data = data;
         workbench.base = base;
         Some(None)
+    }
+
+    /// Fits the model without the effect in a slot.
+    #[inline(never)]
+    fn do_without(&mut self, workbench: &mut Workbench<impl Schedule>, slot: usize) -> Option<()> {
+        self.after.model.effects.remove(slot);
+        self.after = workbench.fit(&self.after.model)?;
+        self.held_out = None;
+        Some(())
+    }
+
+    /// Whether the effect that was accepted last is to replace another one, given with the model that has it.
+    #[inline(never)]
+    fn replaces(
+        &mut self,
+        workbench: &mut Workbench<impl Schedule>,
+        (model, out): (&Model, Id),
+    ) -> Option<bool> {
+        let id = self.accepted.last()?.candidate.effect.id;
+        if id == out {
+            return Some(false);
+        }
+        let before = workbench.held_out(model)?;
+        let now = judge(workbench, &mut self.held_out, &self.after.model)?;
+        let ratio = compare(&before, now).ratio;
+        let simpler = id.parameters() < out.parameters();
+        Some(ratio * EQUALLY_GOOD <= 1.0 || (ratio <= EQUALLY_GOOD && simpler))
     }
 
     /// Whether there is more in it than the base.
@@ -575,14 +594,21 @@ fn look_again(
     found: &mut Found,
     observe: &mut dyn FnMut(&Consideration),
 ) -> Option<bool> {
-    let with_map = workbench.held_out(&found.after.model)?;
+    let with_map = total_held_out(workbench, &found.after.model)?;
     found.after.model.map = None;
     found.search(workbench, ROUNDS + 1, observe)?;
     if found.accepted.is_empty() {
         return Some(false);
     }
-    let with = judge(workbench, &mut found.held_out, &found.after.model)?;
-    Some(compare(&with_map, with).ratio * CLEARLY_BETTER <= 1.0)
+    let with = Total::of(judge(workbench, &mut found.held_out, &found.after.model)?);
+    Some(with.over(&with_map) * CLEARLY_BETTER <= 1.0)
+}
+
+/// Held-out error of a model as a whole.
+// Not part of a frame under which effects are looked for.
+#[inline(never)]
+fn total_held_out(workbench: &mut Workbench<impl Schedule>, model: &Model) -> Option<Total> {
+    workbench.held_out(model).as_ref().map(Total::of)
 }
 
 /// Error beyond which it has a cause, whether anything is found for it or not, rad or m.

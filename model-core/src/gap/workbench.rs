@@ -326,6 +326,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     }
 
     /// Held-out errors of a model of which the fits move what another one has.
+    // Not part of a frame under which a start is looked for.
+    #[inline(never)]
     fn held_out_moving(
         &mut self,
         model: &Model,
