@@ -94,6 +94,10 @@ const STRUCTURED_STROKE: f64 = 0.003;
 /// are those that leave an error beyond the sensor's and those that are the first terms of any law.
 const POOR_EXPLANATION: f64 = 0.3;
 
+/// Effects that leave less than this share of the held-out error do not stand in for anything else, however
+/// far beyond the sensor's it is.
+const NOTHING_LEFT: f64 = 1e-3;
+
 /// Maps that challenge effects that leave little: those that explain most of what is left without.
 const MAPS_BESIDE_EFFECTS: usize = 3;
 
@@ -538,7 +542,12 @@ fn look_beneath(
     let error = workbench.position_rms(&found.after.model)?;
     let structured = error > structure(workbench);
     let sensor = SENSOR_COUNTS * f64::from(workbench.data.settings.resolution);
-    let doubtful = error > sensor || left > POOR_EXPLANATION;
+    let doubtful = left
+        > if error > sensor {
+            NOTHING_LEFT
+        } else {
+            POOR_EXPLANATION
+        };
     let unknown = if doubtful || found.accepted.iter().any(expanded) {
         // Wrong numbers that explain most of it are all there is.
         let alone = found.accepted.is_empty() && (!is_more || left > POOR_EXPLANATION);
