@@ -34,7 +34,7 @@ enum Command {
     /// Find the effects that a measured log has and a declared machine lacks
     #[command(
         after_help = GAP_EXAMPLE,
-        after_long_help = format!("{GAP_EXAMPLE}\n\n{}", gap::catalogue::text())
+        after_long_help = format!("{}\n\n{GAP_EXAMPLE}", gap::catalogue::text())
     )]
     Gap(gap::command::Args),
     /// Identify an actuator with friction and a return spring from a slow and a fast log

@@ -37,9 +37,14 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
                 _ => format!("{} takes more", in_words(by)),
             }
         ),
-        (Decision::Outdone { by }, None) => {
-            format!("taken at first, but {} explains clearly more", in_words(by))
-        }
+        (Decision::Outdone { by }, None) => match by {
+            Subject::Effect(_) => format!(
+                "taken at first, but beside the others {} follows the log better, or as well with \
+                 fewer parameters",
+                in_words(by)
+            ),
+            _ => format!("taken at first, but {} explains clearly more", in_words(by)),
+        },
         (Decision::Refused(Refusal::NotSignificant { required }), Some(held_out)) => format!(
             "gain on held-out blocks not significant: p = {}, with so many looks {} is required",
             probability(held_out.p_value),

@@ -52,7 +52,8 @@ pub struct FoundEffect {
     /// Share of its own sensitivity that no other fitted parameter can imitate, 0 to 1.
     pub identifiability: f64,
     /// One-sided Wilcoxon signed-rank p over held-out blocks of the training log: of such a gain, if no more
-    /// than one percent of the error were to be gained.
+    /// than one percent of the error were to be gained. Of few blocks twice the lesser of that and of the
+    /// paired t-test's.
     pub p_value: f64,
     /// Effects that this log cannot tell from it.
     pub equivalent: Vec<String>,

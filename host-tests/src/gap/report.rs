@@ -202,8 +202,8 @@ fn found(effect: &FoundEffect) -> String {
         text,
         "</tbody>\n</table>\n<p>It explains {} of the residual that the fitted parameters \
          leave (score). {} of its own trace is beyond what they can imitate (identifiability). \
-         Gain on held-out blocks of the training data: p {} that it is one percent or less, one-sided \
-         Wilcoxon.</p>\n",
+         Gain on held-out blocks of the training data: p {} that it is one percent or less, one-sided, \
+         by ranks (Wilcoxon) and, of few blocks, by their mean (Student).</p>\n",
         Scale::percent().quantity(effect.score),
         Scale::percent().quantity(effect.identifiability),
         escape(&probability(effect.p_value))

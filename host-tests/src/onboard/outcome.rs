@@ -22,7 +22,7 @@ pub struct Onboard {
     pub instructions_per_step: PerStep,
     /// What the image occupies.
     pub image: Image,
-    /// Deadlines missed in the whole run, and plant ticks in it.
+    /// Deadlines missed in the whole run of the demonstration, and plant ticks in it.
     pub deadlines: Deadlines,
 }
 
@@ -141,7 +141,7 @@ pub struct Image {
     pub stack_bytes: u64,
 }
 
-/// Deadlines of the whole run.
+/// Deadlines of the whole run of the demonstration.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Deadlines {
     /// Plant ticks.

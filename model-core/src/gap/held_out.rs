@@ -24,8 +24,8 @@ const LEAST_MEDIAN: f32 = 0.05;
 /// blocks finds it.
 const NO_GAIN: f32 = 0.02;
 
-/// Blocks under which ranks alone prove nothing: though all of n gain, the signed-rank p is 2⁻ⁿ, and the
-/// looks at a whole catalogue ask for less.
+/// Blocks under which ranks alone may prove nothing: though all of n gain, the signed-rank p is 2⁻ⁿ, and
+/// what the looks at a whole catalogue ask for is about 2⁻¹¹ at most.
 const FEW_BLOCKS: usize = 14;
 
 /// Held-out errors by block and channel. A block that was not tested is empty.

@@ -26,10 +26,10 @@
 //! * The base fit starts twice, through short windows and from the declared values, and keeps the
 //!   better: a least-squares start on accelerations would need derivatives that a coarse encoder
 //!   does not give.
-//! * The signed-rank test asks whether more than one percent of the error is gained, not whether anything
-//!   is: restarts and rounding leave something to every candidate, and a test for that finds it in one
-//!   clean log of ten.
-//! * Reported p-values are those of this test; the limit that they must pass is shared among the
+//! * The signed-rank test, and the t-test beside it where blocks are few, ask whether more than one percent
+//!   of the error is gained, not whether anything is: restarts and rounding leave something to every
+//!   candidate, and a test for that finds it in one clean log of ten.
+//! * Reported p-values are those of these tests; the limit that they must pass is shared among the
 //!   candidates of a round and the shapes tried for each, not among rounds.
 
 pub mod covariance;

@@ -1,7 +1,7 @@
 //! What the logs leave standing, each fitted to them.
 
 use model_core::effect::learned_map::{Kind, LearnedMap};
-use model_core::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
+use model_core::effect::{Active, Id, MOST_PARAMETERS, Scope};
 use model_core::gap::fit::Fit;
 use model_core::gap::held_out::LARGEST_RATIO;
 use model_core::gap::model::Model;
@@ -325,7 +325,7 @@ fn shaped(
 ) -> Option<Vec<Active>> {
     let has_one_form = |id: &Id| {
         let parameters = id.description().parameters;
-        parameters.len() == 1 && parameters[0].role == Role::Strength
+        parameters.len() == 1 && !parameters[0].bounds.are_signed()
     };
     if absorbed.iter().all(has_one_form) {
         let plain = |&id: &Id| Active {
@@ -391,10 +391,12 @@ fn at_strength(mut effect: Active, share: f32, scope: &Scope) -> Active {
         .collect();
     let size = direction.iter().map(|it| it * it).sum::<f32>().sqrt();
     for (value, parameter) in direction.iter_mut().zip(effect.id.description().parameters) {
-        *value = match parameter.role {
-            _ if size == 0.0 => 1.0,
-            Role::Strength => (*value / size).abs(),
-            _ => *value / size,
+        *value = if size == 0.0 {
+            1.0
+        } else if parameter.bounds.are_signed() {
+            *value / size
+        } else {
+            (*value / size).abs()
         };
     }
     let values: Vec<f32> = direction
