@@ -4,9 +4,10 @@
 
 use host_tests::gap::engine;
 use host_tests::gap::outcome::Outcome;
-use host_tests::gap_benchmark::cases;
+use host_tests::gap_benchmark::cases::{self, Case, Group, Motion};
 use host_tests::log::Log;
 use host_tests::machine::Machine;
+use model_core::gap::verdict::Verdict;
 use rig::{Effect, EffectKind, Experiment, Trajectory};
 
 /// Shortest periods of the triangles, s: two dozen turns, and ten.
@@ -74,6 +75,31 @@ fn ten_turns_are_enough() {
         is_measured(&ema, 1.0, PERIODS[1], seed);
         is_measured(&slide, 1.0, PERIODS[1], seed);
     }
+}
+
+/// A sensor rounds by half a count both ways, at the same places again and again: nothing but that, and in
+/// one log of many it looks like a play of a third of a count.
+#[test]
+fn what_is_less_than_half_a_count_is_the_sensors_rounding() {
+    let case = Case {
+        group: Group::Clean,
+        rig: rig::Machine::rotary_ema(),
+        declared: None,
+        effects: Vec::new(),
+        strength: 1.0,
+        motion: Motion::Moves,
+        seed: 20_261_755,
+    };
+    let directory = tempfile::tempdir().unwrap();
+    let machine = case.machine_file(directory.path()).unwrap();
+    let report = engine::run(&machine, &[case.log()], || Ok(Vec::new()), |_| ()).unwrap();
+    let outcome = report.outcome;
+    assert_eq!(
+        outcome.verdict,
+        Verdict::NoMissingEffect,
+        "{:?}",
+        outcome.effects
+    );
 }
 
 /// A late reading, bristles, a shaft that winds up and an encoder that is not centred move a reading about

@@ -54,8 +54,6 @@ pub const DEMONSTRATION: [Experiment; 4] = [UNDECLARED, WEAR, BRAKE, EMULATION];
 /// Viscous friction that depends on the direction of motion, which nobody declares: the board has to
 /// find it in its own log.
 pub const UNDECLARED: Experiment = Experiment {
-    name: "undeclared",
-    machine: EMA,
     actuator: Parameters {
         viscous: Directional {
             forward: 1.4e-3,
@@ -63,29 +61,19 @@ pub const UNDECLARED: Experiment = Experiment {
         },
         ..EMA.plant
     },
-    peculiarity: None,
-    wear: None,
-    failure: None,
-    commands: &EMA_SHORT,
-    steps: 5 * STEPS_PER_SECOND,
     evaluation: Evaluation::Check,
+    ..Experiment::new("undeclared", EMA, &EMA_SHORT, 5 * STEPS_PER_SECOND)
 };
 
 /// Friction that grows by a quarter on the way: the board has to say by how much.
 pub const WEAR: Experiment = Experiment {
-    name: "wear",
-    machine: EMA,
-    actuator: EMA.plant,
-    peculiarity: None,
     wear: Some(Wear {
         step: 5 * STEPS_PER_SECOND,
         coulomb: 0.15,
         breakaway: 0.1875,
     }),
-    failure: None,
-    commands: &EMA_LONG,
-    steps: 15 * STEPS_PER_SECOND,
     evaluation: Evaluation::Refit,
+    ..Experiment::new("wear", EMA, &EMA_LONG, 15 * STEPS_PER_SECOND)
 };
 
 /// The case of the prognostics paper: the holding brake at 11 V of 24 V stands for a bearing that seizes,
@@ -94,30 +82,15 @@ pub const WEAR: Experiment = Experiment {
 /// Source: *A New Prognostic Method based on Simulated Annealing Algorithm to deal with the Effects of Dry
 /// Friction on Electromechanical Actuators*, section VI, where the estimate is 0.7352 N·m, 5.6 % off.
 pub const BRAKE: Experiment = Experiment {
-    name: "brake",
-    machine: EMA,
     actuator: Parameters {
         coulomb: Directional::both(0.779),
         breakaway: Directional::both(1.25 * 0.779),
         ..EMA.plant
     },
-    peculiarity: None,
-    wear: None,
-    failure: None,
-    commands: &EMA_SWEEP,
-    steps: 10 * STEPS_PER_SECOND,
     evaluation: Evaluation::Refit,
+    ..Experiment::new("brake", EMA, &EMA_SWEEP, 10 * STEPS_PER_SECOND)
 };
 
 /// A throttle in its loop.
-pub const EMULATION: Experiment = Experiment {
-    name: "throttle",
-    machine: THROTTLE,
-    actuator: THROTTLE.plant,
-    peculiarity: None,
-    wear: None,
-    failure: None,
-    commands: &THROTTLE_LONG,
-    steps: 20 * STEPS_PER_SECOND,
-    evaluation: Evaluation::None,
-};
+pub const EMULATION: Experiment =
+    Experiment::new("throttle", THROTTLE, &THROTTLE_LONG, 20 * STEPS_PER_SECOND);

@@ -120,6 +120,27 @@ impl From<InvalidParameter> for Refused {
 }
 
 impl Experiment {
+    /// An actuator that is what its machine declares, that stays so, and of which nothing fails and nothing
+    /// is asked: what an experiment begins with. `steps`: control steps that are recorded.
+    pub const fn new(
+        name: &'static str,
+        machine: Machine,
+        commands: &'static [Command],
+        steps: u32,
+    ) -> Self {
+        Self {
+            name,
+            machine,
+            actuator: machine.plant,
+            peculiarity: None,
+            wear: None,
+            failure: None,
+            commands,
+            steps,
+            evaluation: Evaluation::None,
+        }
+    }
+
     /// Works out what the two interrupts need.
     ///
     /// # Errors

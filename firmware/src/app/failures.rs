@@ -13,15 +13,8 @@ const MOTION: [Command; 2] = [Command::step(-0.5, 0.5, 500), Command::step(0.5, 
 
 /// An actuator whose friction is estimated anew.
 const SOUND: Experiment = Experiment {
-    name: "sound",
-    machine: EMA,
-    actuator: EMA.plant,
-    peculiarity: None,
-    wear: None,
-    failure: None,
-    commands: &MOTION,
-    steps: 3 * STEPS_PER_SECOND,
     evaluation: Evaluation::Refit,
+    ..Experiment::new("sound", EMA, &MOTION, 3 * STEPS_PER_SECOND)
 };
 
 /// In the order in which they run.

@@ -19,15 +19,8 @@ pub const VERDICTS: [Experiment; 5] = [SOUND, PLAY, TWO, ROUGH_SPOT, WARM];
 /// An actuator that is what it is declared to be: there is nothing to find. As short as a log may be that
 /// decides so.
 pub const SOUND: Experiment = Experiment {
-    name: "sound",
-    machine: EMA,
-    actuator: EMA.plant,
-    peculiarity: None,
-    wear: None,
-    failure: None,
-    commands: &MOTION,
-    steps: 6 * STEPS_PER_SECOND / 5,
     evaluation: Evaluation::Check,
+    ..Experiment::new("sound", EMA, &MOTION, 6 * STEPS_PER_SECOND / 5)
 };
 
 /// Lost motion before the sensor, an effect that remembers where the motion turned.

@@ -143,7 +143,11 @@ pub fn all(extent: Extent, first_seed: u64) -> Vec<Case> {
         let seed = first_seed + cases.len() as u64;
         let effects = effects
             .iter()
-            .map(|&kind| drawn(Effect::nominal(kind, rig).scaled(strength), rig, seed))
+            .zip(0..)
+            .map(|(&kind, place)| {
+                let nominal = Effect::nominal(kind, rig).scaled(strength);
+                drawn(nominal, rig, (seed, place))
+            })
             .collect();
         cases.push(Case {
             group,
@@ -206,8 +210,9 @@ const PAIRS: [[EffectKind; 2]; 4] = [
 
 /// The effect up to 15 % stronger or weaker, somewhere else on the stroke and at another time: nobody has
 /// looked at it.
-fn drawn(effect: Effect, rig: &rig::Machine, seed: u64) -> Effect {
-    let mut random = Random::new(seed ^ 0xD4A3);
+/// `place`: among the effects of its log, each of which is drawn for itself.
+fn drawn(effect: Effect, rig: &rig::Machine, (seed, place): (u64, u64)) -> Effect {
+    let mut random = Random::new(seed ^ 0xD4A3 ^ (place << 32));
     let mut between = |lower: f64, upper: f64| lower + (upper - lower) * random.uniform();
     let mut effect = effect.scaled(between(0.85, 1.15));
     match &mut effect {

@@ -64,6 +64,7 @@ impl Effect for Backlash {
 
     const REMEMBERS: bool = true;
     const BENDS_BASE: bool = true;
+    const MISREADS: bool = true;
 
     fn new([width, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self { width }

@@ -303,7 +303,7 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::NEEDS_WINDING),* }
             }
 
-            /// Whether it is an error of the position's reading.
+            /// Whether its strengths are an error of the position's reading.
             pub fn misreads(self) -> bool {
                 match self { $(Self::$name => $module::$name::MISREADS),* }
             }

@@ -24,9 +24,9 @@ const LEAST_MEDIAN: f32 = 0.05;
 /// blocks finds it.
 const NO_GAIN: f32 = 0.02;
 
-/// Blocks under which ranks alone may prove nothing: though all of n gain, the signed-rank p is 2⁻ⁿ, and
-/// what the looks at a whole catalogue ask for is about 2⁻¹¹ at most.
-const FEW_BLOCKS: usize = 14;
+/// Blocks under which ranks alone may prove nothing: though all of n gain, the signed-rank p is 2⁻ⁿ, and of
+/// an effect that is tried at a hundred periods, as all others are looked at too, 4e-6 is asked.
+const FEW_BLOCKS: usize = 18;
 
 /// Held-out errors by block and channel. A block that was not tested is empty.
 pub type HeldOut = Vec<WindowError, MOST_BLOCKS>;
@@ -111,6 +111,18 @@ pub fn compare_within(smaller: &HeldOut, larger: &HeldOut, mask: &Mask) -> Compa
     }
 }
 
+/// Whether nothing speaks for the larger model in the blocks of a mask that were tested. If none of them was,
+/// nothing speaks against it.
+pub fn is_hopeless_within(smaller: &HeldOut, larger: &HeldOut, mask: &Mask) -> bool {
+    let mut within = larger.iter().zip(mask).filter(|(_, within)| **within);
+    within.any(|(block, _)| is_tested(block)) && compare_within(smaller, larger, mask).is_hopeless()
+}
+
+/// Whether a block was tested: one that was has at least the floor of the errors.
+fn is_tested(block: &WindowError) -> bool {
+    block.position > 0.0
+}
+
 /// Held-out error of a log as a whole, by channel.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Total {
@@ -152,8 +164,8 @@ impl Total {
 pub fn compare(smaller: &HeldOut, larger: &HeldOut) -> Comparison {
     let mut differences: Vec<f32, MOST_BLOCKS> = Vec::new();
     let mut totals = [Total::default(); 2];
-    let tested = |(_, after): &(&WindowError, &WindowError)| after.position > 0.0;
-    for (before, after) in smaller.iter().zip(larger).filter(tested) {
+    let pairs = smaller.iter().zip(larger);
+    for (before, after) in pairs.filter(|(_, after)| is_tested(after)) {
         let gain = |before: f32, after: f32| {
             if before > 0.0 && after > 0.0 {
                 libm::logf(before / after)
@@ -244,12 +256,47 @@ mod tests {
                 &mut [1.0, -2.0, 3.0, 4.0, -0.5, 6.0][..],
                 0.087_595_864_899_305_56,
             ),
+            // Of sixteen that all gain, too: Wilcoxon's is 2⁻¹⁶.
+            (
+                &mut [
+                    1.1, 0.9, 1.3, 0.8, 1.2, 1.0, 1.4, 0.7, 1.15, 0.95, 1.25, 0.85, 1.05, 1.35,
+                    0.75, 1.45,
+                ][..],
+                6.861_866_920_417_498e-12,
+            ),
             // All gain, but one far more than all others: Student's p is 0.07.
             (&mut [1.0, 2.0, 3.0, 4.0, 9.5, 60.0, 15.0][..], 1.0 / 128.0),
         ] {
             let found = p_value(differences);
             assert!((found / (2.0 * expected) - 1.0).abs() < 1e-9, "{found}");
         }
+    }
+
+    /// Two models of which the second one gains in the blocks of `better`, the first three tested.
+    fn is_hopeless(better: &[usize], mask: [bool; 6]) -> bool {
+        let error = |position: f32| WindowError {
+            position,
+            ..WindowError::default()
+        };
+        let smaller: HeldOut = [error(1.0); 6].into_iter().collect();
+        let mut larger = HeldOut::new();
+        let _ = larger.resize(3, error(1.0));
+        let _ = larger.resize(6, error(0.0));
+        for &block in better {
+            larger[block] = error(0.25);
+        }
+        is_hopeless_within(&smaller, &larger, &mask.into_iter().collect())
+    }
+
+    #[test]
+    fn only_blocks_in_which_an_effect_may_show_speak_against_it() {
+        const EVERYWHERE: [bool; 6] = [true; 6];
+        assert!(is_hopeless(&[], EVERYWHERE));
+        assert!(!is_hopeless(&[0, 1], EVERYWHERE));
+        // One of three blocks, which is the only one where it may show.
+        assert!(!is_hopeless(&[2], [false, false, true, false, true, false]));
+        // It may show in blocks that were not tested.
+        assert!(!is_hopeless(&[], [false, false, false, true, true, true]));
     }
 
     #[test]

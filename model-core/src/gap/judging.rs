@@ -3,6 +3,7 @@
 use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare, compare_within};
 use super::model::Model;
 use super::replay::Schedule;
+use super::verdict::Decision;
 use super::workbench::Workbench;
 use crate::effect::{Active, Id};
 
@@ -10,6 +11,10 @@ use crate::effect::{Active, Id};
 /// restarts too before it is called not significant: a few windows that restart wrongly may outweigh all
 /// others.
 const LITTLE_LEFT: f64 = 0.3;
+
+/// A reading error or a play under so many counts of the sensor is its rounding, which repeats with the
+/// motion.
+const LEAST_COUNTS: f32 = 0.5;
 
 /// A span that every window has something in common with.
 pub const THROUGHOUT: (f32, f32) = (f32::NEG_INFINITY, f32::INFINITY);
@@ -49,10 +54,18 @@ pub fn wins_on_its_restarts(
 /// that error over the one without.
 pub type Leader = Option<(f64, Model)>;
 
+/// Whether an effect is a reading error, or a play, that the rounding of the sensor makes too.
+pub fn is_rounding(effect: &Active, resolution: f32) -> bool {
+    let strengths = &effect.values[..effect.id.strengths()];
+    let square: f32 = strengths.iter().map(|strength| strength * strength).sum();
+    let rounding = LEAST_COUNTS * resolution;
+    effect.id.misreads() && square < rounding * rounding
+}
+
 /// Refits a model with an effect and compares it on held-out blocks, as one of `looks`. One that passes
 /// with less error than the leader takes its place.
 ///
-/// `None` inside if it is hopeless.
+/// `Err` inside where it is not compared, with the reason.
 #[inline(never)]
 pub fn judge_effect(
     workbench: &mut Workbench<impl Schedule>,
@@ -61,11 +74,15 @@ pub fn judge_effect(
     effect: Active,
     looks: usize,
     leader: &mut Leader,
-) -> Option<Option<(Comparison, Option<Refusal>)>> {
+) -> Option<Result<(Comparison, Option<Refusal>), Decision>> {
     let mut larger = HeldOut::new();
-    let Some(with) = workbench.held_out_with(model, effect, smaller, &mut larger)? else {
-        return Some(None);
+    let Some(with) = workbench.start(model, effect)? else {
+        return Some(Err(Decision::Hopeless));
     };
+    if is_rounding(with.effects.last()?, workbench.data.settings.resolution) {
+        return Some(Err(Decision::BelowResolution));
+    }
+    workbench.held_out_with(&with, smaller, &mut larger)?;
     let slot = with.effects.len() - 1;
     let mut comparison =
         compare_where_it_shows(workbench, (model, smaller), (&with, &larger), slot)?;
@@ -92,7 +109,7 @@ pub fn judge_effect(
     if refusal.is_none() && leader.as_ref().is_none_or(leads) {
         *leader = Some((comparison.ratio, with));
     }
-    Some(Some((comparison, refusal)))
+    Some(Ok((comparison, refusal)))
 }
 
 /// Compares two models, each with its held-out errors, where the effect in a slot of the larger one
@@ -158,4 +175,24 @@ fn compare_restarted(
     let restarted = compare_beside(workbench, model, with.effects.last()?.id, &larger);
     workbench.data = chosen;
     restarted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_play_and_an_eccentricity_of_less_than_half_a_count_are_rounding() {
+        let is = |id: Id, values: [f32; 3], resolution: f32| {
+            is_rounding(&Active { id, values }, resolution)
+        };
+        assert!(is(Id::Backlash, [0.49, 0.0, 0.0], 1.0));
+        assert!(!is(Id::Backlash, [0.51, 0.0, 0.0], 1.0));
+        // The two strengths of an eccentricity are those of its cosine and its sine.
+        assert!(is(Id::EncoderEccentricity, [0.34, -0.34, 6.3], 1.0));
+        assert!(!is(Id::EncoderEccentricity, [0.37, -0.37, 6.3], 1.0));
+        // A torque is no reading, and without a known resolution there is no count.
+        assert!(!is(Id::OffsetTorque, [0.01, 0.0, 0.0], 1.0));
+        assert!(!is(Id::Backlash, [1e-9, 0.0, 0.0], 0.0));
+    }
 }

@@ -12,8 +12,8 @@
 use super::fit::Fit;
 use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, Total, compare};
 use super::judging::{
-    Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, judge, judge_effect,
-    wins_on_its_restarts,
+    Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, is_rounding, judge,
+    judge_effect, wins_on_its_restarts,
 };
 use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule};
@@ -50,9 +50,6 @@ const LEAST_IDENTIFIABILITY: f32 = 0.05;
 /// A candidate, or a map, whose score is under this share of that of one that has passed is not refitted:
 /// what the candidate explains is left for a later round.
 pub(super) const FAR_BEHIND: f32 = 0.1;
-
-/// A reading error under so many counts of the sensor is its rounding, which repeats with the motion.
-const LEAST_COUNTS: f32 = 0.5;
 
 /// Cosine beyond which a log cannot tell two effects apart.
 const EQUIVALENT: f32 = 0.9;
@@ -94,8 +91,8 @@ const STRUCTURED_STROKE: f64 = 0.003;
 /// are those that leave an error beyond the sensor's and those that are the first terms of any law.
 const POOR_EXPLANATION: f64 = 0.3;
 
-/// Effects that leave less than this share of the held-out error do not stand in for anything else, however
-/// far beyond the sensor's it is.
+/// Effects that leave less than this share of the held-out error do not stand in for anything else, and what
+/// they leave has no cause of its own, however far beyond the sensor's it is.
 const NOTHING_LEFT: f64 = 1e-3;
 
 /// Maps that challenge effects that leave little: those that explain most of what is left without.
@@ -122,6 +119,7 @@ pub fn trace<S: Schedule>(
         after: before.clone(),
         accepted: Vec::new(),
         held_out: None,
+        left: 1.0,
     };
     found.search(&mut workbench, 1, &mut observe)?;
     if found.is_more(&workbench) {
@@ -183,6 +181,9 @@ struct Found {
     accepted: Vec<Accepted, ROUNDS>,
     /// Held-out errors of that model, where they are known.
     held_out: Option<HeldOut>,
+    /// Share of the held-out error that the effects leave, as far as it is known; what they were chosen anew
+    /// beside is not in it.
+    left: f64,
 }
 
 impl Found {
@@ -237,7 +238,7 @@ impl Found {
         round: usize,
     ) -> Option<Option<Consideration>> {
         let (data, base) = (workbench.data, workbench.base.clone());
-        let kept = self.after.clone();
+        let (kept, left) = (self.after.clone(), self.left);
         let out = self.accepted.remove(place);
         let others = self.accepted.len();
         let slot = workbench.declared.effects.len() + place;
@@ -249,13 +250,13 @@ impl Found {
             }
         })?;
         if self.accepted.len() > others
-            && self.replaces(workbench, (&kept.model, out.candidate.effect.id))?
+            && self.replaces(workbench, (&kept.model, &data, out.candidate.effect.id))?
         {
             return Some(taken);
         }
         self.accepted.truncate(others);
         let _ = self.accepted.insert(place, out);
-        self.after = kept;
+        (self.after, self.left) = (kept, left);
         self.held_out = None;
         workbench.data = data;
         workbench.base = base;
@@ -268,25 +269,38 @@ impl Found {
         self.after.model.effects.remove(slot);
         self.after = workbench.fit(&self.after.model)?;
         self.held_out = None;
+        self.left = 1.0;
         Some(())
     }
 
-    /// Whether the effect that was accepted last is to replace another one, given with the model that has it.
+    /// Whether the effect that was accepted last is to replace another one, given with the model that has it
+    /// and the data cut for that: on the restarts of either model, for each favours its own.
     #[inline(never)]
-    fn replaces(
-        &mut self,
-        workbench: &mut Workbench<impl Schedule>,
-        (model, out): (&Model, Id),
+    fn replaces<'d>(
+        &self,
+        workbench: &mut Workbench<'d, impl Schedule>,
+        (model, data, out): (&Model, &Data<'d>, Id),
     ) -> Option<bool> {
         let id = self.accepted.last()?.candidate.effect.id;
         if id == out {
             return Some(false);
         }
-        let before = workbench.held_out(model)?;
-        let now = judge(workbench, &mut self.held_out, &self.after.model)?;
-        let ratio = compare(&before, now).ratio;
-        let simpler = id.parameters() < out.parameters();
-        Some(ratio * EQUALLY_GOOD <= 1.0 || (ratio <= EQUALLY_GOOD && simpler))
+        let limit = if id.parameters() < out.parameters() {
+            EQUALLY_GOOD
+        } else {
+            1.0 / EQUALLY_GOOD
+        };
+        let chosen = workbench.data;
+        for restarts in [chosen, *data] {
+            workbench.data = restarts;
+            let before = workbench.held_out(model)?;
+            let now = workbench.held_out(&self.after.model)?;
+            if compare(&before, &now).ratio > limit {
+                return Some(false);
+            }
+        }
+        workbench.data = chosen;
+        Some(true)
     }
 
     /// Whether there is more in it than the base.
@@ -454,6 +468,7 @@ fn take_winner(
     }
     let _ = found.accepted.push(winner);
     found.held_out = None;
+    found.left *= round.least;
     found.after = after;
     Some(true)
 }
@@ -575,6 +590,7 @@ fn take_map(
 ) -> Option<()> {
     found.accepted.clear();
     found.held_out = None;
+    found.left = 1.0;
     workbench.hold_freed();
     found.after = workbench.fit_past_blocks(&unknown.start)?;
     unknown.start.clone_from(&found.after.model);
@@ -642,16 +658,13 @@ impl Candidate {
 
     /// What its scores say: whether it is worth a refit.
     fn first_look(&self, round: usize, resolution: f32) -> Consideration {
-        let strengths = &self.effect.values[..self.effect.id.strengths()];
-        let square: f32 = strengths.iter().map(|strength| strength * strength).sum();
-        let rounding = LEAST_COUNTS * resolution;
         let decision = if self.effect.id.bends_base() {
             Decision::NotShortlisted
         } else if self.identifiability < LEAST_IDENTIFIABILITY {
             Decision::Absorbed
         } else if !self.allowed {
             Decision::WrongSign
-        } else if self.effect.id.misreads() && square < rounding * rounding {
+        } else if is_rounding(&self.effect, resolution) {
             Decision::BelowResolution
         } else if self.score < LEAST_SCORE {
             Decision::ScoreTooLow
@@ -763,7 +776,7 @@ fn consider(
 }
 
 /// Where an effect that comes and goes leads, which has been proven in short windows: proves there too what
-/// follows held-out blocks better, but not in enough of them. It leads then.
+/// follows held-out blocks better, but not in enough of them. The best of these leads then.
 #[inline(never)]
 fn prove_rivals(
     workbench: &mut Workbench<impl Schedule>,
@@ -773,14 +786,14 @@ fn prove_rivals(
     looks: &mut [Consideration],
     leader: &mut Leader,
 ) -> Option<()> {
+    let comes_and_goes = |(ratio, model): &(f64, Model)| {
+        let effect = model.effects.last()?;
+        effect.law().span().map(|_| *ratio)
+    };
+    let Some(mut least) = leader.as_ref().and_then(comes_and_goes) else {
+        return Some(());
+    };
     for &index in shortlist {
-        let comes_and_goes = |(ratio, model): &(f64, Model)| {
-            let effect = model.effects.last()?;
-            effect.law().span().map(|_| *ratio)
-        };
-        let Some(least) = leader.as_ref().and_then(comes_and_goes) else {
-            break;
-        };
         let effect = screened.candidates[index].effect;
         let look = &mut looks[index];
         let unproven = matches!(
@@ -801,7 +814,8 @@ fn prove_rivals(
         if proven.refusal(screened.tries(index)).is_none() {
             look.held_out = Some(proven);
             look.decision = Decision::Accepted;
-            *leader = Some((proven.ratio, with));
+            least = proven.ratio;
+            *leader = Some((least, with));
         }
     }
     Some(())
@@ -840,7 +854,8 @@ fn refit(
         }
     }
     // Where the machine sticks while the model slides, what is linear in an effect says little of it.
-    let structured = workbench.position_rms(model)? > structure(workbench);
+    let structured =
+        found.left > NOTHING_LEFT && workbench.position_rms(model)? > structure(workbench);
     for index in 0..looks.len() {
         if structured && looks[index].decision == Decision::ScoreTooLow && scored < SHORTLIST {
             let _ = shortlist.push(index);
@@ -877,11 +892,11 @@ fn refit(
         // Passed is Accepted for now; who wins is known when all have been refitted.
         let tries = screened.tries(index);
         looks[index].decision = match judge_effect(workbench, model, smaller, own, tries, leader)? {
-            Some((comparison, refusal)) => {
+            Ok((comparison, refusal)) => {
                 looks[index].held_out = Some(comparison);
                 refusal.map_or(Decision::Accepted, Decision::Refused)
             }
-            None => Decision::Hopeless,
+            Err(decision) => decision,
         };
     }
     prove_rivals(workbench, model, screened, &shortlist, looks, leader)?;

@@ -13,6 +13,10 @@ use heapless::Vec;
 /// below is not tested on the others.
 const NEAR: f64 = 3.0;
 
+/// A map that leaves less than this share of a structured held-out error leads: those far behind it need no
+/// refit.
+const LITTLE_LEFT: f64 = 0.1;
+
 /// Structure that no effect of the catalogue explains.
 #[derive(Debug, Clone)]
 pub struct Unknown {
@@ -20,7 +24,7 @@ pub struct Unknown {
     pub kind: Kind,
     /// Share of the residual's energy that it explains once the base is projected out, 0 to 1.
     pub score: f32,
-    /// The base model with that map, where a fit of it starts.
+    /// The base model with that map, where a fit of it starts; once it has been taken, as it was fitted.
     pub start: Model,
 }
 
@@ -115,7 +119,7 @@ pub fn learn(
             None => Decision::Accepted,
         };
         let counts = look.decision == Decision::Accepted;
-        let leads = !structured || comparison.ratio < f64::from(FAR_BEHIND);
+        let leads = !structured || comparison.ratio < LITTLE_LEFT;
         if leads && counts && passed.is_none() {
             passed = Some(*look);
         }

@@ -3,7 +3,7 @@
 
 use super::covariance::Information;
 use super::fit::{self, Effort, Fit, Target, Variables};
-use super::held_out::{HeldOut, MOST_BLOCKS, Mask, compare, windows_per_block};
+use super::held_out::{HeldOut, MOST_BLOCKS, Mask, is_hopeless_within, windows_per_block};
 use super::log::Log;
 use super::model::{Base, Model, Numbers};
 use super::replay::{self, Data, Fold, HALF_WIDTHS, Replays, Schedule, WindowError, samples};
@@ -242,9 +242,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Fits a model on every second block and measures it on the blocks between, and the other way
     /// round.
     pub fn held_out(&mut self, model: &Model) -> Option<HeldOut> {
-        let mut blocks = HeldOut::new();
-        self.held_out_moving(model, model, &mut blocks, &|_| true)?;
-        Some(blocks)
+        self.held_out_while(model, &|_| true)
     }
 
     /// The same as long as it is worth it: of a model of which the first half of the blocks says no, the
@@ -717,24 +715,23 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(total)
     }
 
-    /// Held-out errors of the model with an effect, and that model; `None` inside if it is not worth
-    /// the look. Where there is nothing to gain in the first half of the blocks, the others stay empty.
-    /// `smaller`: the errors without it.
+    /// Held-out errors of a model with an effect, its last one, beside those without it, `smaller`. Where there
+    /// is nothing to gain in the first half of the blocks, though the effect may show in these, the others
+    /// stay empty.
     #[inline(never)]
     pub fn held_out_with(
         &mut self,
-        model: &Model,
-        effect: Active,
+        larger: &Model,
         smaller: &HeldOut,
         blocks: &mut HeldOut,
-    ) -> Option<Option<Model>> {
-        let Some(larger) = self.start(model, effect)? else {
-            return Some(None);
-        };
-        self.held_out_moving(&larger, &larger, blocks, &|tested| {
-            !compare(smaller, tested).is_hopeless()
-        })?;
-        Some(Some(larger))
+    ) -> Option<()> {
+        let effect = larger.effects.last()?;
+        // What comes and goes may do so in the other half.
+        let comes_and_goes = effect.law().span().is_some();
+        let shown_in = self.blocks_of(effect.id);
+        self.held_out_moving(larger, larger, blocks, &|tested| {
+            comes_and_goes || !is_hopeless_within(smaller, tested, &shown_in)
+        })
     }
 
     /// Sum of a model's squared weighted residuals.
