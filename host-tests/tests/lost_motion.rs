@@ -3,7 +3,7 @@
 //! which something else moves a reading.
 
 use host_tests::gap::engine;
-use host_tests::gap::outcome::Outcome;
+use host_tests::gap::outcome::{Candidate, Outcome};
 use host_tests::gap_benchmark::cases::{self, Case, Group, Motion};
 use host_tests::log::Log;
 use host_tests::machine::Machine;
@@ -94,6 +94,9 @@ fn what_is_less_than_half_a_count_is_the_sensors_rounding() {
     let machine = case.machine_file(directory.path()).unwrap();
     let report = engine::run(&machine, &[case.log()], || Ok(Vec::new()), |_| ()).unwrap();
     let outcome = report.outcome;
+    let backlash = |look: &&Candidate| look.id == "backlash";
+    let look = outcome.candidates.iter().find(backlash).unwrap();
+    assert!(look.reason.contains("half a count"), "{}", look.reason);
     assert_eq!(
         outcome.verdict,
         Verdict::NoMissingEffect,

@@ -194,8 +194,8 @@ pub trait Effect: Copy {
     /// Whether it needs a winding, which a torque input does not have.
     const NEEDS_WINDING: bool = false;
 
-    /// Whether it is an error of the position's reading: one below a count of the sensor is the
-    /// sensor's rounding.
+    /// Whether its strengths are an error of the position's reading: one below half a count of the sensor
+    /// is the sensor's rounding.
     const MISREADS: bool = false;
 
     /// From values in the order of the description's parameters.

@@ -75,13 +75,13 @@ pub fn judge_effect(
     looks: usize,
     leader: &mut Leader,
 ) -> Option<Result<(Comparison, Option<Refusal>), Decision>> {
-    let mut larger = HeldOut::new();
     let Some(with) = workbench.start(model, effect)? else {
         return Some(Err(Decision::Hopeless));
     };
     if is_rounding(with.effects.last()?, workbench.data.settings.resolution) {
         return Some(Err(Decision::BelowResolution));
     }
+    let mut larger = HeldOut::new();
     workbench.held_out_with(&with, smaller, &mut larger)?;
     let slot = with.effects.len() - 1;
     let mut comparison =
@@ -113,7 +113,9 @@ pub fn judge_effect(
 }
 
 /// Compares two models, each with its held-out errors, where the effect in a slot of the larger one
-/// may show. The ratio is that of the whole log.
+/// may show. The ratio is that of the whole log: of a load that lies within one half of the blocks it is that of
+/// a start which has seen it, for the other half says nothing of its strength. What proves it are the short
+/// windows of [`compare_in_short_windows`], of which either half has some of it.
 #[inline(never)]
 pub fn compare_where_it_shows(
     workbench: &mut Workbench<impl Schedule>,

@@ -91,8 +91,9 @@ const STRUCTURED_STROKE: f64 = 0.003;
 /// are those that leave an error beyond the sensor's and those that are the first terms of any law.
 const POOR_EXPLANATION: f64 = 0.3;
 
-/// Effects that leave less than this share of the held-out error do not stand in for anything else, and what
-/// they leave has no cause of its own, however far beyond the sensor's it is.
+/// Effects that leave less than this share of the held-out error, the product over the channels, do not stand
+/// in for anything else. What they leave is no reason to look beyond the scores, however far beyond the
+/// sensor's it is.
 const NOTHING_LEFT: f64 = 1e-3;
 
 /// Maps that challenge effects that leave little: those that explain most of what is left without.
@@ -277,7 +278,7 @@ impl Found {
     /// and the data cut for that: on the restarts of either model, for each favours its own.
     #[inline(never)]
     fn replaces<'d>(
-        &self,
+        &mut self,
         workbench: &mut Workbench<'d, impl Schedule>,
         (model, data, out): (&Model, &Data<'d>, Id),
     ) -> Option<bool> {
@@ -291,15 +292,16 @@ impl Found {
             1.0 / EQUALLY_GOOD
         };
         let chosen = workbench.data;
-        for restarts in [chosen, *data] {
+        for restarts in [*data, chosen] {
             workbench.data = restarts;
             let before = workbench.held_out(model)?;
             let now = workbench.held_out(&self.after.model)?;
             if compare(&before, &now).ratio > limit {
+                workbench.data = chosen;
                 return Some(false);
             }
+            self.held_out = Some(now);
         }
-        workbench.data = chosen;
         Some(true)
     }
 
@@ -460,22 +462,21 @@ fn take_winner(
     let after = workbench.fit(&fitted)?;
     let after = workbench.settle(after);
     let slot = after.model.effects.len() - 1;
-    if let Some(refusal) = doubt(workbench, &after.model, slot)? {
+    if let Some(decision) = doubt(workbench, &after.model, slot)? {
         workbench.data = chosen;
-        let refused = Decision::Refused(refusal);
-        observe(&winner.candidate.look(round.number, refused));
+        observe(&winner.candidate.look(round.number, decision));
         return Some(false);
     }
+    found.left *= winner.ratio;
     let _ = found.accepted.push(winner);
     found.held_out = None;
-    found.left *= round.least;
     found.after = after;
     Some(true)
 }
 
 /// What speaks against the effect in a slot of a fitted model, though held-out blocks are followed better
-/// with it: a fit without it, from where the one with it has come to, does as well, for it only helped out of
-/// where the fit before was caught; or its strength is uncertain. That is asked of standard deviations, which
+/// with it: it is within a count of the sensor; a fit without it, from where the one with it has come to, does
+/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain. That is asked of standard deviations, which
 /// are linear: a window in which the machine all but sticks may make them as large as the strength of an
 /// effect without which most of the error is left.
 #[inline(never)]
@@ -483,15 +484,18 @@ fn doubt(
     workbench: &mut Workbench<impl Schedule>,
     with: &Model,
     slot: usize,
-) -> Option<Option<Refusal>> {
+) -> Option<Option<Decision>> {
+    if is_rounding(&with.effects[slot], workbench.data.settings.resolution) {
+        return Some(Some(Decision::BelowResolution));
+    }
     let mut without = with.clone();
     without.effects.remove(slot);
     let without = workbench.fit(&without)?.model;
     let ratio = workbench.error_ratio(&without, with)?;
     Some(if ratio > LARGEST_RATIO {
-        Some(Refusal::NotNeeded)
+        Some(Decision::Refused(Refusal::NotNeeded))
     } else if ratio > POOR_EXPLANATION && workbench.certainty(with, slot)? < LEAST_CERTAINTY {
-        Some(Refusal::Uncertain)
+        Some(Decision::Refused(Refusal::Uncertain))
     } else {
         None
     })
@@ -776,7 +780,7 @@ fn consider(
 }
 
 /// Where an effect that comes and goes leads, which has been proven in short windows: proves there too what
-/// follows held-out blocks better, but not in enough of them. The best of these leads then.
+/// follows held-out blocks better, but not in enough of them. The best of all that are proven leads then.
 #[inline(never)]
 fn prove_rivals(
     workbench: &mut Workbench<impl Schedule>,
@@ -790,7 +794,7 @@ fn prove_rivals(
         let effect = model.effects.last()?;
         effect.law().span().map(|_| *ratio)
     };
-    let Some(mut least) = leader.as_ref().and_then(comes_and_goes) else {
+    let Some(limit) = leader.as_ref().and_then(comes_and_goes) else {
         return Some(());
     };
     for &index in shortlist {
@@ -802,7 +806,7 @@ fn prove_rivals(
         );
         let Some(held_out) = look
             .held_out
-            .filter(|held_out| unproven && held_out.ratio < least && !effect.id.remembers())
+            .filter(|held_out| unproven && held_out.ratio < limit && !effect.id.remembers())
         else {
             continue;
         };
@@ -814,8 +818,12 @@ fn prove_rivals(
         if proven.refusal(screened.tries(index)).is_none() {
             look.held_out = Some(proven);
             look.decision = Decision::Accepted;
-            least = proven.ratio;
-            *leader = Some((least, with));
+            if leader
+                .as_ref()
+                .is_none_or(|(least, _)| proven.ratio < *least)
+            {
+                *leader = Some((proven.ratio, with));
+            }
         }
     }
     Some(())
@@ -934,10 +942,19 @@ fn refit(
         };
         refitted.held_out.map(|held_out| held_out.ratio)
     };
-    let told_apart = |id: Id| error(id).is_some_and(|ratio| ratio > TOLD_APART * least);
+    // What came to nothing before it was tested is told apart too.
+    let came_to_nothing = |id: Id| {
+        looks.iter().any(|look| {
+            let nothing = [Decision::Hopeless, Decision::BelowResolution];
+            look.subject == Subject::Effect(id) && nothing.contains(&look.decision)
+        })
+    };
+    let told_apart =
+        |id: Id| error(id).map_or_else(|| came_to_nothing(id), |ratio| ratio > TOLD_APART * least);
     let accept = |best: usize, comparison: Comparison| Accepted {
         candidate: candidates[best],
         p_value: comparison.p_value,
+        ratio: comparison.ratio,
         equivalent: shortlist
             .iter()
             .filter(|&&other| other != best && imitation[best][other] > EQUIVALENT)

@@ -13,9 +13,9 @@ use heapless::Vec;
 /// below is not tested on the others.
 const NEAR: f64 = 3.0;
 
-/// A map that leaves less than this share of a structured held-out error leads: those far behind it need no
-/// refit.
-const LITTLE_LEFT: f64 = 0.1;
+/// Where the error is structured, only a map that leaves less than this share of it spares those far behind it
+/// a refit.
+const LEFT_BY_MAP: f64 = 0.1;
 
 /// Structure that no effect of the catalogue explains.
 #[derive(Debug, Clone)]
@@ -119,8 +119,8 @@ pub fn learn(
             None => Decision::Accepted,
         };
         let counts = look.decision == Decision::Accepted;
-        let leads = !structured || comparison.ratio < LITTLE_LEFT;
-        if leads && counts && passed.is_none() {
+        let spares = !structured || comparison.ratio < LEFT_BY_MAP;
+        if spares && counts && passed.is_none() {
             passed = Some(*look);
         }
         let ratio = comparison.ratio;

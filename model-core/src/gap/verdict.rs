@@ -35,7 +35,7 @@ pub enum Decision {
     Absorbed,
     /// Physics forbids the sign that the residual asks for.
     WrongSign,
-    /// A reading error that the rounding of the sensor makes too.
+    /// A reading error, or a play, that the rounding of the sensor makes too.
     BelowResolution,
     /// Explains too little of the residual to be refitted.
     ScoreTooLow,
@@ -98,6 +98,8 @@ pub struct Accepted {
     pub candidate: Candidate,
     /// From the held-out blocks.
     pub p_value: f64,
+    /// Held-out mean square error with it over that without, in the round that took it.
+    pub ratio: f64,
     /// Effects that this log cannot tell from it.
     pub equivalent: Vec<Id, MOST_CANDIDATES>,
 }

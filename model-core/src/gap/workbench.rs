@@ -726,7 +726,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         blocks: &mut HeldOut,
     ) -> Option<()> {
         let effect = larger.effects.last()?;
-        // What comes and goes may do so in the other half.
+        // What comes and goes may do so in the other half alone.
         let comes_and_goes = effect.law().span().is_some();
         let shown_in = self.blocks_of(effect.id);
         self.held_out_moving(larger, larger, blocks, &|tested| {
