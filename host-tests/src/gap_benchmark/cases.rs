@@ -209,8 +209,7 @@ const PAIRS: [[EffectKind; 2]; 4] = [
 ];
 
 /// The effect up to 15 % stronger or weaker, somewhere else on the stroke and at another time: nobody has
-/// looked at it.
-/// `place`: among the effects of its log, each of which is drawn for itself.
+/// looked at it. `place`: among the effects of its log, each of which is drawn for itself.
 fn drawn(effect: Effect, rig: &rig::Machine, (seed, place): (u64, u64)) -> Effect {
     let mut random = Random::new(seed ^ 0xD4A3 ^ (place << 32));
     let mut between = |lower: f64, upper: f64| lower + (upper - lower) * random.uniform();

@@ -474,11 +474,11 @@ fn take_winner(
     Some(true)
 }
 
-/// What speaks against the effect in a slot of a fitted model, though held-out blocks are followed better
-/// with it: it is within a count of the sensor; a fit without it, from where the one with it has come to, does
-/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain. That is asked of standard deviations, which
-/// are linear: a window in which the machine all but sticks may make them as large as the strength of an
-/// effect without which most of the error is left.
+/// What speaks against the effect in a slot of a fitted model, though held-out blocks are followed better with
+/// it: it is within half a count of the sensor; a fit without it, from where the one with it has come to, does
+/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain. That is
+/// asked of standard deviations, which are linear: a window in which the machine all but sticks may make them
+/// as large as the strength of an effect without which most of the error is left.
 #[inline(never)]
 fn doubt(
     workbench: &mut Workbench<impl Schedule>,
