@@ -491,6 +491,7 @@ fn machine() -> Machine {
             r#static: 0.15,
         },
         resolution: Some(3.1e-3),
+        sensor_side: None,
         fit: ["inertia", "viscous", "coulomb"]
             .map(str::to_owned)
             .to_vec(),
@@ -553,8 +554,7 @@ fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
         position,
         command: None,
         current: Some(current),
-        velocity: None,
-        brake: None,
+        ..Log::default()
     })
 }
 

@@ -307,8 +307,6 @@ mod bad_logs {
         let half = format!("{HEADER}\n{}\n", every_second.join("\n"));
         bench.write("half.csv", half);
         let words = ["0.002 s", "0.001 s", "expected one sampling period"];
-        let both = ["--train", TRAIN, "--train", "half.csv"];
-        bench.refuses(&both, "half.csv", &words);
         let later = ["--train", TRAIN, "--validate", "half.csv"];
         bench.refuses(&later, "half.csv", &words);
     }
