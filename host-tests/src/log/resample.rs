@@ -313,7 +313,7 @@ mod tests {
         let scatter = |row: f64| 0.3 * (2.4 * row).sin();
         let first = scatter(0.0);
         (0..2_000)
-            .map(|row| f64::from(row))
+            .map(f64::from)
             .map(|row| (row + scatter(row) - first) * 1e-3)
             .collect()
     }
