@@ -36,7 +36,7 @@ use crate::gap::metrics::decimal;
 use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
-use crate::{gap_benchmark, whole_file};
+use crate::{gap_benchmark, real_benchmark, whole_file};
 
 pub mod batch;
 pub mod tracing;
@@ -62,6 +62,9 @@ pub enum What {
     /// How often the tracing is right, on machines whose effects are known
     #[command(after_help = "Example: cargo hil bench gap --json bench-gap.json")]
     Gap(gap_benchmark::Args),
+    /// The tracing on logs that other people measured on their machines
+    #[command(after_help = "Example: cargo hil bench real --json bench-real.json")]
+    Real(real_benchmark::Args),
 }
 
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
@@ -193,8 +196,10 @@ const THROTTLE: Parameters = machine::THROTTLE.plant;
 /// # Errors
 /// A result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if let Some(What::Gap(args)) = &args.what {
-        return gap_benchmark::run(args);
+    match &args.what {
+        Some(What::Gap(args)) => return gap_benchmark::run(args),
+        Some(What::Real(args)) => return real_benchmark::run(args),
+        None => (),
     }
     whole_file::check_place(args.json.as_deref())?;
     let extent = if args.quick { QUICK } else { FULL };
@@ -491,6 +496,7 @@ fn machine() -> Machine {
             r#static: 0.15,
         },
         resolution: Some(3.1e-3),
+        sensor_side: None,
         fit: ["inertia", "viscous", "coulomb"]
             .map(str::to_owned)
             .to_vec(),
@@ -553,8 +559,7 @@ fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
         position,
         command: None,
         current: Some(current),
-        velocity: None,
-        brake: None,
+        ..Log::default()
     })
 }
 

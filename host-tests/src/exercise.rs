@@ -25,7 +25,14 @@ pub fn log(bytes: &[u8]) {
     assert!(samples >= Log::MIN_SAMPLES);
     assert!(log.period_s > 0.0 && log.period_s.is_finite());
     assert!(log.start_s.is_finite() && log.time_s(samples - 1) > log.start_s);
-    let optional = [&log.command, &log.current, &log.velocity, &log.brake];
+    let optional = [
+        &log.command,
+        &log.current,
+        &log.velocity,
+        &log.brake,
+        &log.load_torque,
+        &log.enabled,
+    ];
     let columns = [&log.input, &log.position].into_iter();
     for column in columns.chain(optional.into_iter().flatten()) {
         assert_eq!(column.len(), samples);

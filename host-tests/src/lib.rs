@@ -33,6 +33,7 @@ pub mod operation_on_host;
 mod page;
 pub mod pwa;
 mod quantity;
+pub mod real_benchmark;
 pub mod remap;
 pub mod replay_run;
 pub mod reproduce;

@@ -1,4 +1,4 @@
-//! A measured log: a CSV file with a header row, then one row a sample, SI units, uniformly sampled.
+//! A measured log: a CSV file with a header row, then one row a sample, SI units.
 //!
 //! | column | meaning |
 //! |---|---|
@@ -9,6 +9,11 @@
 //! | `current_a` | optional: measured motor current, A |
 //! | `velocity` | optional: measured velocity, rad/s or m/s |
 //! | `brake` | optional: friction that a brake adds at the coordinate, N·m or N, not negative, held from its row to the next |
+//! | `load_torque` | optional: a measured external torque or force, N·m or N, against positive motion |
+//! | `enabled` | optional: 0 while the drive lets go of the motor, else 1; held from its row to the next |
+//!
+//! Rows at uneven times (jitter, small gaps, repeated rows, two rates) are put on a grid on reading, and
+//! [`Log::resampling`] says what that changed.
 //!
 //! Columns stand in any order; others are ignored. Blank lines, spaces around a field, CRLF and a
 //! byte order mark do no harm. Everything else that is not such a log is an [`InputError`].
@@ -17,11 +22,14 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use self::resample::{Instants, Resampling};
 use crate::error::{InputError, line_ends, read_text, text_of};
+
+pub mod resample;
 
 /// A uniformly sampled log. Every series has the same length, [`Log::MIN_SAMPLES`] at least when
 /// it was read from a file, and finite values that single precision holds.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Log {
     /// The file, as the user named it.
     pub path: PathBuf,
@@ -41,27 +49,61 @@ pub struct Log {
     pub velocity: Option<Vec<f64>>,
     /// Friction that a brake adds at the coordinate, held from its sample to the next, N·m or N.
     pub brake: Option<Vec<f64>>,
+    /// Measured external torque or force, positive against positive motion, N·m or N.
+    pub load_torque: Option<Vec<f64>>,
+    /// 0 while the drive lets go of the motor, so that no current flows whatever `input` says, else 1;
+    /// held from its sample to the next.
+    pub enabled: Option<Vec<f64>>,
+    /// What reading has changed, where the rows of the file were not at even times.
+    pub resampling: Option<Resampling>,
+}
+
+/// How the values of a column stand for the time between its rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Course {
+    /// Looked at in its rows: between them it goes its way.
+    Seen,
+    /// Held from its row to the next.
+    Held,
+    /// Held, and 0 or 1.
+    Switched,
 }
 
 /// The known columns, in the order in which they are written. Those before `REQUIRED` must be there.
-const COLUMNS: [&str; 7] = [
-    "time_s",
-    "input",
-    "position",
-    "command",
-    "current_a",
-    "velocity",
-    "brake",
+const COLUMNS: [(&str, Course); 9] = [
+    ("time_s", Course::Seen),
+    ("input", Course::Held),
+    ("position", Course::Seen),
+    ("command", Course::Seen),
+    ("current_a", Course::Seen),
+    ("velocity", Course::Seen),
+    ("brake", Course::Held),
+    ("load_torque", Course::Seen),
+    ("enabled", Course::Switched),
 ];
 const REQUIRED: usize = 3;
 const TIME: usize = 0;
+const POSITION: usize = 2;
 const BRAKE: usize = 6;
+const ENABLED: usize = 8;
 
 /// What a file should have been, for messages.
 const EXPECTED: &str = "a log (CSV with the columns time_s, input, position)";
 
-/// Largest accepted jitter as a share of the period.
+/// Longest gap that is filled in while the machine moves, s: a window in which a replay is judged. In a
+/// longer one whole windows would be judged on what nobody measured.
+pub const LONGEST_GAP_S: f64 = 0.2;
+
+/// Largest jitter of a log that counts as even, as a share of the period.
 const JITTER: f64 = 0.01;
+
+/// How many times as long as the others' period a log's may be, if it has to be brought to theirs: of a
+/// slower one more than every third sample would be made up.
+const SLOWER: f64 = 1.5;
+
+/// Share of rows that may repeat a stamp with other values, or be off the grid where stamps are printed no
+/// finer than the period: more of them is how the stamps were printed, not how the rows were lost.
+const MOST_UNTIMED: f64 = 0.1;
 
 /// The period and phase of the grid are themselves estimated from jittering stamps: a log whose
 /// jitter just reaches [`JITTER`] must not fail for that.
@@ -76,11 +118,15 @@ impl Log {
 
     /// Reads and checks a log.
     ///
-    /// The time stamps must be a uniform grid. An interval between two rows is accepted if it is
-    /// within 1 % of the period, or if both its stamps are within 1 % of a period of the
+    /// Time stamps on a uniform grid are taken as they are. An interval between two rows counts as even
+    /// if it is within 1 % of the period, or if both its stamps are within 1 % of a period of the
     /// least-squares grid. So stamps may scatter by 1 % and the logger's clock may drift
     /// slowly. The digits with which `time_s` is printed are allowed for where rounding to them
     /// moves the stamps (3 kHz with four decimals), and only there.
+    ///
+    /// Anything else is resampled ([`resample`]), but for what cannot be mended: time that runs
+    /// backwards, a gap longer than [`LONGEST_GAP_S`] in motion, more samples to fill in than there are
+    /// rows, and stamps printed so coarsely that they repeat or scatter all the time.
     ///
     /// # Errors
     /// The first fault found, with its line.
@@ -98,12 +144,48 @@ impl Log {
 
     fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
         let table = Table::parse(path, text)?;
-        let period_s = table.period(path)?;
-        let [time, input, position, command, current, velocity, brake] = table.columns;
+        let rows = table.lines.len();
+        let table = table.merge_repeats(path)?;
+        let repeated = rows - table.lines.len();
+        match table.spacing(path)? {
+            Spacing::Even(period_s) => {
+                let time = table.columns[TIME].as_ref();
+                let start_s = time.expect("the header was checked")[0];
+                // Rows that repeat each other leave no other trace.
+                let resampling = (repeated > 0).then(|| Resampling::merged(rows, repeated));
+                Ok(Self {
+                    resampling,
+                    ..Self::of_columns(path, start_s, period_s, table.columns)
+                })
+            }
+            Spacing::Uneven => {
+                let instants = table.instants(path)?;
+                let mut log = table.resampled(path, instants)?;
+                if let Some(resampling) = &mut log.resampling {
+                    resampling.rows += repeated;
+                    resampling.merged += repeated;
+                }
+                Ok(log)
+            }
+        }
+    }
+
+    fn of_columns(path: &Path, start_s: f64, period_s: f64, columns: Columns) -> Self {
+        let [
+            _,
+            input,
+            position,
+            command,
+            current,
+            velocity,
+            brake,
+            load_torque,
+            enabled,
+        ] = columns;
         let required = |column: Option<Vec<f64>>| column.expect("the header was checked");
-        Ok(Self {
+        Self {
             path: path.to_owned(),
-            start_s: required(time)[0],
+            start_s,
             period_s,
             input: required(input),
             position: required(position),
@@ -111,7 +193,66 @@ impl Log {
             current,
             velocity,
             brake,
-        })
+            load_torque,
+            enabled,
+            resampling: None,
+        }
+    }
+
+    /// All but the time, in the order in which they are written.
+    fn series(&self) -> [Option<&Vec<f64>>; COLUMNS.len() - 1] {
+        [
+            Some(&self.input),
+            Some(&self.position),
+            self.command.as_ref(),
+            self.current.as_ref(),
+            self.velocity.as_ref(),
+            self.brake.as_ref(),
+            self.load_torque.as_ref(),
+            self.enabled.as_ref(),
+        ]
+    }
+
+    /// The same log at another sampling period, s: of logs that are traced together all must have one.
+    /// A period that differs by less than the tolerance of an even log is left as it is.
+    ///
+    /// # Errors
+    /// A period at which more samples would have to be made up than there are rows, or so few are left
+    /// that it is no log.
+    pub fn at_period(self, period_s: f64) -> Result<Self, InputError> {
+        if (self.period_s - period_s).abs() <= JITTER * period_s {
+            return Ok(self);
+        }
+        if self.period_s > SLOWER * period_s {
+            let message = format!(
+                "sampled every {} s where the other logs have {period_s} s: expected one sampling \
+                 period, at most {SLOWER} times theirs; bring the others to its rate: {}",
+                self.period_s,
+                import_call(
+                    Path::new("OTHER.csv"),
+                    &format!(" --rate {}", rounded(1.0 / self.period_s, 6))
+                )
+            );
+            return Err(InputError::new(&self.path, None, message));
+        }
+        let time: Vec<f64> = (0..self.samples()).map(|row| self.time_s(row)).collect();
+        let mut columns = Columns::default();
+        for (column, series) in columns[TIME + 1..].iter_mut().zip(self.series()) {
+            *column = series.cloned();
+        }
+        let since_start: Vec<f64> = time.iter().map(|t| t - self.start_s).collect();
+        let instants = Instants::with_period(&since_start, period_s);
+        columns[TIME] = Some(time);
+        let table = Table {
+            lines: (0..self.samples()).collect(),
+            columns,
+            digits: PrintedDigits::default(),
+        };
+        let mut log = table.resampled(&self.path, instants)?;
+        if let (Some(now), Some(before)) = (&mut log.resampling, self.resampling) {
+            *now = now.after(&before);
+        }
+        Ok(log)
     }
 
     /// Writes the log to `path`, every value with the digits that give it back unchanged.
@@ -124,20 +265,13 @@ impl Log {
     /// # Panics
     /// If the series differ in length.
     pub fn write(&self, path: &Path) -> io::Result<()> {
-        let series = [
-            Some(&self.input),
-            Some(&self.position),
-            self.command.as_ref(),
-            self.current.as_ref(),
-            self.velocity.as_ref(),
-            self.brake.as_ref(),
-        ];
+        let series = self.series();
         for column in series.into_iter().flatten() {
             assert_eq!(column.len(), self.samples(), "series of unequal length");
         }
         let mut out = BufWriter::new(File::create(path)?);
-        write!(out, "{}", COLUMNS[TIME])?;
-        for (name, column) in COLUMNS[TIME + 1..].iter().zip(series) {
+        write!(out, "{}", COLUMNS[TIME].0)?;
+        for ((name, _), column) in COLUMNS[TIME + 1..].iter().zip(series) {
             if column.is_some() {
                 write!(out, ",{name}")?;
             }
@@ -176,12 +310,21 @@ impl Log {
     }
 }
 
+/// Values of the known columns, in the order of [`COLUMNS`].
+type Columns = [Option<Vec<f64>>; COLUMNS.len()];
+
+/// Whether time stamps are a grid.
+enum Spacing {
+    /// They are, of this period, s.
+    Even(f64),
+    Uneven,
+}
+
 /// The file's known columns, checked row by row.
 struct Table {
     /// Line of each row in the file.
     lines: Vec<usize>,
-    /// In the order of [`COLUMNS`].
-    columns: [Option<Vec<f64>>; COLUMNS.len()],
+    columns: Columns,
     /// How `time_s` is printed.
     digits: PrintedDigits,
 }
@@ -196,7 +339,7 @@ impl Table {
             return Err(fail(1, format!("the file is empty; expected {EXPECTED}")));
         };
         let width = record.len();
-        let places = find_columns(&record).map_err(|message| fail(header_line, message))?;
+        let places = find_columns(path, &record).map_err(|message| fail(header_line, message))?;
 
         let mut table = Self {
             lines: Vec::new(),
@@ -210,17 +353,15 @@ impl Table {
                 return Err(fail(line, describe_width(record.len(), width)));
             }
             let known = COLUMNS.iter().zip(places).zip(&mut table.columns);
-            for ((name, place), column) in known {
+            for (((name, _), place), column) in known {
                 if let (Some(place), Some(column)) = (place, column) {
                     let value = parse_number(&record[place])
                         .map_err(|reason| fail(line, format!("`{name}` {reason}")))?;
-                    if *name == COLUMNS[BRAKE] && value < 0.0 {
-                        return Err(fail(line, describe_brake(value)));
-                    }
+                    check_value(name, value).map_err(|message| fail(line, message))?;
                     column.push(value);
-                    if *name == COLUMNS[TIME] {
-                        if value <= last_time {
-                            let message = describe_order(value, last_time, last_line);
+                    if *name == COLUMNS[TIME].0 {
+                        if value < last_time {
+                            let message = describe_order(path, value, last_line);
                             return Err(fail(line, message));
                         }
                         last_time = value;
@@ -231,23 +372,169 @@ impl Table {
             table.lines.push(line);
             last_line = line;
         }
-        let samples = table.lines.len();
-        if samples < Log::MIN_SAMPLES {
-            let message = format!(
-                "the log ends after {}, expected at least {}",
-                counted(samples, "sample"),
-                Log::MIN_SAMPLES
-            );
-            return Err(fail(last_line, message));
-        }
+        table.check_length(path, table.lines.len(), last_line)?;
         Ok(table)
     }
 
-    /// The sample period in s, if the time stamps are uniform (see [`Log::read`]).
-    fn period(&self, path: &Path) -> Result<f64, InputError> {
-        let time = self.columns[TIME]
+    fn check_length(&self, path: &Path, samples: usize, line: usize) -> Result<(), InputError> {
+        if samples >= Log::MIN_SAMPLES {
+            return Ok(());
+        }
+        let message = format!(
+            "the log ends after {}, expected at least {}",
+            counted(samples, "sample"),
+            Log::MIN_SAMPLES
+        );
+        Err(InputError::new(path, Some(line), message))
+    }
+
+    fn time(&self) -> &[f64] {
+        self.columns[TIME]
+            .as_deref()
+            .expect("the header was checked")
+    }
+
+    fn last_line(&self) -> usize {
+        self.lines.last().copied().unwrap_or(1)
+    }
+
+    /// Rows of one time stamp made one: of what was looked at the mean; of what holds to the next row the
+    /// last, since the others held for no time.
+    fn merge_repeats(mut self, path: &Path) -> Result<Self, InputError> {
+        let time = self.time();
+        let rows = time.len();
+        let starts: Vec<usize> = (0..rows)
+            .filter(|&row| row == 0 || time[row] > time[row - 1])
+            .collect();
+        if starts.len() == rows {
+            return Ok(self);
+        }
+        let ends = || starts[1..].iter().copied().chain([rows]);
+        let same = |row: usize| {
+            let mut columns = self.columns.iter().flatten();
+            columns.all(|column| column[row] == column[row - 1])
+        };
+        let mut told_apart = (1..rows).filter(|&row| time[row] == time[row - 1] && !same(row));
+        if told_apart.clone().count() as f64 > MOST_UNTIMED * rows as f64
+            && let Some(row) = told_apart.next()
+        {
+            let message = format!(
+                "`time_s` {:?} repeats that of line {}, as many others do; print `time_s` with more digits",
+                time[row],
+                self.lines[row - 1]
+            );
+            return Err(InputError::new(path, Some(self.lines[row]), message));
+        }
+        let merged = self.columns.each_ref().map(|column| column.is_some());
+        for (index, _) in merged.iter().enumerate().filter(|(_, there)| **there) {
+            let values = self.columns[index].as_deref().unwrap_or_default();
+            let one = |(&start, end): (&usize, usize)| match COLUMNS[index].1 {
+                Course::Seen if end - start > 1 && index != TIME => {
+                    values[start..end].iter().sum::<f64>() / (end - start) as f64
+                }
+                Course::Seen | Course::Held | Course::Switched => values[end - 1],
+            };
+            self.columns[index] = Some(starts.iter().zip(ends()).map(one).collect());
+        }
+        self.lines = starts.iter().map(|&row| self.lines[row]).collect();
+        self.check_length(path, starts.len(), self.last_line())?;
+        Ok(self)
+    }
+
+    /// A grid for rows at uneven times, if these can be mended.
+    fn instants(&self, path: &Path) -> Result<Instants, InputError> {
+        let time = self.time();
+        let since_start: Vec<f64> = time.iter().map(|t| t - time[0]).collect();
+        let instants = Instants::of(&since_start);
+        let period = instants.period;
+        let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let resolution = self.digits.resolution(time);
+        let refuse = |interval: usize, fault: String| {
+            Err(InputError::new(path, Some(self.lines[interval + 1]), fault))
+        };
+        let off = |step: &&f64| (**step / period - 1.0).abs() > 0.5;
+        if resolution > period / 2.0
+            && steps.iter().filter(off).count() as f64 > MOST_UNTIMED * steps.len() as f64
+            && let Some(first) = steps.iter().position(|step| off(&step))
+        {
+            let fault = format!(
+                "{}: print `time_s` with more digits",
+                describe_step(steps[first], period)
+            );
+            return refuse(first, fault);
+        }
+        for (interval, &step) in steps.iter().enumerate() {
+            let is_gap = instants.filled_in(step) > 0 && step > LONGEST_GAP_S;
+            if is_gap && self.moves_around(interval) {
+                let fault = format!(
+                    "{} in the middle of motion, at most {LONGEST_GAP_S} s are filled in; cut the log \
+                     here and give both parts, or record it again at one rate and convert it: {}",
+                    describe_step(step, period),
+                    import_call(path, "")
+                );
+                return refuse(interval, fault);
+            }
+        }
+        let filled = |step: &f64| instants.filled_in(*step) as f64;
+        let made_up: f64 = steps.iter().map(filled).sum();
+        if made_up > time.len() as f64
+            && let Some((widest, _)) =
+                (steps.iter().enumerate()).max_by(|(_, a), (_, b)| a.total_cmp(b))
+        {
+            let fault = format!(
+                "{}, and more samples would have to be filled in than the log has; cut it here, or bring \
+                 it to its lower rate: {}",
+                describe_step(steps[widest], period),
+                import_call(path, " --rate HZ")
+            );
+            return refuse(widest, fault);
+        }
+        Ok(instants)
+    }
+
+    /// Whether the position changes, by more than two of its smallest steps, in the windows before and
+    /// after an interval or in between.
+    fn moves_around(&self, interval: usize) -> bool {
+        let time = self.time();
+        let position = self.columns[POSITION]
             .as_deref()
             .expect("the header was checked");
+        let near = time.iter().zip(position).filter(|(t, _)| {
+            **t >= time[interval] - LONGEST_GAP_S && **t <= time[interval + 1] + LONGEST_GAP_S
+        });
+        let (low, high) = near.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, p)| {
+            (low.min(*p), high.max(*p))
+        });
+        let changes = position.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let count = changes
+            .filter(|change| *change > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        high > low && high - low > 2.0 * count
+    }
+
+    /// The log on a grid, its times after the first row.
+    fn resampled(self, path: &Path, instants: Instants) -> Result<Log, InputError> {
+        self.check_length(path, instants.count, self.last_line())?;
+        let first = self.time()[0];
+        let time: Vec<f64> = self.time().iter().map(|t| t - first).collect();
+        let mut columns = Columns::default();
+        for (index, column) in self.columns.iter().enumerate().skip(TIME + 1) {
+            columns[index] = column.as_deref().map(|values| match COLUMNS[index].1 {
+                Course::Seen => instants.interpolated(&time, values),
+                Course::Held => instants.held(&time, values),
+                Course::Switched => instants.switched(&time, values),
+            });
+        }
+        let position = self.columns[POSITION].as_deref().unwrap_or_default();
+        Ok(Log {
+            resampling: Some(instants.summary(&time, position)),
+            ..Log::of_columns(path, first + instants.start, instants.period, columns)
+        })
+    }
+
+    /// Whether the time stamps are uniform (see [`Log::read`]).
+    fn spacing(&self, path: &Path) -> Result<Spacing, InputError> {
+        let time = self.time();
         let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let median = median(&steps);
         let resolution = self.digits.resolution(time);
@@ -257,11 +544,6 @@ impl Table {
         } else {
             0.0
         };
-        let refuse = |interval: usize, period: f64| {
-            let message = describe_step(steps[interval], period, resolution);
-            InputError::new(path, Some(self.lines[interval + 1]), message)
-        };
-
         // First a period that neither a gap nor rounding moves, to find what a line could not be
         // fitted to: two stamps, each off the grid by the tolerance, are the most that may pass.
         let near = |step: &&f64| (**step - median).abs() <= 0.1 * median + rounding;
@@ -271,13 +553,16 @@ impl Table {
             .fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
         let period = sum / count;
         if period < MIN_PERIOD_S {
-            let message = format!("`time_s` steps by {period:e} s; expected seconds");
+            let message = format!(
+                "`time_s` steps by {period:e} s; expected seconds: {}",
+                import_call(path, "").replacen("time_s", "time_s:us", 1)
+            );
             return Err(InputError::new(path, Some(self.lines[1]), message));
         }
         let tolerance = 2.0 * JITTER * GRID_MARGIN * period + rounding;
         let too_far = |step: &f64| (step - period).abs() > tolerance;
-        if let Some(interval) = steps.iter().position(too_far) {
-            return Err(refuse(interval, period));
+        if steps.iter().any(too_far) {
+            return Ok(Spacing::Uneven);
         }
 
         let grid = Grid::fit(time);
@@ -295,10 +580,11 @@ impl Table {
             (steps[interval] - period).abs() <= tolerance + rounding
                 || (on_grid(interval) && on_grid(interval + 1))
         };
-        match (0..steps.len()).find(|&interval| !uniform(interval)) {
-            Some(interval) => Err(refuse(interval, period)),
+        if (0..steps.len()).all(uniform) {
             // What follows the twelfth digit is the rounding of the sums: a sample in 10¹².
-            None => Ok(rounded(period, 12)),
+            Ok(Spacing::Even(rounded(period, 12)))
+        } else {
+            Ok(Spacing::Uneven)
         }
     }
 }
@@ -350,7 +636,10 @@ impl<'t> Rows<'t> {
 }
 
 /// The places of the known columns in the header, or what is wrong with it.
-fn find_columns(header: &csv::StringRecord) -> Result<[Option<usize>; COLUMNS.len()], String> {
+fn find_columns(
+    path: &Path,
+    header: &csv::StringRecord,
+) -> Result<[Option<usize>; COLUMNS.len()], String> {
     if header.iter().all(|field| field.parse::<f64>().is_ok()) {
         return Err(format!(
             "the first row holds numbers, not column names; expected {EXPECTED}"
@@ -364,8 +653,8 @@ fn find_columns(header: &csv::StringRecord) -> Result<[Option<usize>; COLUMNS.le
             ));
         }
     }
-    let places = COLUMNS.map(|known| header.iter().position(|name| name == known));
-    for (known, place) in COLUMNS.into_iter().zip(places) {
+    let places = COLUMNS.map(|(known, _)| header.iter().position(|name| name == known));
+    for ((known, _), place) in COLUMNS.into_iter().zip(places) {
         // An optional column under another name must not be dropped in silence.
         let stem = known.trim_end_matches("_s").trim_end_matches("_a");
         let alike =
@@ -381,7 +670,7 @@ fn find_columns(header: &csv::StringRecord) -> Result<[Option<usize>; COLUMNS.le
         .iter()
         .zip(places)
         .filter(|(_, place)| place.is_none())
-        .map(|(name, _)| format!("`{name}`"))
+        .map(|((name, _), _)| format!("`{name}`"))
         .collect();
     if missing.is_empty() {
         return Ok(places);
@@ -392,8 +681,12 @@ fn find_columns(header: &csv::StringRecord) -> Result<[Option<usize>; COLUMNS.le
         ""
     };
     Err(format!(
-        "the header has no column {}{hint}; expected {EXPECTED}",
-        missing.join(", ")
+        "the header has no column {}{hint}; expected {EXPECTED}: {}",
+        missing.join(", "),
+        import_call(path, "")
+            .replacen("time_s", "TIME:s", 1)
+            .replacen("--position position", "--position POSITION:UNIT", 1)
+            .replacen("--input input", "--input INPUT", 1)
     ))
 }
 
@@ -428,51 +721,52 @@ fn describe_width(fields: usize, width: usize) -> String {
     format!("{fields}, the header has {width}: {remedy}")
 }
 
-/// What is wrong with a brake that would push.
-fn describe_brake(level: f64) -> String {
+/// Refuses what no brake and no switch can be, whichever column it is.
+fn check_value(name: &str, value: f64) -> Result<(), String> {
+    if name == COLUMNS[BRAKE].0 && value < 0.0 {
+        return Err(format!(
+            "`brake` is {value:?}, expected 0 or more: the level of the friction that the brake adds, \
+             whichever way the machine moves"
+        ));
+    }
+    if name == COLUMNS[ENABLED].0 && value != 0.0 && value != 1.0 {
+        return Err(format!(
+            "`enabled` is {value:?}, expected 0 while the drive lets go of the motor, else 1"
+        ));
+    }
+    Ok(())
+}
+
+/// What is wrong with a time that is earlier than the last one.
+fn describe_order(path: &Path, time: f64, last_line: usize) -> String {
     format!(
-        "`brake` is {level:?}, expected 0 or more: the level of the friction that the brake adds, \
-         whichever way the machine moves"
+        "`time_s` {time:?} is earlier than that of line {last_line}; expected no sample before the last \
+         one: cut the log here, or take another clock's column: {}",
+        import_call(path, "").replacen("time_s", "COLUMN:s", 1)
     )
 }
 
-/// What is wrong with a time that is not later than the last one.
-fn describe_order(time: f64, last_time: f64, last_line: usize) -> String {
-    let fault = if time < last_time {
-        "is earlier than"
-    } else {
-        "repeats"
-    };
-    format!(
-        "`time_s` {time:?} {fault} that of line {last_line}; \
-         expected each sample later than the one before"
-    )
-}
-
-/// What is wrong with a step of `time_s`.
-fn describe_step(step: f64, period: f64, resolution: f64) -> String {
+/// What a step of `time_s` is beside the period.
+fn describe_step(step: f64, period: f64) -> String {
     let missing = (step / period).round() - 1.0;
-    let (fault, blurred) = if missing >= 1.0 {
-        let samples = counted(missing as usize, "sample");
-        let fault = format!("a gap of {samples}; cut the log here or fill it in");
-        (fault, resolution > period / 2.0)
+    let fault = if missing >= 1.0 {
+        format!("a gap of {}", counted(missing as usize, "sample"))
     } else {
         let percent = 100.0 * (step / period - 1.0).abs();
-        let accepted = 100.0 * JITTER;
-        let fault = format!(
-            "a jitter of {percent:.1} %, at most {accepted} % is accepted; resample the log uniformly"
-        );
-        (fault, resolution > JITTER * period)
-    };
-    let digits = if blurred {
-        ", or print `time_s` with more digits"
-    } else {
-        ""
+        format!("a jitter of {percent:.1} %")
     };
     format!(
-        "`time_s` steps by {:?} s where the period is {:?} s: {fault}{digits}",
+        "`time_s` steps by {:?} s where the period is {:?} s: {fault}",
         rounded(step, 6),
         rounded(period, 6)
+    )
+}
+
+/// The call that makes a log of another file, or of one with faults that reading does not mend.
+fn import_call(path: &Path, option: &str) -> String {
+    format!(
+        "cargo hil import {} --time time_s --position position --input input{option} --out LOG.csv",
+        path.display()
     )
 }
 

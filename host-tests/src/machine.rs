@@ -34,6 +34,8 @@ pub struct Machine {
     pub friction: Friction,
     /// Resolution of the position sensor, rad or m per count, where it is known.
     pub resolution: Option<f64>,
+    /// Where the position sensor sits, where it is known.
+    pub sensor_side: Option<SensorSide>,
     /// Names from [`PARAMETERS`], each once, that may be re-estimated before an effect is sought.
     pub fit: Vec<String>,
     /// Effects that the declared model already has.
@@ -49,6 +51,16 @@ pub enum Coordinate {
     /// A stroke; loads are forces.
     #[serde(rename = "m")]
     Metre,
+}
+
+/// Where the position sensor sits on the way from the motor to the load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SensorSide {
+    /// Before backlash and elastic parts: at the motor.
+    Motor,
+    /// Behind them: at the load.
+    Load,
 }
 
 /// A brushed DC winding.
@@ -326,6 +338,7 @@ enum InputKind {
 #[serde(deny_unknown_fields, expecting = "a section")]
 struct SensorSection {
     resolution: Option<Spanned<Number>>,
+    side: Option<SensorSide>,
 }
 
 #[derive(Deserialize)]
@@ -552,7 +565,9 @@ impl Source<'_> {
             return Err(self.error(friction.line("static"), message));
         }
 
-        let resolution = document.sensor.and_then(|sensor| sensor.resolution);
+        let (resolution, sensor_side) = document
+            .sensor
+            .map_or((None, None), |sensor| (sensor.resolution, sensor.side));
         if let Some(resolution) = &resolution {
             self.check_range("resolution", Range::Positive, resolution)?;
         }
@@ -594,6 +609,7 @@ impl Source<'_> {
                 r#static: friction.get("static"),
             },
             resolution: resolution.map(|resolution| resolution.get_ref().0),
+            sensor_side,
             fit: parameters
                 .iter()
                 .map(|name| name.get_ref().clone())

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use host_tests::error::InputError;
 use host_tests::exercise;
 use host_tests::log::Log;
-use host_tests::machine::{Coordinate, Machine};
+use host_tests::machine::{Coordinate, Machine, SensorSide};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
@@ -167,7 +167,7 @@ mod log {
         refused(
             text("time_s,input,x", &rows()),
             1,
-            &["`position`", "expected"],
+            &["`position`", "expected", "cargo hil import"],
         );
         refused(
             text("t,u,y", &rows()),
@@ -269,37 +269,105 @@ mod log {
     }
 
     #[test]
-    fn time_that_does_not_advance_is_refused() {
-        row_refused(40, "0.0390,1,1", &["0.039", "repeats", "line 41", "later"]);
-        row_refused(40, "0.0380,1,1", &["0.038", "earlier", "line 41", "later"]);
+    fn time_that_runs_backwards_is_refused() {
+        let words = ["0.038", "earlier", "line 41", "cargo hil import"];
+        row_refused(40, "0.0380,1,1", &words);
         row_refused(40, "-5,1,1", &["-5", "earlier", "line 41"]);
     }
 
     #[test]
-    fn a_gap_is_refused_wherever_it_is() {
+    fn repeated_rows_are_merged() {
+        // Each third row written twice: nothing is lost, and nothing moved.
+        let twice: Vec<String> = rows()
+            .into_iter()
+            .enumerate()
+            .flat_map(|(row, text)| vec![text; if row % 3 == 0 { 2 } else { 1 }])
+            .collect();
+        let mut log = read(text(HEADER, &twice));
+        let resampling = log.resampling.take().expect("merged rows");
+        assert_eq!((resampling.merged, resampling.rows), (67, 267));
+        assert_eq!((resampling.filled, resampling.position_error), (0, 0.0));
+        let plain = read(text(HEADER, &rows()));
+        log.path.clone_from(&plain.path);
+        assert_eq!(log, plain);
+
+        // A stamp that repeats the last one, with other values: their mean, then a gap.
+        let mut one = rows();
+        one[40] = "0.0390,9,21.5".into();
+        let log = read(text(HEADER, &one));
+        let resampling = log.resampling.expect("a merged row");
+        assert_eq!((resampling.merged, resampling.filled), (1, 1));
+        assert_eq!(log.samples(), 200);
+        assert_eq!(log.position[38..42], [19.0, 20.5, 20.5, 20.5]);
+        // The first of the two held for no time, the second until the next row.
+        assert_eq!(log.input[38..42], [3.0, 9.0, 9.0, 6.0]);
+
+        // Many of them are stamps without their digits.
+        let coarse: Vec<String> = (0..200)
+            .map(|i| format!("{:.2},0,{i}", f64::from(i) * 5e-3))
+            .collect();
+        refused(
+            text(HEADER, &coarse),
+            4,
+            &["repeats that of line 3", "more digits"],
+        );
+    }
+
+    #[test]
+    fn a_small_gap_is_filled_wherever_it_is() {
+        let plain = read(text(HEADER, &rows()));
         for first_missing in [2, 40, 100, 190, 198] {
             let mut rows = rows();
             rows.remove(first_missing);
-            refused(
-                text(HEADER, &rows),
-                first_missing + 2,
-                &["0.002 s", "0.001 s", "a gap of 1 sample;"],
-            );
+            let mut log = read(text(HEADER, &rows));
+            let resampling = log.resampling.take().expect("a filled sample");
+            assert_eq!((resampling.filled, resampling.merged), (1, 0));
+            assert!(resampling.displacement_max < 1e-9, "{resampling:?}");
+            // What the drive had been told still held.
+            assert_eq!(log.input[first_missing], plain.input[first_missing - 1]);
+            log.path.clone_from(&plain.path);
+            log.input.clone_from(&plain.input);
+            assert_eq!(log, plain);
         }
-        // Longer than the rest of the log: the period must not follow it.
+        // Printed no finer than the period.
+        let mut rows: Vec<String> = (0..200).map(|i| format!("{i},0,0")).collect();
+        rows.remove(100);
+        let log = read(text(HEADER, &rows));
+        assert_eq!((log.period_s, log.samples()), (1.0, 200));
+    }
+
+    #[test]
+    fn a_long_gap_is_refused_in_motion_and_filled_at_rest() {
+        let with_gap = |gap_s: f64, position: &dyn Fn(f64) -> f64| {
+            let rows: Vec<String> = (0..2_000)
+                .map(|i| f64::from(i) * 1e-3 + if i >= 1_000 { gap_s } else { 0.0 })
+                .map(|t| format!("{t:.4},0,{}", position(t)))
+                .collect();
+            text(HEADER, &rows)
+        };
+        let moving = |t: f64| (3.0 * t).sin();
+        let resting = |t: f64| (t.min(0.5) + (t - 1.9).max(0.0)) * 0.7;
+        assert_eq!(read(with_gap(0.19, &moving)).samples(), 2_190);
+        assert_eq!(read(with_gap(0.6, &resting)).samples(), 2_600);
+        let words = [
+            "a gap of 250 samples",
+            "motion",
+            "0.2 s",
+            "cargo hil import",
+        ];
+        refused(with_gap(0.25, &moving), 1_002, &words);
+        // More than the log itself has, even at rest.
+        let words = ["a gap of 3000 samples", "more samples", "--rate HZ"];
+        refused(with_gap(3.0, &|t| t.min(0.5)), 1_002, &words);
         refused(
             timed(|i| i as f64 * 1e-3 + if i >= 60 { 5.0 } else { 0.0 }),
             62,
             &["a gap of 5000 samples"],
         );
-        // Printed no finer than the period.
-        let mut rows: Vec<String> = (0..200).map(|i| format!("{i},0,0")).collect();
-        rows.remove(100);
-        refused(text(HEADER, &rows), 102, &["a gap of 1 sample;"]);
     }
 
     #[test]
-    fn jitter_is_accepted_up_to_one_percent() {
+    fn jitter_up_to_one_percent_is_left_and_beyond_resampled() {
         // Stamps that scatter to either side of the grid, the hardest way last.
         let scatter =
             |share: f64| timed(move |i| (i as f64 + share * (i as f64 * 2.4).sin()) * 1e-3);
@@ -310,22 +378,89 @@ mod log {
             |share: f64| timed(move |i| (i as f64 + if i == 70 { share } else { 0.0 }) * 1e-3);
         for accepted in [0.0, 0.001, 0.0099] {
             for log in [scatter(accepted), alternate(accepted), one_off(accepted)] {
-                let period = read(log).period_s;
-                assert!((period / 1e-3 - 1.0).abs() < 1e-4, "{period}");
+                let log = read(log);
+                assert!((log.period_s / 1e-3 - 1.0).abs() < 1e-4, "{}", log.period_s);
+                assert_eq!(log.resampling, None);
             }
         }
-        for too_much in [-0.015, 0.015, 0.1, -0.4] {
-            refused(one_off(too_much), 72, &["jitter", "1 %", "resample"]);
+        for share in [-0.015, 0.015, 0.1, -0.4] {
+            let log = read(one_off(share));
+            assert_eq!((log.period_s, log.samples()), (1e-3, 200));
+            let resampling = log.resampling.expect("a moved stamp");
+            assert!((resampling.displacement_max / share.abs() - 1.0).abs() < 0.05);
         }
-        for log in [scatter(0.03), alternate(0.015)] {
-            let file = given("log.csv", log);
-            let error = Log::read(&file.path).expect_err("too much jitter");
-            assert_error(&error, &file.path, error.line, &["jitter", "1 %"]);
-            assert!(error.line.is_some());
+        for log in [scatter(0.03), alternate(0.015), scatter(0.3)] {
+            let log = read(log);
+            assert_eq!(log.period_s, 1e-3);
+            let resampling = log.resampling.expect("moved stamps");
+            assert_eq!(
+                (resampling.filled, resampling.merged),
+                (0, 0),
+                "{resampling:?}"
+            );
         }
         // One off by the last digit printed, which is a tenth of the period.
-        row_refused(40, "0.0401,1,1", &["jitter"]);
-        row_refused(199, "0.1991,1,1", &["jitter"]);
+        let mut rows = rows();
+        rows[40] = "0.0401,1,20".into();
+        let log = read(text(HEADER, &rows));
+        // Between the rows at 40.1 and 39 ms, which have 20 and 19.5.
+        assert!((log.position[40] - (19.5 + 0.5 / 1.1)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn two_rates_are_brought_to_the_usual_one() {
+        // 1 kHz, in the middle 500 Hz.
+        let stamps = (0..200)
+            .map(f64::from)
+            .filter(|i| !(80.0..120.0).contains(i) || i % 2.0 == 0.0);
+        let rows: Vec<String> = stamps
+            .map(|i| format!("{:.4},{},{}", i * 1e-3, i % 7.0, i * 0.5))
+            .collect();
+        let log = read(text(HEADER, &rows));
+        assert_eq!((log.period_s, log.samples()), (1e-3, 200));
+        assert!(
+            log.position
+                .iter()
+                .enumerate()
+                .all(|(i, p)| (p - 0.5 * i as f64).abs() < 1e-9)
+        );
+        let resampling = log.resampling.expect("filled samples");
+        assert_eq!((resampling.rows, resampling.filled), (180, 20));
+        // A straight line loses nothing.
+        assert!(resampling.position_error < 1e-9);
+    }
+
+    #[test]
+    fn a_period_can_be_asked_for() {
+        let log = read(text(HEADER, &rows()));
+        assert_eq!(log.clone().at_period(1.005e-3), Ok(log.clone()));
+        let slower = log.clone().at_period(2e-3).expect("half the samples");
+        assert_eq!((slower.period_s, slower.samples()), (2e-3, 100));
+        assert_eq!(slower.position[7], log.position[14]);
+        let mean = (log.input[14] + log.input[15]) / 2.0;
+        assert!((slower.input[7] - mean).abs() < 1e-9);
+        let error = log.clone().at_period(0.5e-3).expect_err("half made up");
+        assert!(error.message.contains("--rate 1000"), "{error}");
+        log.at_period(1.0).expect_err("one sample left");
+    }
+
+    #[test]
+    fn a_measured_load_and_a_switch_are_read() {
+        let header = "time_s,input,position,load_torque,enabled";
+        let mut rows: Vec<String> = rows()
+            .into_iter()
+            .enumerate()
+            .map(|(row, text)| format!("{text},-0.5,{}", u8::from(row < 100)))
+            .collect();
+        let log = read(text(header, &rows));
+        assert_eq!(log.load_torque, Some(vec![-0.5; 200]));
+        let enabled = log.enabled.expect("the column");
+        assert_eq!((enabled[99], enabled[100]), (1.0, 0.0));
+        // It stays a switch when rows are filled in.
+        rows.remove(150);
+        assert_eq!(read(text(header, &rows)).enabled, Some(enabled));
+        rows[10] = "0.0100,1,1,0,0.5".into();
+        refused(text(header, &rows), 12, &["`enabled`", "0.5", "0", "1"]);
     }
 
     #[test]
@@ -416,6 +551,8 @@ mod log {
             current in prop::option::of(series(samples)),
             velocity in prop::option::of(series(samples)),
             brake in prop::option::of(series(samples)),
+            load_torque in prop::option::of(series(samples)),
+            enabled in prop::option::of(prop::collection::vec(0_u8..2, samples)),
         ) -> Log {
             Log {
                 path: PathBuf::new(),
@@ -428,6 +565,9 @@ mod log {
                 velocity,
                 // A column of negative levels would be refused.
                 brake: brake.map(|levels| levels.into_iter().map(f64::abs).collect()),
+                load_torque,
+                enabled: enabled.map(|levels| levels.into_iter().map(f64::from).collect()),
+                resampling: None,
             }
         }
     }
@@ -550,6 +690,7 @@ mod machine {
         assert_eq!(machine.coordinate, Coordinate::Radian);
         assert_eq!(machine.gain, 1.0);
         assert_eq!(machine.resolution, Some(3.834952e-4));
+        assert_eq!(machine.sensor_side, None);
         assert_eq!(machine.fit, ["inertia", "viscous", "coulomb", "static"]);
         assert_eq!(machine.declared_effects, []);
         for (name, value, unit) in [
@@ -772,6 +913,25 @@ mod machine {
             &["`sensors`", "`sensor`"],
         );
         line_refused(&rotary(), "name", "\"a\\nb\" = 1", &["`a\\nb`"]);
+    }
+
+    #[test]
+    fn the_side_of_the_sensor_is_read() {
+        for (word, side) in [("motor", SensorSide::Motor), ("load", SensorSide::Load)] {
+            let (text, _) = replace_line(
+                &rotary(),
+                "[sensor]",
+                &format!("[sensor]\nside = \"{word}\""),
+            );
+            assert_eq!(read(&text).sensor_side, Some(side));
+        }
+        line_refused(
+            &rotary(),
+            "resolution",
+            "side = \"gear\"",
+            &["`gear`", "`motor` or `load`"],
+        );
+        line_refused(&rotary(), "resolution", "side = 1", &["side"]);
     }
 
     #[test]

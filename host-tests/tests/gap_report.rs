@@ -197,6 +197,7 @@ fn example() -> Report {
                 ..refused(2, "sensor_delay", 0.2218, "mean square error 13 % lower")
             },
         ],
+        resampled: vec![],
         whiteness: Whiteness {
             ljung_box: 152.34,
             lags: 20,

@@ -90,10 +90,7 @@ fn log(recording: &Recording, name: &str) -> Log {
         period_s: 1e-3,
         input: recording.input.clone(),
         position: recording.position.clone(),
-        command: None,
-        current: None,
-        velocity: None,
-        brake: None,
+        ..Log::default()
     }
 }
 

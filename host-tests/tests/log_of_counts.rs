@@ -119,8 +119,7 @@ fn a_ring_of_counts_is_traced_as_its_values_are() {
         position,
         command: None,
         current: Some(current),
-        velocity: None,
-        brake: None,
+        ..Log::default()
     };
     let outcome = engine::run(&declared, &[log], || Ok(Vec::new()), |_| ()).unwrap();
     let errors = outcome.outcome.errors.train;

@@ -22,7 +22,7 @@ pub struct Args {
     #[arg(long, value_name = "M.toml")]
     pub machine: PathBuf,
     /// Log to find the effects in, CSV with time_s,input,position and, where measured, command,
-    /// current_a, velocity, brake; may be given several times
+    /// current_a, velocity, brake, load_torque, enabled; may be given several times
     #[arg(long, value_name = "A.csv", required = true)]
     pub train: Vec<PathBuf>,
     /// A log to judge them on, opened once at the end; may be given several times
@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         inputs.chain([&args.machine]),
     )?;
     let machine = Machine::read(&args.machine)?;
-    let train = read_all(&args.train)?;
+    let train = read_train(&args.train)?;
     // A name that is wrong is better said now than after the fit; what is inside stays unread.
     for path in &args.validate {
         check_there(path)?;
@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let result = engine::trace(
         &machine,
         &train,
-        || Ok(read_all(&args.validate)?),
+        || Ok(read_validate(&args.validate, &train)?),
         |message| progress.set_message(message.to_owned()),
     )
     .and_then(|found| {
@@ -152,6 +152,31 @@ fn check_there(path: &Path) -> Result<(), InputError> {
     Err(InputError::new(path, None, message))
 }
 
-fn read_all(paths: &[PathBuf]) -> Result<Vec<Log>, InputError> {
-    paths.iter().map(|path| Log::read(path)).collect()
+/// Training logs, all at the longest of their sampling periods: what a slower one did between its samples
+/// nobody knows.
+///
+/// # Errors
+/// The first fault found in one of them.
+pub fn read_train(paths: &[PathBuf]) -> Result<Vec<Log>, InputError> {
+    let logs = paths
+        .iter()
+        .map(|path| Log::read(path))
+        .collect::<Result<Vec<_>, _>>()?;
+    let longest = logs.iter().map(|log| log.period_s).fold(0.0, f64::max);
+    logs.into_iter().map(|log| log.at_period(longest)).collect()
+}
+
+/// Validation logs, at the sampling period of the training logs.
+///
+/// # Errors
+/// The first fault found in one of them.
+pub fn read_validate(paths: &[PathBuf], train: &[Log]) -> Result<Vec<Log>, InputError> {
+    let period = train.first().map(|log| log.period_s);
+    paths
+        .iter()
+        .map(|path| {
+            let log = Log::read(path)?;
+            period.map_or(Ok(log.clone()), |period| log.at_period(period))
+        })
+        .collect()
 }

@@ -17,7 +17,7 @@ use super::answer::{Spread, candidate, fitted, found, unknown};
 use super::declared::{base_parameters, model};
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
-use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Stages};
+use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Resampled, Stages};
 use super::series::Series;
 use super::whiteness::whiteness;
 use crate::error::InputError;
@@ -216,6 +216,8 @@ pub fn trace(
     let train_evidence = evidence(&series, &judged, &declared, &trace)?;
 
     let held_back = validate()?;
+    let mut resampled = Resampled::among(train);
+    resampled.extend(Resampled::among(&held_back));
     let (validate_errors, validate_evidence) = if held_back.is_empty() {
         (None, Vec::new())
     } else {
@@ -251,6 +253,7 @@ pub fn trace(
         candidates,
         next_experiment: None,
         whiteness: whiteness(&judged, &trace.before.model)?,
+        resampled,
         cost: Cost {
             seconds,
             simulations: trace.simulated / judged.windows() as u64,

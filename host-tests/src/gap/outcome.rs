@@ -5,6 +5,8 @@ use serde::{Serialize, Serializer};
 
 use super::component::Component;
 use super::experiment::NextExperiment;
+use crate::log::Log;
+use crate::log::resample::Resampling;
 
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
 #[derive(Debug, Clone, Serialize)]
@@ -29,8 +31,38 @@ pub struct Outcome {
     pub next_experiment: Option<NextExperiment>,
     /// Whiteness of the residual of the base fit, as evidence.
     pub whiteness: Whiteness,
+    /// Logs whose rows were not at even times, and what putting them on a grid changed; left out of the
+    /// JSON where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub resampled: Vec<Resampled>,
     /// What the run cost.
     pub cost: Cost,
+}
+
+/// A log that was resampled on reading.
+#[derive(Debug, Clone, Serialize)]
+pub struct Resampled {
+    /// The file, as the user named it.
+    pub log: String,
+    /// Period of the samples, s.
+    pub period_s: f64,
+    /// What it changed.
+    #[serde(flatten)]
+    pub change: Resampling,
+}
+
+impl Resampled {
+    /// The logs among these that were.
+    pub fn among(logs: &[Log]) -> Vec<Self> {
+        let of = |log: &Log| {
+            Some(Self {
+                log: log.path.display().to_string(),
+                period_s: log.period_s,
+                change: log.resampling?,
+            })
+        };
+        logs.iter().filter_map(of).collect()
+    }
 }
 
 /// A verdict is its name.

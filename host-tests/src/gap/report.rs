@@ -13,8 +13,8 @@ use model_core::gap::verdict::Verdict;
 use super::component;
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
-    ErrorCells, FREED, Headline, cost, error_legend, error_rows, is_extended, presumed, rounds,
-    unproven, whiteness,
+    ErrorCells, FREED, Headline, cost, error_legend, error_rows, is_extended, presumed,
+    resampled_line, rounds, unproven, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
@@ -58,7 +58,11 @@ fn page(report: &Report) -> io::Result<String> {
     }
     body += &selection(&outcome.candidates);
     let title = format!("{}: missing effects", outcome.machine);
-    let footer = [whiteness(outcome), cost(outcome)];
+    let resampled = outcome.resampled.iter();
+    let mut footer: Vec<String> = resampled
+        .map(|log| resampled_line(log, &report.coordinate))
+        .collect();
+    footer.extend([whiteness(outcome), cost(outcome)]);
     Ok(page::page(&title, &body, &footer))
 }
 

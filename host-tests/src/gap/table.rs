@@ -5,7 +5,9 @@ use std::cmp::Ordering;
 use model_core::gap::verdict::Verdict;
 
 use super::answer::listed;
-use super::outcome::{Candidate, ErrorSet, Errors, FoundEffect, Outcome, Report, Stages, Unknown};
+use super::outcome::{
+    Candidate, ErrorSet, Errors, FoundEffect, Outcome, Report, Resampled, Stages, Unknown,
+};
 use crate::quantity::{
     Scale, change, estimate, given, prefixed_estimate, probability, significant,
 };
@@ -45,6 +47,9 @@ pub fn render(report: &Report, colour: bool) -> String {
         Style::Strong,
     );
     page.wrapped(&headline.evidence, 0, Style::Plain);
+    for log in &outcome.resampled {
+        page.wrapped(&resampled_line(log, &report.coordinate), 0, Style::Warning);
+    }
     errors(&mut page, &outcome.errors, &report.coordinate);
     effects(&mut page, outcome);
     experiment(&mut page, report);
@@ -332,6 +337,25 @@ pub(super) fn whiteness(outcome: &Outcome) -> String {
         whiteness.correlations.velocity,
         whiteness.correlations.direction,
         whiteness.correlations.input_squared
+    )
+}
+
+/// What putting a log on a grid has changed.
+pub(super) fn resampled_line(log: &Resampled, coordinate: &str) -> String {
+    let change = &log.change;
+    let period = Scale::of("s", [log.period_s]).quantity(log.period_s);
+    let percent = Scale::percent();
+    let error = Scale::of(coordinate, [change.position_error]).quantity(change.position_error);
+    format!(
+        "{} was resampled: its {} rows were up to {} and rms {} of a period of {period} away from the \
+         samples, {} samples were filled in where rows are missing, {} rows were merged. That adds some \
+         {error} rms to the position.",
+        printable(&log.log),
+        change.rows,
+        percent.quantity(change.displacement_max),
+        percent.quantity(change.displacement_rms),
+        change.filled,
+        change.merged,
     )
 }
 

@@ -338,8 +338,7 @@ impl Case {
             position: recording.position,
             command: there(recording.command),
             current: there(recording.current),
-            velocity: None,
-            brake: None,
+            ..Log::default()
         }
     }
 

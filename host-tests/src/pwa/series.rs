@@ -152,10 +152,7 @@ mod tests {
             period_s: 1e-3,
             input: (0..rows).map(f64::from).collect(),
             position: (0..rows).map(|row| 2.0 * f64::from(row)).collect(),
-            command: None,
-            current: None,
-            velocity: None,
-            brake: None,
+            ..Log::default()
         };
         let series = Series::of(&log, 5e-3).unwrap();
         assert_eq!(series.input, [2.0, 7.0, 12.0]);

@@ -229,6 +229,7 @@ fn log(path: &Path, recording: &Recording, sample_rate: f64) -> Result<Log, Fail
         current: None,
         velocity: None,
         brake: Some(first(&brake)),
+        ..Log::default()
     })
 }
 

@@ -222,8 +222,7 @@ impl Recorded {
             position: wide(&self.position),
             command: (!self.command.is_empty()).then(|| self.command.clone()),
             current: Some(wide(&self.current)),
-            velocity: None,
-            brake: None,
+            ..Log::default()
         }
     }
 }

@@ -1,0 +1,418 @@
+//! From rows at uneven times to samples at even ones.
+//!
+//! A position, a velocity, a command, a current or a measured load is a course that was looked at: it is
+//! interpolated linearly, which is right to the second order in the distance between the rows. A
+//! current belongs to these because what was logged is a reading at its instant, of a winding whose
+//! inductance does not let it jump.
+//!
+//! What the drive was told holds from its row to the next. A new interval that straddles rows gets the
+//! mean over its time, which conserves the impulse: a machine with an inertia then has the speed that it
+//! had. So it is with a brake. Whether the drive is enabled is decided by the larger part.
+
+use std::f64::consts::TAU;
+
+use serde::Serialize;
+
+use super::{median, rounded};
+
+/// What reading has changed in a log.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Resampling {
+    /// Rows of the file.
+    pub rows: usize,
+    /// Largest distance of a row's time stamp from the nearest new sample, in periods, 0 to 0.5.
+    pub displacement_max: f64,
+    /// Root mean square of these distances, in periods. Stamps without any grid have 0.29.
+    pub displacement_rms: f64,
+    /// Samples that no row is nearest to: where rows are missing, they are filled in.
+    pub filled: usize,
+    /// Rows that the one before had the same stamp as, or the same nearest sample.
+    pub merged: usize,
+    /// Position error that this adds, root mean square, rad or m, estimated: half the displacement times
+    /// the speed, as if half of it were the clock's and not the machine's, and in filled gaps the
+    /// parabola that a straight line cuts off.
+    pub position_error: f64,
+}
+
+impl Resampling {
+    /// Of a log that had repeated rows and is even without them.
+    pub(super) fn merged(rows: usize, merged: usize) -> Self {
+        Self {
+            rows,
+            displacement_max: 0.0,
+            displacement_rms: 0.0,
+            filled: 0,
+            merged,
+            position_error: 0.0,
+        }
+    }
+
+    /// Of both changes, this one after another: errors add as squares, the rest as it is.
+    pub(super) fn after(&self, before: &Self) -> Self {
+        Self {
+            rows: before.rows,
+            displacement_max: self.displacement_max.max(before.displacement_max),
+            displacement_rms: self.displacement_rms.hypot(before.displacement_rms),
+            filled: self.filled + before.filled,
+            merged: self.merged + before.merged,
+            position_error: self.position_error.hypot(before.position_error),
+        }
+    }
+}
+
+/// Samples at even times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Instants {
+    /// Time of the first sample after the first row, s.
+    pub start: f64,
+    /// Distance of the samples, s.
+    pub period: f64,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// How much worse than the best period's a displacement may be for a rounder number, in periods.
+const ROUNDER: f64 = 0.005;
+
+/// Displacement, rms, from which on the stamps have no grid, in periods. Without any it is 1/√12 = 0.29.
+const NO_GRID: f64 = 0.2;
+
+/// Distance of a sample from a row below which they are the same, in periods. Sums of stamps in `f64`
+/// err by less in any log that fits into memory.
+const SAME: f64 = 1e-6;
+
+/// How far beyond the first and the last row a sample may lie, in periods: the tolerance of an even log.
+const BEYOND: f64 = 0.01;
+
+impl Instants {
+    /// For rows at these times after the first one, s, which increase.
+    ///
+    /// The period is the median step, which neither gaps nor repeated rows move, or the slope of the
+    /// stamps over the periods counted between them, whichever is nearer to the stamps; of numbers
+    /// that do as well the roundest in Hz or s, which is most likely what the logger was set to.
+    pub fn of(time: &[f64]) -> Self {
+        let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let median = median(&steps);
+        let starts = [median, slope(time, median)];
+        let round = (3..=6).flat_map(|digits| {
+            let rounds =
+                move |start: f64| [1.0 / rounded(1.0 / start, digits), rounded(start, digits)];
+            starts.into_iter().flat_map(rounds)
+        });
+        let candidates: Vec<(f64, Displacement)> = round
+            .chain(starts)
+            .map(|period| (period, Displacement::of(time, period)))
+            .collect();
+        let least = candidates
+            .iter()
+            .fold(f64::INFINITY, |least, (_, there)| least.min(there.rms));
+        let chosen = candidates
+            .iter()
+            .find(|(_, there)| there.rms <= least + ROUNDER);
+        // Without any number for it (stamps beyond all bounds) the median stays. Where the stamps have no
+        // grid, that of the first row is as good as any.
+        let (period, phase) = match chosen {
+            Some((period, there)) if there.rms < NO_GRID => (*period, there.phase),
+            Some((period, _)) => (*period, 0.0),
+            None => (median, 0.0),
+        };
+        Self::covering(time, period, phase)
+    }
+
+    /// At this period, the first sample at the first row.
+    pub fn with_period(time: &[f64], period: f64) -> Self {
+        Self::covering(time, period, 0.0)
+    }
+
+    /// All samples between the first and the last row that are `phase` periods after a multiple of the
+    /// period.
+    fn covering(time: &[f64], period: f64, phase: f64) -> Self {
+        let last = time[time.len() - 1] / period;
+        let first = (-phase - BEYOND).ceil();
+        let count = (last - phase + BEYOND).floor() - first + 1.0;
+        let start = phase + first;
+        Self {
+            start: if start.abs() < SAME {
+                0.0
+            } else {
+                rounded(start * period, 12)
+            },
+            period,
+            count: count.max(0.0) as usize,
+        }
+    }
+
+    fn time(&self, sample: usize) -> f64 {
+        self.start + sample as f64 * self.period
+    }
+
+    fn times(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.count).map(|sample| self.time(sample))
+    }
+
+    /// A course that was looked at in the rows, interpolated linearly.
+    pub fn interpolated(&self, time: &[f64], values: &[f64]) -> Vec<f64> {
+        let mut row = 0;
+        let value = |instant: f64| {
+            while row + 2 < time.len() && time[row + 1] <= instant {
+                row += 1;
+            }
+            let share = (instant - time[row]) / (time[row + 1] - time[row]);
+            let near = SAME * self.period;
+            if (instant - time[row]).abs() < near {
+                values[row]
+            } else if (instant - time[row + 1]).abs() < near {
+                values[row + 1]
+            } else {
+                values[row] + share * (values[row + 1] - values[row])
+            }
+        };
+        self.times().map(value).collect()
+    }
+
+    /// The mean over each sample's time of what holds from its row to the next.
+    pub fn held(&self, time: &[f64], values: &[f64]) -> Vec<f64> {
+        let mut row = 0;
+        let near = SAME * self.period;
+        let mean = |from: f64| {
+            let to = from + self.period;
+            while row + 1 < time.len() && time[row + 1] <= from + near {
+                row += 1;
+            }
+            let one_row = time.get(row + 1).is_none_or(|&next| next >= to - near);
+            if one_row {
+                return values[row];
+            }
+            let mut sum = 0.0;
+            let mut since = from;
+            let mut holding = row;
+            while holding + 1 < time.len() && time[holding + 1] < to {
+                sum += values[holding] * (time[holding + 1] - since);
+                since = time[holding + 1];
+                holding += 1;
+            }
+            (sum + values[holding] * (to - since)) / self.period
+        };
+        self.times().map(mean).collect()
+    }
+
+    /// 0 or 1, whichever held for the larger part of each sample's time.
+    pub fn switched(&self, time: &[f64], values: &[f64]) -> Vec<f64> {
+        let means = self.held(time, values);
+        means
+            .into_iter()
+            .map(|mean| f64::from(u8::from(mean >= 0.5)))
+            .collect()
+    }
+
+    /// How many samples were filled into a step between two rows.
+    pub fn filled_in(&self, step: f64) -> usize {
+        ((step / self.period).round() as usize).saturating_sub(1)
+    }
+
+    /// What the change from these rows to these samples amounts to.
+    pub fn summary(&self, time: &[f64], position: &[f64]) -> Resampling {
+        let places: Vec<f64> = time
+            .iter()
+            .map(|t| (t - self.start) / self.period)
+            .collect();
+        let displacement = |row: usize| (places[row] - places[row].round()).abs();
+        let rows = 0..time.len();
+        let speed = |a: usize, b: usize| {
+            if a == b {
+                0.0
+            } else {
+                (position[b] - position[a]) / (time[b] - time[a])
+            }
+        };
+        let last = time.len() - 1;
+        let shifted = rows.clone().map(|row| {
+            let around = speed(row.saturating_sub(1), (row + 1).min(last));
+            (0.5 * displacement(row) * self.period * around).powi(2)
+        });
+        // Samples between those that are nearest to two neighbours.
+        let nearest = |row: usize| places[row].round();
+        let between = |row: usize| (nearest(row + 1) - nearest(row) - 1.0).max(0.0);
+        // A straight line across a gap misses g²/8 of the acceleration in the middle, and 8/15 of the
+        // square of that in the mean.
+        let bridged = (0..last).map(|row| {
+            let gap = time[row + 1] - time[row];
+            let change = speed(row + 1, (row + 2).min(last)) - speed(row.saturating_sub(1), row);
+            between(row) * 8.0 / 15.0 * (change * gap / 8.0).powi(2)
+        });
+        let squares: f64 = shifted.chain(bridged).sum();
+        let share = |row: &usize| nearest(*row + 1) - nearest(*row) < 0.5;
+        Resampling {
+            rows: time.len(),
+            displacement_max: rows.clone().map(displacement).fold(0.0, f64::max),
+            displacement_rms: (rows.map(|row| displacement(row).powi(2)).sum::<f64>()
+                / time.len() as f64)
+                .sqrt(),
+            filled: (0..last).map(between).sum::<f64>() as usize,
+            merged: (0..last).filter(share).count(),
+            position_error: (squares / self.count.max(1) as f64).sqrt(),
+        }
+    }
+}
+
+/// Least-squares slope of time stamps over the periods between them, each step rounded to whole ones.
+fn slope(time: &[f64], period: f64) -> f64 {
+    let mut counted = 0.0;
+    let mut before = time[0];
+    let counts: Vec<f64> = time
+        .iter()
+        .map(|&t| {
+            counted += ((t - before) / period).round();
+            before = t;
+            counted
+        })
+        .collect();
+    let rows = time.len() as f64;
+    let middle = counts.iter().sum::<f64>() / rows;
+    let moment: f64 = counts.iter().zip(time).map(|(c, t)| (c - middle) * t).sum();
+    let squares: f64 = counts.iter().map(|c| (c - middle).powi(2)).sum();
+    moment / squares
+}
+
+/// How far stamps lie from a grid of some period, in periods.
+struct Displacement {
+    /// Place of the grid that is nearest to the stamps, −0.5 to 0.5.
+    phase: f64,
+    rms: f64,
+}
+
+impl Displacement {
+    fn of(time: &[f64], period: f64) -> Self {
+        let (sine, cosine) = time
+            .iter()
+            .map(|t| (TAU * (t / period)).sin_cos())
+            .fold((0.0, 0.0), |(s, c), (sine, cosine)| (s + sine, c + cosine));
+        let mean = f64::atan2(sine, cosine) / TAU;
+        let strays: Vec<f64> = time
+            .iter()
+            .map(|t| t / period - mean)
+            .map(|place| place - place.round())
+            .collect();
+        // The median from there: where most stamps are on a grid these stay where they are.
+        let middle = median(&strays);
+        let phase = mean + middle;
+        let squares: f64 = strays.iter().map(|stray| (stray - middle).powi(2)).sum();
+        Self {
+            phase,
+            rms: (squares / time.len() as f64).sqrt(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2,000 rows at 1 kHz whose stamps scatter by up to three tenths of a period.
+    fn jittered() -> Vec<f64> {
+        let scatter = |row: f64| 0.3 * (2.4 * row).sin();
+        let first = scatter(0.0);
+        (0..2_000)
+            .map(f64::from)
+            .map(|row| (row + scatter(row) - first) * 1e-3)
+            .collect()
+    }
+
+    #[test]
+    fn the_period_is_that_of_the_clock() {
+        let instants = Instants::of(&jittered());
+        assert_eq!(instants.period, 1e-3);
+        assert!(instants.start.abs() < 0.31e-3, "{instants:?}");
+        // A tenth of the rows missing, a tenth of them twice within a period.
+        let ragged: Vec<f64> = (0..1_000)
+            .filter(|row| row % 10 != 7)
+            .flat_map(|row| {
+                let stamp = f64::from(row) * 2e-3;
+                let twice = (row % 10 == 3).then_some(stamp + 0.4e-3);
+                [Some(stamp), twice].into_iter().flatten()
+            })
+            .collect();
+        let instants = Instants::of(&ragged);
+        assert_eq!((instants.period, instants.count), (2e-3, 1_000));
+        let summary = instants.summary(&ragged, &vec![0.0; ragged.len()]);
+        assert_eq!((summary.filled, summary.merged), (100, 100));
+    }
+
+    /// Stamps that wander off any grid keep the rate to three digits.
+    #[test]
+    fn without_a_grid_the_median_counts() {
+        let mut stamp = 0.0;
+        let wandering: Vec<f64> = (0..3_000)
+            .map(|row| {
+                let here = stamp;
+                stamp += 5.3e-3 * (1.0 + 0.04 * (1.7 * f64::from(row)).sin().powi(3));
+                here
+            })
+            .collect();
+        let instants = Instants::of(&wandering);
+        assert!(
+            (instants.period / 5.3e-3 - 1.0).abs() < 0.01,
+            "{instants:?}"
+        );
+    }
+
+    /// Linear interpolation of a sine errs by ω²h²/8 at most, h being the widest step.
+    #[test]
+    fn a_sine_under_jitter_is_recovered_to_the_second_order() {
+        let time = jittered();
+        let omega = 40.0;
+        let course: Vec<f64> = time.iter().map(|t| (omega * t).sin()).collect();
+        let instants = Instants::of(&time);
+        let widest = time.windows(2).map(|pair| pair[1] - pair[0]);
+        let widest = widest.fold(0.0, f64::max);
+        let bound = (omega * widest).powi(2) / 8.0;
+        for (t, value) in instants.times().zip(instants.interpolated(&time, &course)) {
+            // Beyond the last row a line is extended, by a hundredth of a period.
+            assert!((value - (omega * t).sin()).abs() < 1.1 * bound, "{t}");
+        }
+        // Left where they were the samples would err by the first order.
+        let summary = instants.summary(&time, &course);
+        let expected = 0.5 * (0.3 / 2_f64.sqrt()) * 1e-3 * omega / 2_f64.sqrt();
+        assert!((summary.position_error / expected - 1.0).abs() < 0.1);
+        assert!((summary.displacement_rms / (0.3 / 2_f64.sqrt()) - 1.0).abs() < 0.02);
+        assert_eq!((summary.filled, summary.merged), (0, 0));
+    }
+
+    #[test]
+    fn the_impulse_of_a_held_input_is_conserved() {
+        let time = jittered();
+        let input: Vec<f64> = (0..time.len())
+            .map(|row| f64::from((row * row % 13) as u32) - 6.0)
+            .collect();
+        for instants in [
+            Instants::of(&time),
+            Instants::with_period(&time, 2.7e-3),
+            Instants::with_period(&time, 0.8e-3),
+        ] {
+            let held = instants.held(&time, &input);
+            // Against the integral of the steps, at the end of every sample.
+            let integral = |to: f64| -> f64 {
+                let until = |row: usize| time.get(row + 1).map_or(to, |next| next.min(to));
+                let last = time.iter().rposition(|t| *t <= to).unwrap_or(0);
+                (0..=last)
+                    .map(|row| input[row] * (until(row) - time[row]))
+                    .sum()
+            };
+            let start = integral(instants.start.max(0.0)) + input[0] * instants.start.min(0.0);
+            let mut sum = 0.0;
+            for (sample, value) in held.iter().enumerate() {
+                sum += value * instants.period;
+                let expected = integral(instants.time(sample + 1)) - start;
+                assert!((sum - expected).abs() < 1e-9, "{sample}: {sum} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_switch_stays_a_switch() {
+        let time = [0.0, 1.0, 2.3, 3.6, 5.0];
+        let instants = Instants::with_period(&time, 1.0);
+        let switched = instants.switched(&time, &[1.0, 0.0, 0.0, 1.0, 1.0]);
+        assert_eq!(switched, [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
+    }
+}
