@@ -7,7 +7,7 @@ use super::machine::{Declaration, InputKind, Machine, Side};
 use super::record::{Record, Scene, play};
 use super::sensor::Quality;
 use super::sins::Sins;
-use super::strength;
+use super::{needs, strength};
 use crate::random::Random;
 
 /// What is behind a log.
@@ -159,10 +159,10 @@ impl World {
         };
         let (rate, rows) = sampling(random);
         let period = 1.0 / (rate * sins.corrections as f64);
-        let delays = strength::delays(random, effects, 1.0 / rate);
+        let delays = needs::delays(random, effects, 1.0 / rate);
         let late: f64 = delays.iter().sum::<f64>() + sins.filter / rate;
         let mut machine = Machine::draw(random, rate, rows, control::fastest(period, late));
-        strength::fit_machine(random, &mut machine, effects);
+        needs::fit_machine(random, &mut machine, effects);
         if machine.input != InputKind::Voltage {
             sins.without_current();
         }
@@ -181,7 +181,7 @@ impl World {
             })
             .collect();
         // Later attempts are calmer: what was not stable may be.
-        let calm = strength::calm(&laws, &machine) * (1.0 + 0.25 * ((attempt - 1) / 3) as f64);
+        let calm = needs::calm(&laws, &machine) * (1.0 + 0.25 * ((attempt - 1) / 3) as f64);
         let timing = (period, late, seconds);
         let drives = [
             Drive::draw(random, &machine, timing, calm),
@@ -206,19 +206,34 @@ impl World {
         }
     }
 
-    /// The log of one of the two drives.
+    /// The log of one of the two drives. The first is the logger's; the second, which nothing is fitted to,
+    /// has the loop and the delays of the first, but no row out of its place.
     pub fn record(&self, drive: usize) -> Record {
         self.record_with(drive, &self.laws)
     }
 
     /// The same with other laws, everything else alike.
     pub fn record_with(&self, drive: usize, laws: &[Law]) -> Record {
+        let sins = if drive == 0 {
+            self.sins
+        } else {
+            self.sins.mended()
+        };
+        self.record_by(drive, laws, sins)
+    }
+
+    /// The traced log as it would be with every row in its place.
+    pub fn mended_record(&self) -> Record {
+        self.record_by(0, &self.laws, self.sins.mended())
+    }
+
+    fn record_by(&self, drive: usize, laws: &[Law], sins: Sins) -> Record {
         play(&Scene {
             machine: &self.machine,
             laws,
             drive: &self.drives[drive],
             quality: self.quality,
-            sins: self.sins,
+            sins,
             rate: self.rate,
             rows: self.rows,
             seed: seed_of(&[self.seed, self.index, self.attempts, drive as u64 + 1]),

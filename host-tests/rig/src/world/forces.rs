@@ -1,9 +1,9 @@
 //! What acts on the masses and in the winding of a world.
 
+use super::friction::At;
 use super::laws::{Joint, Law};
 use super::machine::{InputKind, Machine};
 use super::plant::State;
-use super::shapes::Along;
 
 /// Values of a state, or their rates of change.
 pub(super) type Rates = [f64; 9];
@@ -26,10 +26,12 @@ pub(super) const BUS: usize = 8;
 /// Loads and voltages of a machine with its laws.
 #[derive(Debug, Clone)]
 pub(super) struct Forces {
-    machine: Machine,
-    laws: Vec<Law>,
-    joint: Option<(Joint, f64)>,
-    bristles: Option<(f64, f64, f64)>,
+    pub(super) machine: Machine,
+    pub(super) laws: Vec<Law>,
+    /// What is behind a joint, and the width of its gap.
+    pub(super) joint: Option<(Joint, f64)>,
+    /// Stiffness, damping and speed of a friction that bends.
+    pub(super) bristles: Option<(f64, f64, f64)>,
 }
 
 impl Forces {
@@ -61,12 +63,12 @@ impl Forces {
     }
 
     /// The mass on which springs, gravity, loads and stops act.
-    fn output(&self) -> usize {
+    pub fn output(&self) -> usize {
         self.masses() - 1
     }
 
     /// Inertia of a mass, and how it grows with the position.
-    fn inertia(&self, side: usize, position: f64) -> (f64, f64) {
+    pub fn inertia(&self, side: usize, position: f64) -> (f64, f64) {
         let share = match (self.joint, side) {
             (Some((joint, _)), 0) => 1.0 - joint.inertia,
             (Some((joint, _)), _) => joint.inertia,
@@ -90,17 +92,8 @@ impl Forces {
         sum
     }
 
-    /// Share of the machine's dry friction that acts on a mass.
-    fn friction_share(&self, side: usize) -> f64 {
-        match (self.joint, side) {
-            (Some((joint, _)), 0) => 1.0 - joint.friction,
-            (Some((joint, _)), _) => joint.friction,
-            (None, _) => 1.0,
-        }
-    }
-
     /// The motor's load at a current, A, or under an input, and the constant of its back-EMF.
-    fn motor(&self, current: f64, input: f64) -> (f64, f64) {
+    pub fn motor(&self, current: f64, input: f64) -> (f64, f64) {
         let machine = &self.machine;
         let mut load = match machine.input {
             InputKind::Voltage => machine.torque_constant * current,
@@ -206,68 +199,6 @@ impl Forces {
         sum
     }
 
-    /// Dry friction of the whole machine that opposes motion in a direction, at a speed. `resting` is what it
-    /// begins with: the Coulomb level while sliding, the breakaway level at rest.
-    fn dry(&self, resting: f64, direction: f64, side: usize, at: &At) -> f64 {
-        let speed = at.values[2 * side + 1];
-        let position = at.values[2 * side];
-        let mut sum = resting;
-        let mut factor = 1.0;
-        for law in &self.laws {
-            match *law {
-                Law::Stribeck {
-                    fall,
-                    drop,
-                    speed: scale,
-                } => {
-                    let level = self.machine.coulomb + drop * fall.left(speed / scale);
-                    sum = sum.max(level);
-                }
-                Law::AsymmetricCoulomb { difference } => sum += difference * direction,
-                Law::LoadDependentFriction { share, preload } => {
-                    let load = self.motor(at.values[CURRENT], at.input).0;
-                    sum += share * (load.hypot(preload) - preload);
-                }
-                Law::PositionDependentFriction { level, along } => match along {
-                    Along::Added(ripple) => sum += level * ripple.at(position),
-                    Along::Multiplied(ripple) => factor *= 1.0 + level * ripple.at(position),
-                    Along::Slope { centre, reach } => sum += level * (position - centre) / reach,
-                },
-                Law::FrictionDrift { rate, .. } => factor *= (1.0 + rate * at.time).max(0.0),
-                Law::RoughSpot {
-                    torque,
-                    centre,
-                    width,
-                } => sum += torque * bell((position - centre) / width),
-                Law::SpeedBand {
-                    torque,
-                    centre,
-                    width,
-                } => sum += torque * bell((speed.abs() - centre) / width),
-                Law::WarmUp { share, seconds } => {
-                    factor *= 1.0 - share * (1.0 - (-at.time / seconds).exp());
-                }
-                _ => {}
-            }
-        }
-        (factor * sum).max(0.0) * self.friction_share(side)
-    }
-
-    /// Friction of a mass in a direction while it slides.
-    fn sliding(&self, side: usize, direction: f64, at: &At) -> f64 {
-        self.dry(self.machine.coulomb, direction, side, at)
-    }
-
-    /// Load that a stuck mass holds in a direction.
-    pub fn breakaway(&self, side: usize, state: &State, input: f64, direction: f64) -> f64 {
-        let at = At {
-            values: &state.values,
-            input,
-            time: state.time,
-        };
-        self.dry(self.machine.breakaway, direction, side, &at)
-    }
-
     /// Load on a mass at rest, without friction.
     pub fn load_on(&self, side: usize, state: &State, input: f64) -> f64 {
         self.applied(side, &state.values, input, state.time)
@@ -282,15 +213,15 @@ impl Forces {
             })
     }
 
-    /// The stop that a mass is beyond.
-    pub fn stop_passed(&self, side: usize, values: &Rates) -> Option<f64> {
+    /// The stop that a mass is beyond, and the direction in which it lies.
+    pub fn stop_passed(&self, side: usize, values: &Rates) -> Option<(f64, f64)> {
         let (lower, upper) = self.machine.stops.filter(|_| side == self.output())?;
         let position = values[2 * side];
         let slack = 1e-12 * (upper - lower);
         if position > upper + slack {
-            Some(upper)
+            Some((upper, 1.0))
         } else {
-            (position < lower - slack).then_some(lower)
+            (position < lower - slack).then_some((lower, -1.0))
         }
     }
 
@@ -329,21 +260,6 @@ impl Forces {
             }
         }
         rates
-    }
-
-    /// Force of the bristles, and how fast they bend.
-    fn bristles(&self, at: &At) -> (f64, f64) {
-        let Some((stiffness, damping, scale)) = self.bristles else {
-            return (0.0, 0.0);
-        };
-        let velocity = at.values[MOTOR + 1];
-        let bend = at.values[BRISTLE];
-        let machine = &self.machine;
-        let fall = (-(velocity / scale).powi(2)).exp();
-        let level = machine.coulomb + (machine.breakaway - machine.coulomb) * fall;
-        let level = self.dry(level, velocity.signum(), 0, at).max(1e-12);
-        let bending = velocity - velocity.abs() * stiffness * bend / level;
-        (stiffness * bend + damping * bending, bending)
     }
 
     /// The winding, what feeds it, and how warm it gets.
@@ -397,85 +313,4 @@ impl Forces {
         }
         rates[CURRENT] = (voltage - lost - resistance * current - emf) / machine.inductance;
     }
-
-    /// Kinetic energy, and that of springs, joint and magnetic field, J.
-    pub fn energy(&self, values: &Rates) -> f64 {
-        let machine = &self.machine;
-        let mut sum = 0.5 * machine.inductance * values[CURRENT].powi(2);
-        for side in 0..self.masses() {
-            let (inertia, _) = self.inertia(side, values[2 * side]);
-            sum += 0.5 * inertia * values[2 * side + 1].powi(2);
-        }
-        let position = values[2 * self.output()];
-        sum += 0.5 * machine.spring * (position - machine.spring_rest).powi(2);
-        sum -= machine.gravity * (position - machine.gravity_rest).cos();
-        if let Some((joint, width)) = self.joint {
-            let twist = (values[MOTOR] - values[LOAD]).abs();
-            sum += 0.5 * joint.stiffness * (twist - 0.5 * width).max(0.0).powi(2);
-        }
-        sum
-    }
-
-    /// Longest step that resolves everything that happens, s.
-    pub fn longest_step(&self) -> f64 {
-        let machine = &self.machine;
-        let speed = 1.5 * machine.speed();
-        let mut step = 0.05 * machine.inertia / machine.damping().max(1e-300);
-        step = step.min(machine.cycle / 400.0);
-        if machine.input == InputKind::Voltage {
-            step = step.min(0.4 * machine.inductance / machine.resistance);
-        }
-        for law in &self.laws {
-            step = step.min(match *law {
-                Law::Cogging { ripple, .. }
-                | Law::PositionDependentFriction {
-                    along: Along::Added(ripple) | Along::Multiplied(ripple),
-                    ..
-                } => {
-                    ripple.period
-                        / (if ripple.harmonics == [0.0; 2] {
-                            20.0
-                        } else {
-                            50.0
-                        } * speed)
-                }
-                Law::RoughSpot { width, .. } => 0.1 * width / speed,
-                Law::Hysteresis { reach, .. } => 0.1 * reach / speed,
-                Law::Stribeck { speed, .. } => {
-                    0.2 * speed * machine.inertia / (2.0 * machine.coulomb + 0.2 * machine.torque)
-                }
-                Law::BrushDrop { volts, knee } | Law::DeadTime { volts, knee } => {
-                    0.5 * machine.inductance / (machine.resistance + volts / knee)
-                }
-                Law::SupplySag { lag, .. } if lag > 0.0 => 0.2 * lag,
-                Law::Presliding {
-                    stiffness, damping, ..
-                } => {
-                    let swing = 0.2 * (machine.inertia / stiffness).sqrt();
-                    let slide = 0.5 * machine.coulomb / (stiffness * speed);
-                    let damp = machine.inertia / damping.max(1e-300);
-                    swing.min(slide).min(damp)
-                }
-                Law::Backlash { joint, .. } | Law::Compliance(joint) => {
-                    let both = machine.inertia * joint.inertia * (1.0 - joint.inertia);
-                    let swing = 0.25 * (both / joint.stiffness).sqrt();
-                    swing.min(0.5 * both / joint.damping.max(1e-300))
-                }
-                _ => f64::INFINITY,
-            });
-        }
-        step
-    }
-}
-
-/// Where dry friction is asked for.
-struct At<'a> {
-    values: &'a Rates,
-    input: f64,
-    time: f64,
-}
-
-/// A bell of height 1.
-fn bell(x: f64) -> f64 {
-    (-0.5 * x * x).exp()
 }

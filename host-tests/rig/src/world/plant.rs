@@ -6,7 +6,7 @@
 //! Then it sticks, or slides the other way if the load is more than breakaway takes. End stops are reached
 //! in the same way and take all speed.
 
-use super::forces::{BRISTLE, BUS, CURRENT, Forces, HYSTERESIS, LOAD, MOTOR, Rates, WARMTH};
+use super::forces::{BUS, CURRENT, Forces, LOAD, MOTOR, Rates};
 use super::laws::Law;
 use super::machine::Machine;
 
@@ -15,6 +15,9 @@ const MOST_STEPS: f64 = 8e5;
 
 /// Most events in one step; a mass that has more is held for the rest of it.
 const MOST_EVENTS: usize = 8;
+
+/// Most looks for the time of an event within a step.
+const MOST_LOOKS: usize = 12;
 
 /// Shortest step that a log of so many seconds is simulated with, s.
 pub(super) fn finest_step(seconds: f64) -> f64 {
@@ -124,18 +127,12 @@ impl Plant {
                 self.release(state, input);
             }
             let next = self.runge_kutta(state, input, left);
-            let Some((share, what)) = self.first_event(state, &next) else {
+            let Some(what) = self.first_event(state, &next) else {
                 state.values = next;
                 state.time += left;
                 return;
             };
-            let mut part = left * share;
-            let mut values = self.runge_kutta(state, input, part);
-            // Once more by the secant through the beginning and the first guess.
-            if let Some(better) = self.refined(state, &values, what) {
-                part *= better;
-                values = self.runge_kutta(state, input, part);
-            }
+            let (part, values) = self.located(state, input, left, &next, what);
             state.values = values;
             state.time += part;
             self.settle(state, what);
@@ -166,59 +163,74 @@ impl Plant {
         }
     }
 
-    /// The first thing that happens on the way to `next`, and the share of the step after which it does.
-    fn first_event(&self, state: &State, next: &Rates) -> Option<(f64, Event)> {
+    /// The first thing that happens on the way to `next`, by straight lines.
+    fn first_event(&self, state: &State, next: &Rates) -> Option<Event> {
         let mut first: Option<(f64, Event)> = None;
-        let mut see = |share: f64, event: Event| {
+        let mut see = |event: Event| {
+            let (before, after) = (event.ahead(&state.values), event.ahead(next));
+            let share = before / (before - after);
             if first.is_none_or(|(known, _)| share < known) {
-                first = Some((share.clamp(0.0, 1.0), event));
+                first = Some((share, event));
             }
         };
         for side in 0..self.forces.masses() {
             let direction = state.directions[side];
-            let place = 2 * side;
-            if direction != 0.0 && !self.forces.bends(side) {
-                let (before, after) = (state.values[place + 1], next[place + 1]);
-                if after * direction < 0.0 {
-                    see(before / (before - after), Event::Rest(side));
-                }
+            let rest = Event::Rest(side, direction);
+            if direction != 0.0 && !self.forces.bends(side) && rest.ahead(next) < 0.0 {
+                see(rest);
             }
-            if let Some(stop) = self.forces.stop_passed(side, next) {
-                let (before, after) = (state.values[place], next[place]);
-                see(
-                    (stop - before) / (after - before),
-                    Event::Stopped(side, stop),
-                );
+            if let Some((stop, outwards)) = self.forces.stop_passed(side, next) {
+                see(Event::Stopped(side, outwards, stop));
             }
         }
-        first
+        first.map(|(_, event)| event)
     }
 
-    /// How much of a part of a step is left once the event is looked for again; `None` where it has not
-    /// come yet.
-    fn refined(&self, state: &State, values: &Rates, what: Event) -> Option<f64> {
-        let (before, after) = match what {
-            Event::Rest(side) => {
-                let direction = state.directions[side];
-                let place = 2 * side + 1;
-                (state.values[place] * direction, values[place] * direction)
+    /// When an event comes within a step of `step`, s, and where everything is then. By the rule of false
+    /// position with the Illinois modification.
+    fn located(
+        &self,
+        state: &State,
+        input: f64,
+        step: f64,
+        next: &Rates,
+        what: Event,
+    ) -> (f64, Rates) {
+        let (mut early, mut before) = (0.0, what.ahead(&state.values).max(0.0));
+        let (mut late, mut behind) = (step, what.ahead(next));
+        let (mut part, mut values) = (late, *next);
+        let enough = 1e-10 * (before - behind);
+        let mut last_was_early = None;
+        for _ in 0..MOST_LOOKS {
+            part = (early * behind - late * before) / (behind - before);
+            values = self.runge_kutta(state, input, part);
+            let ahead = what.ahead(&values);
+            if ahead.abs() <= enough {
+                break;
             }
-            Event::Stopped(side, stop) => {
-                let away = (stop - state.values[2 * side]).signum();
-                (
-                    (stop - state.values[2 * side]) * away,
-                    (stop - values[2 * side]) * away,
-                )
+            let is_early = ahead > 0.0;
+            if is_early {
+                (early, before) = (part, ahead);
+            } else {
+                (late, behind) = (part, ahead);
             }
-        };
-        (after < 0.0 && before > 0.0).then(|| before / (before - after))
+            if last_was_early == Some(is_early) {
+                if is_early {
+                    behind *= 0.5;
+                } else {
+                    before *= 0.5;
+                }
+            }
+            last_was_early = Some(is_early);
+        }
+        (part, values)
     }
 
     /// What an event does.
     fn settle(&self, state: &mut State, what: Event) {
         let side = match what {
-            Event::Rest(side) => side,
-            Event::Stopped(side, stop) => {
+            Event::Rest(side, _) => side,
+            Event::Stopped(side, _, stop) => {
                 state.values[2 * side] = stop;
                 side
             }
@@ -248,7 +260,6 @@ impl Plant {
             next[LOAD] = next[MOTOR];
             next[LOAD + 1] = next[MOTOR + 1];
         }
-        debug_assert!(HYSTERESIS < next.len() && WARMTH < next.len() && BRISTLE < next.len());
         next
     }
 }
@@ -256,8 +267,18 @@ impl Plant {
 /// What ends a step early.
 #[derive(Debug, Clone, Copy)]
 enum Event {
-    /// A mass came to rest.
-    Rest(usize),
-    /// A mass reached an end stop.
-    Stopped(usize, f64),
+    /// A mass that slid in this direction came to rest.
+    Rest(usize, f64),
+    /// A mass reached an end stop that lies in this direction, at this position.
+    Stopped(usize, f64, f64),
+}
+
+impl Event {
+    /// How far it is ahead: a speed or a way, negative once it has come.
+    fn ahead(self, values: &Rates) -> f64 {
+        match self {
+            Self::Rest(side, direction) => values[2 * side + 1] * direction,
+            Self::Stopped(side, outwards, stop) => (stop - values[2 * side]) * outwards,
+        }
+    }
 }

@@ -4,10 +4,11 @@ use std::f64::consts::TAU;
 
 use super::dice::{between, chance, log_between, pick, sign};
 use super::draw::Kind;
-use super::laws::{Joint, Law};
-use super::machine::{InputKind, Machine, Side};
+use super::laws::Law;
+use super::machine::{InputKind, Machine};
+use super::parts::{coarse_ripple, course, fine_ripple, joint};
 use super::plant::finest_step;
-use super::shapes::{Along, Course, Fall, Ripple, Saturation};
+use super::shapes::{Along, Fall, Saturation};
 use crate::random::Random;
 
 /// An effect of the catalogue by its id, or a law outside it by its name in parentheses.
@@ -51,9 +52,6 @@ pub const OUTSIDE: [Effect; 7] = [
     "(warm_up)",
 ];
 
-/// Effects of a winding.
-const ELECTRIC: [Effect; 4] = ["supply_sag", "brush_drop", "dead_time", "thermal_drift"];
-
 /// What the strength of an effect is drawn for.
 pub(super) struct Scene<'a> {
     pub machine: &'a Machine,
@@ -85,95 +83,6 @@ pub(super) fn kinds(random: &mut Random, kind: Kind) -> Vec<Effect> {
         Kind::Outside => vec![pick(random, &OUTSIDE)],
         Kind::None | Kind::NoneWithSins | Kind::Misdeclared => Vec::new(),
     }
-}
-
-/// Delays in the order of the effects, s; 0 of those that are none.
-pub(super) fn delays(random: &mut Random, effects: &[Effect], period: f64) -> Vec<f64> {
-    effects
-        .iter()
-        .map(|effect| {
-            if effect.ends_with("_delay") {
-                period * log_between(random, 0.25, 8.0)
-            } else {
-                0.0
-            }
-        })
-        .collect()
-}
-
-/// Gives the machine what an effect needs: a winding, an axis.
-pub(super) fn fit_machine(random: &mut Random, machine: &mut Machine, effects: &[Effect]) {
-    let needs = |ids: &[Effect]| effects.iter().any(|effect| ids.contains(effect));
-    if needs(&ELECTRIC) && machine.input != InputKind::Voltage {
-        machine.input = InputKind::Voltage;
-        machine.gain = 1.0;
-        machine.limit = pick(random, &[12.0, 24.0, 48.0]);
-        let emf = between(random, 0.05, 0.3);
-        machine.torque *= 1.4;
-        machine.torque_constant = emf * machine.limit / machine.speed();
-        machine.resistance = machine.torque_constant * machine.limit / machine.torque;
-        machine.inductance = machine.resistance * 2e-3 * machine.cycle.min(1.0);
-    }
-    if needs(&["gravity"]) && machine.linear {
-        // A linear machine by name alone: the same numbers turn an axis of a few radians.
-        let turn = between(random, 0.6, 6.0) / machine.amplitude;
-        machine.linear = false;
-        turn_into(machine, turn);
-    }
-    if needs(&["spring", "(cubic_spring)"]) {
-        machine.spring = 0.0;
-    }
-    if needs(&["gravity"]) {
-        machine.gravity = 0.0;
-    }
-}
-
-/// Writes a machine in a coordinate that is `factor` times as large.
-fn turn_into(machine: &mut Machine, factor: f64) {
-    machine.amplitude *= factor;
-    machine.centre *= factor;
-    machine.resolution *= factor;
-    machine.spring_rest *= factor;
-    if let Some((lower, upper)) = &mut machine.stops {
-        *lower *= factor;
-        *upper *= factor;
-    }
-    machine.torque_constant /= factor;
-    for load in [
-        &mut machine.torque,
-        &mut machine.coulomb,
-        &mut machine.breakaway,
-        &mut machine.gravity,
-    ] {
-        *load /= factor;
-    }
-    if machine.input != InputKind::Voltage {
-        machine.gain /= factor;
-    }
-    for rate in [
-        &mut machine.inertia,
-        &mut machine.viscous,
-        &mut machine.spring,
-    ] {
-        *rate /= factor * factor;
-    }
-}
-
-/// How many times slower a loop has to be for what it cannot feel.
-pub(super) fn calm(laws: &[Law], machine: &Machine) -> f64 {
-    let mut calm = 1.0;
-    for law in laws {
-        match law {
-            Law::Compliance(joint) | Law::Backlash { joint, .. } => {
-                let softest = (joint.stiffness / (machine.inertia * joint.inertia)).sqrt();
-                let wanted = 8.0 * machine.speed() / machine.amplitude;
-                calm = f64::max(calm, (wanted / (0.2 * softest)).max(1.3));
-            }
-            Law::EncoderEccentricity { .. } | Law::CrankInertia { .. } => calm = calm.max(1.3),
-            _ => {}
-        }
-    }
-    calm
 }
 
 /// An effect in one of its laws.
@@ -407,120 +316,6 @@ fn of_outside(random: &mut Random, effect: Effect, scene: &Scene, strength: f64)
         _ => Law::WarmUp {
             share: 0.7 * strength,
             seconds: scene.seconds * between(random, 0.08, 0.35),
-        },
-    }
-}
-
-/// A ripple of one to four hundred a turn of the motor, or the same number on a screw.
-fn fine_ripple(random: &mut Random, scene: &Scene) -> Ripple {
-    let machine = scene.machine;
-    let turn = if machine.linear {
-        // A screw or a pole pair.
-        machine.amplitude * log_between(random, 0.1, 2.0)
-    } else {
-        TAU / machine.gear
-    };
-    let count = log_between(random, 1.0, 400.0).round();
-    // What passes faster than the log's rows at half the top speed is nobody's to find, and what is far
-    // finer than the sensor's counts neither.
-    let finest = (1.5 * machine.speed() / scene.rate)
-        .max(4.0 * machine.resolution)
-        .max(0.5 * 50.0 * machine.speed() * finest_step(scene.seconds));
-    let mut period = turn / count;
-    if period < finest {
-        period = turn / (turn / finest).floor().max(1.0);
-    }
-    let period = period.max(finest);
-    ripple(random, period.min(1.5 * machine.amplitude))
-}
-
-/// A ripple of a fifth of the stroke to three strokes, or of a turn where that is within.
-fn coarse_ripple(random: &mut Random, machine: &Machine) -> Ripple {
-    let stroke = 2.0 * machine.amplitude;
-    let turn = TAU;
-    let period = if !machine.linear && turn < 2.0 * stroke && turn > 0.05 * stroke {
-        turn
-    } else {
-        stroke * log_between(random, 0.2, 2.5)
-    };
-    ripple(random, period)
-}
-
-fn ripple(random: &mut Random, period: f64) -> Ripple {
-    let harmonics = if chance(random, 0.5) {
-        [0.0; 2]
-    } else {
-        [between(random, 0.0, 0.4), between(random, 0.0, 0.3)]
-    };
-    Ripple {
-        period,
-        phase: between(random, 0.0, TAU),
-        harmonics,
-    }
-}
-
-fn course(random: &mut Random, scene: &Scene) -> Course {
-    let seconds = scene.seconds;
-    match pick(random, &[0, 0, 1, 2]) {
-        0 => {
-            let duration = seconds * between(random, 0.08, 0.4);
-            Course::Pulse {
-                begin: between(random, 0.05 * seconds, 0.95 * seconds - duration),
-                duration,
-                edge: 0.02 * duration,
-            }
-        }
-        1 => Course::Periodic {
-            period: seconds / between(random, 1.5, 6.0),
-            phase: random.uniform(),
-        },
-        _ => {
-            let begin = seconds * between(random, 0.0, 0.5);
-            Course::Ramp {
-                begin,
-                end: begin + seconds * between(random, 0.2, 0.5),
-            }
-        }
-    }
-}
-
-/// What is behind a gap, whose contact is stiff, or behind an elastic shaft, which swings.
-fn joint(random: &mut Random, scene: &Scene, contact: bool) -> Joint {
-    let machine = scene.machine;
-    let inertia = between(random, 0.05, 0.75);
-    let both = machine.inertia * inertia * (1.0 - inertia);
-    // Angular frequency of the two masses against each other: within what the log shows and the plant resolves.
-    let fastest = 0.2 / finest_step(scene.seconds);
-    let motion = TAU / machine.cycle;
-    let rate = if contact {
-        (600.0 * motion).max(TAU * scene.rate / 3.0)
-    } else {
-        log_between(
-            random,
-            12.0 * motion,
-            (0.15 * TAU * scene.rate).max(24.0 * motion),
-        )
-    };
-    let rate = rate.min(fastest);
-    let stiffness = both * rate * rate;
-    let ratio = if contact {
-        between(random, 0.2, 0.8)
-    } else {
-        log_between(random, 0.01, 0.2)
-    };
-    Joint {
-        stiffness,
-        damping: 2.0 * ratio * (stiffness * both).sqrt(),
-        inertia,
-        friction: if chance(random, 0.3) {
-            0.0
-        } else {
-            between(random, 0.05, 0.6)
-        },
-        sensor: if chance(random, 0.5) {
-            Side::Load
-        } else {
-            Side::Motor
         },
     }
 }

@@ -2,10 +2,12 @@
 
 use std::time::Instant;
 
+use model_core::gap::replay::Settings;
 use rig::world::{Kind, Record, World};
 use serde::Serialize;
 
-use super::{VISIBLE, directory, told, truth};
+use super::told::{self, Told};
+use super::{VISIBLE, directory, truth};
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::gap::engine::{self, Found};
@@ -133,6 +135,7 @@ pub fn judge_world(world: &World, records: &[Record; 2]) -> (Judged, Option<Foun
         Ok(found) => found,
         Err(failure) => {
             judged.refused = Some(failure.to_string());
+            see_mended(world, records, &mut judged);
             return (judged, None);
         }
     };
@@ -153,22 +156,39 @@ pub fn judge_world(world: &World, records: &[Record; 2]) -> (Judged, Option<Foun
 /// The tracing, and what a fit that is told the truth makes of the same log.
 fn trace(world: &World, records: &[Record; 2], judged: &mut Judged) -> Result<Found, Failure> {
     let machine = machine_of(world)?;
-    let log = log_of(world, &records[0], 0)?;
-    let train = [log];
+    let train = [log_of(world, &records[0], 0)?];
     let started = Instant::now();
     let found = engine::trace(&machine, &train, || Ok(Vec::new()), |_| ())?;
     judged.seconds = started.elapsed().as_secs_f64();
-    // Without the other log, or with a told fit that fails, nobody knows what was to be seen: nothing, then.
     let [train] = train;
-    if let Ok(other) = log_of(world, &records[1], 1)
-        && let Ok(Some(told)) = told::told(world, &[train, other], found.settings)
-    {
+    if let Some(told) = told_of(world, train, &records[1], found.settings) {
         judged.told_ratio = Some(told.ratio);
         judged.visible = told.ratio >= VISIBLE;
         let after = found.report.outcome.errors.train.after.position_rms;
         judged.after_over_told = (told.train > 0.0).then_some(after / told.train);
     }
     Ok(found)
+}
+
+/// What was to be seen in a log that was refused: as in one with every row in its place. What is refused all
+/// the same shows nothing.
+fn see_mended(world: &World, records: &[Record; 2], judged: &mut Judged) {
+    if !world.laws.is_empty()
+        && let Ok(train) = log_of(world, &world.mended_record(), 0)
+    {
+        let settings = Settings::new(train.period_s as f32, world.machine.resolution as f32);
+        if let Some(told) = told_of(world, train, &records[1], settings) {
+            judged.told_ratio = Some(told.ratio);
+            judged.visible = told.ratio >= VISIBLE;
+        }
+    }
+}
+
+/// Told fits. Without the other log, or where such a fit fails, nobody knows what was to be seen: nothing,
+/// then.
+fn told_of(world: &World, train: Log, other: &Record, settings: Settings) -> Option<Told> {
+    let other = log_of(world, other, 1).ok()?;
+    told::told(world, &[train, other], settings).ok().flatten()
 }
 
 /// What the answer says and the world knows. Of a poor logger's log the numbers do not mean the same.
