@@ -176,6 +176,7 @@ impl World {
                     seconds,
                     rate,
                     delay,
+                    alone: effects.len() == 1,
                 };
                 strength::draw(random, effect, &scene)
             })
@@ -343,6 +344,10 @@ fn declaration(random: &mut Random, kind: Kind, machine: &Machine, laws: &[Law])
     if kind == Kind::Misdeclared {
         let wrong = wrong_number(random, machine);
         fit.retain(|name| *name != wrong);
+        if wrong == "coulomb" && !fit.contains(&"static") {
+            // Else the file could not say it.
+            fit.push("static");
+        }
         let size = between(random, 0.15, 0.6);
         let factor = if chance(random, 0.5) {
             1.0 + size
@@ -354,12 +359,33 @@ fn declaration(random: &mut Random, kind: Kind, machine: &Machine, laws: &[Law])
     for &name in &fit {
         factors.push((name, log_between(random, 0.5, 2.0)));
     }
+    keep_order(&mut factors, machine);
     let joint = laws.iter().find_map(Law::joint);
     Declaration {
         fit,
         factors,
         resolution: chance(random, 0.8),
         side: joint.map(|(joint, _)| -> Side { joint.sensor }),
+    }
+}
+
+/// Keeps the declared breakaway level from falling below the Coulomb level, which no file may say: of the two
+/// the one that is fitted gives way.
+fn keep_order(factors: &mut [(&'static str, f64)], machine: &Machine) {
+    let ratio = machine.breakaway / machine.coulomb;
+    let of = |factors: &[(&str, f64)], wanted: &str| {
+        let known = factors.iter().find(|(name, _)| *name == wanted);
+        known.map_or(1.0, |(_, factor)| *factor)
+    };
+    let (coulomb, breakaway) = (of(factors, "coulomb"), of(factors, "static"));
+    if coulomb > breakaway * ratio {
+        for (name, factor) in factors {
+            match *name {
+                "static" => *factor = coulomb / ratio * (1.0 + 1e-9),
+                "coulomb" if breakaway == 1.0 => *factor = ratio,
+                _ => {}
+            }
+        }
     }
 }
 

@@ -330,7 +330,7 @@ impl Machine {
             line("upper_stop", upper);
         }
         line("\n[friction]\ncoulomb", value("coulomb"));
-        line("static", value("static").max(value("coulomb")));
+        line("static", value("static"));
         let side = declaration.side.and_then(sensor_side);
         if declaration.resolution || side.is_some() {
             text.push_str("\n[sensor]\n");

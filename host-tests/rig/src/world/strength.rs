@@ -61,6 +61,8 @@ pub(super) struct Scene<'a> {
     pub rate: f64,
     /// What was drawn for a delay, s.
     pub delay: f64,
+    /// Whether nothing else is there.
+    pub alone: bool,
 }
 
 /// What a world of a kind has.
@@ -91,7 +93,8 @@ pub(super) fn draw(random: &mut Random, effect: Effect, scene: &Scene) -> Law {
     let friction = machine.coulomb;
     // What the motor fights in an ordinary motion.
     let usual = friction + 0.15 * machine.torque;
-    let strength = log_between(random, 0.06, 1.0);
+    // Of two, neither hides behind the other.
+    let strength = log_between(random, if scene.alone { 0.1 } else { 0.25 }, 1.3);
     match effect {
         "stribeck"
         | "asymmetric_coulomb"

@@ -108,3 +108,24 @@ fn every_effect_can_be_drawn() {
         assert!(seen.contains(effect), "{effect}");
     }
 }
+
+#[test]
+fn numbers_outside_fit_are_declared_as_they_are() {
+    for index in 0..30 {
+        let (world, _) = World::draw(12, index);
+        let text = world.to_toml();
+        for name in ["inertia", "viscous", "coulomb", "static"] {
+            let line = text
+                .lines()
+                .find(|line| line.starts_with(&format!("{name} = ")));
+            let declared: Option<f64> = line.and_then(|line| line[name.len() + 3..].parse().ok());
+            let truth = world.machine.number(name);
+            let ratio = declared.zip(truth).map_or(0.0, |(said, is)| said / is);
+            if world.misdeclares(name) {
+                assert!((0.35..=2.8).contains(&ratio), "{index} {name} {ratio}");
+            } else {
+                assert_eq!(ratio, 1.0, "{index} {name}");
+            }
+        }
+    }
+}
