@@ -60,7 +60,9 @@ pub struct Args {
 #[derive(Debug, clap::Subcommand)]
 pub enum What {
     /// How often the tracing is right, on machines whose effects are known
-    #[command(after_help = "Example: cargo hil bench gap --json bench-gap.json")]
+    #[command(
+        after_help = "Examples: cargo hil bench gap --json bench-gap.json\n          cargo hil bench gap --worlds 200 --json worlds.json"
+    )]
     Gap(gap_benchmark::Args),
     /// The tracing on logs that other people measured on their machines
     #[command(after_help = "Example: cargo hil bench real --json bench-real.json")]

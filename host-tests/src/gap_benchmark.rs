@@ -4,7 +4,8 @@
 //! the catalogue, with none, or with a wrong number in their machine file. Each log is traced as a
 //! user would do it, and the answer is held against the truth. The tracing itself knows nothing of
 //! this; its limits were chosen on other motions, seeds and noise. The same logs are given to a
-//! stepwise regression on accelerations, as SINDy and FROLS do it.
+//! stepwise regression on accelerations, as SINDy and FROLS do it. With `--worlds`, machines, laws, loops,
+//! sensors and loggers are drawn at random instead ([`worlds`]).
 
 use std::fs;
 use std::io::{self, Write};
@@ -17,7 +18,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use self::cases::{Case, Extent, Group};
-use self::judgement::{Answer, Judgement};
+use self::judgement::{Answer, Judgement, Truth};
 use crate::failure::Failure;
 use crate::gap::engine::Found;
 use crate::gap::outcome::Outcome;
@@ -32,6 +33,7 @@ mod report;
 pub mod stepwise;
 mod summary;
 pub mod truth;
+pub mod worlds;
 
 /// What `cargo hil bench gap` takes.
 #[derive(Debug, clap::Args)]
@@ -42,9 +44,16 @@ pub struct Args {
     /// One seed instead of several: a first impression within a minute or two
     #[arg(long)]
     pub quick: bool,
-    /// Seed of the first log; the others follow. Of another one, other motions, noise and wrong numbers
-    #[arg(long, value_name = "N", default_value_t = cases::FIRST_SEED)]
-    pub seed: u64,
+    /// Seed of the first log; the others follow. Of another one, other motions, noise and wrong numbers.
+    /// With --worlds: other worlds, 1 unless it is given
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Judge on this many worlds drawn at random instead: other machines, laws, loops, sensors and loggers
+    #[arg(long, value_name = "N", conflicts_with = "quick")]
+    pub worlds: Option<u64>,
+    /// Trace the world of this index alone, print what it is and leave its files in target/hil/worlds
+    #[arg(long, value_name = "INDEX", requires = "worlds")]
+    pub only: Option<u64>,
 }
 
 /// A fitted number beside the truth.
@@ -90,13 +99,21 @@ pub struct Traced {
 /// A result that cannot be written; a rig's machine or log that is refused.
 pub fn run(args: &Args) -> Result<(), Failure> {
     whole_file::check_place(args.json.as_deref())?;
+    if let Some(count) = args.worlds {
+        return worlds::run(&worlds::Args {
+            count,
+            seed: args.seed.unwrap_or(worlds::FIRST_SEED),
+            only: args.only,
+            json: args.json.clone(),
+        });
+    }
     let started = Instant::now();
     let extent = if args.quick {
         Extent::Quick
     } else {
         Extent::Full
     };
-    let cases = cases::all(extent, args.seed);
+    let cases = cases::all(extent, args.seed.unwrap_or(cases::FIRST_SEED));
     // Hidden by itself where standard error is no terminal.
     let progress = ProgressBar::new(cases.len() as u64);
     let directory = workspace::results().join("bench-gap");
@@ -162,9 +179,10 @@ fn trace(case: &Case, machine: &Machine) -> Result<Traced, Failure> {
     let stepwise = stepwise::answer(machine, &train[0]);
     let errors = &outcome.errors.train;
     let says_something = !outcome.effects.is_empty() || outcome.unknown.is_some();
-    let judgement = judgement::judge(case, &answer);
+    let truth = Truth::of(case);
+    let judgement = judgement::judge(&truth, &answer);
     Ok(Traced {
-        stepwise_judgement: judgement::judge(case, &stepwise),
+        stepwise_judgement: judgement::judge(&truth, &stepwise),
         after_over_before: says_something
             .then(|| errors.after.position_rms / errors.before.position_rms),
         after_over_oracle: oracle(case, machine, &train, &found)?,

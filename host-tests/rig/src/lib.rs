@@ -37,6 +37,7 @@ mod random;
 mod recording;
 mod servo;
 mod trajectory;
+pub mod world;
 
 pub use bench::Bench;
 pub use controller::{Pid, PidGains};

@@ -287,13 +287,43 @@ pub fn refitted_error(
     settings: Settings,
     model: &Model,
 ) -> Result<f64, Failure> {
-    with_workbench(machine, train, |bench| {
+    Ok(refitted_errors(machine, train, &[], settings, model)?.0)
+}
+
+/// As [`refitted_error`], and the same error of the refitted model on logs that it was not fitted to; no
+/// number where there are none.
+///
+/// # Errors
+/// As [`refit`].
+pub fn refitted_errors(
+    machine: &Machine,
+    train: &[Log],
+    held_out: &[Log],
+    settings: Settings,
+    model: &Model,
+) -> Result<(f64, f64), Failure> {
+    let (model, train_error) = with_workbench(machine, train, |bench| {
         bench.data.settings = settings;
         let fit = bench.fit(model)?;
         let model = bench.settle(fit).model;
         let errors = metrics::errors(&bench.data, &AllCores, &model);
-        Some(errors.ok()?.position_rms)
-    })
+        Some((model, errors.ok()?.position_rms))
+    })?;
+    if held_out.is_empty() {
+        return Ok((train_error, f64::NAN));
+    }
+    let series: Vec<Series> = held_out
+        .iter()
+        .map(|log| Series::new(log, machine.motor.is_some()))
+        .collect();
+    let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
+    let data = Data {
+        logs: &logs,
+        settings,
+    };
+    let errors = metrics::errors(&data, &AllCores, &model)
+        .map_err(|error| Failure::other(error.to_string()))?;
+    Ok((train_error, errors.position_rms))
 }
 
 /// Refits a model in longer windows than it was traced in, the shortest first: the longer a window,

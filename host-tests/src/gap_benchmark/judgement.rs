@@ -7,7 +7,7 @@ use super::cases::{Case, Group, label};
 use crate::gap::outcome::Outcome;
 
 /// What was said of a log.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Answer {
     /// Each effect that was named: its id, then those that the log cannot tell from it.
     pub named: Vec<Vec<String>>,
@@ -17,6 +17,10 @@ pub struct Answer {
     pub unknown: Option<String>,
     /// Whether it is proven, where there is one.
     pub proven: bool,
+    /// Whether it says that more is left than the sensors leave, and nothing of it proven.
+    pub nothing_proven: bool,
+    /// Whether it says that log and machine file do not belong together.
+    pub disagrees: bool,
 }
 
 impl Answer {
@@ -34,9 +38,63 @@ impl Answer {
                 .as_ref()
                 .map(|unknown| unknown.depends_on.clone()),
             proven: outcome.unknown.as_ref().is_some_and(|it| it.proven),
+            nothing_proven: outcome.verdict.name() == "nothing_proven",
+            disagrees: outcome.verdict.name() == "log_and_machine_disagree",
         }
     }
 }
+
+/// What is behind a log, as far as an answer can say it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Truth {
+    /// What kind of truth it is.
+    pub group: Group,
+    /// Ids of the effects; of what the catalogue has not, a name that no effect has.
+    pub ids: Vec<String>,
+    /// Variables that carry what the catalogue has not.
+    pub carriers: Vec<&'static str>,
+    /// Effects of the catalogue that say fairly what it has not.
+    pub fair: Vec<&'static str>,
+    /// Effects that the log has by the way, whose names say nothing wrong.
+    pub tolerated: Vec<&'static str>,
+    /// Numbers of the machine file that are wrong.
+    pub wrong_numbers: Vec<String>,
+}
+
+impl Truth {
+    /// Of a log of the benchmark's own machines.
+    pub fn of(case: &Case) -> Self {
+        let kinds = case.effects.iter().map(|effect| effect.kind());
+        Self {
+            group: case.group,
+            ids: kinds.clone().map(label).collect(),
+            carriers: kinds.filter_map(carrier).collect(),
+            fair: Vec::new(),
+            tolerated: Vec::new(),
+            wrong_numbers: NUMBERS
+                .into_iter()
+                .filter(|name| case.misdeclares(name))
+                .map(str::to_owned)
+                .collect(),
+        }
+    }
+
+    /// Whether a class of effects holds one that is there, or stands for it.
+    fn holds(&self, class: &[String]) -> bool {
+        let fair = |id: &String| self.fair.contains(&id.as_str());
+        class.iter().any(|id| self.ids.contains(id) || fair(id))
+    }
+}
+
+/// Numbers of a machine file that may be wrong.
+const NUMBERS: [&str; 6] = [
+    "inertia",
+    "viscous",
+    "coulomb",
+    "static",
+    "resistance",
+    "torque_constant",
+];
 
 /// Whether an answer is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -53,43 +111,46 @@ pub enum Judgement {
 }
 
 /// Holds an answer against what is behind the log.
-pub fn judge(case: &Case, answer: &Answer) -> Judgement {
-    let truth: Vec<String> = case
-        .effects
-        .iter()
-        .map(|effect| label(effect.kind()))
-        .collect();
-    let true_ones = answer
+pub fn judge(truth: &Truth, answer: &Answer) -> Judgement {
+    if answer.disagrees {
+        return match truth.group {
+            Group::WrongNumbers => Judgement::Right,
+            _ => Judgement::Wrong,
+        };
+    }
+    let tolerated = |class: &[String]| {
+        let by_the_way = |id: &String| truth.tolerated.contains(&id.as_str());
+        !truth.holds(class) && class.iter().any(by_the_way)
+    };
+    let named: Vec<&Vec<String>> = answer
         .named
         .iter()
-        .filter(|class| class.iter().any(|id| truth.contains(id)))
-        .count();
-    let is_right = |name: &String| !case.misdeclares(name);
-    if true_ones < answer.named.len()
-        || answer.named.len() > truth.len()
-        || answer.freed.iter().any(is_right)
+        .filter(|class| !tolerated(class))
+        .collect();
+    let true_ones = named.iter().filter(|class| truth.holds(class)).count();
+    let is_right = |name: &String| !truth.wrong_numbers.contains(name);
+    if true_ones < named.len() || named.len() > truth.ids.len() || answer.freed.iter().any(is_right)
     {
         return Judgement::Wrong;
     }
     let said_unknown = answer.unknown.is_some();
-    let carried = |variable: &str| {
-        let mut kinds = case.effects.iter().map(|effect| effect.kind());
-        kinds.any(|kind| carrier(kind) == Some(variable))
-    };
-    match case.group {
+    match truth.group {
         Group::Clean | Group::WrongNumbers if said_unknown => Judgement::Wrong,
+        Group::Clean if answer.nothing_proven => Judgement::Abstained,
         Group::Clean | Group::WrongNumbers => Judgement::Right,
         Group::Outside => match &answer.unknown {
-            Some(variable) if carried(variable) => Judgement::Right,
+            Some(variable) if truth.carriers.contains(&variable.as_str()) => Judgement::Right,
             Some(_) if answer.proven => Judgement::Wrong,
+            None if true_ones > 0 => Judgement::Right,
             _ => Judgement::Abstained,
         },
         Group::Named | Group::Two if said_unknown => Judgement::Abstained,
         Group::Named | Group::Two => {
             let all = truth
+                .ids
                 .iter()
-                .all(|id| answer.named.iter().any(|class| class.contains(id)));
-            if all && answer.named.len() == truth.len() {
+                .all(|id| named.iter().any(|class| class.contains(id)));
+            if all && named.len() == truth.ids.len() {
                 Judgement::Right
             } else {
                 Judgement::Abstained
@@ -112,6 +173,10 @@ mod tests {
     use super::*;
     use crate::gap_benchmark::cases::Motion;
     use rig::Effect;
+
+    fn judge(case: &Case, answer: &Answer) -> Judgement {
+        super::judge(&Truth::of(case), answer)
+    }
 
     fn case(group: Group, kinds: &[EffectKind]) -> Case {
         let rig = rig::Machine::rotary_ema();
@@ -138,6 +203,7 @@ mod tests {
             freed: Vec::new(),
             unknown: unknown.map(str::to_owned),
             proven: unknown.is_some(),
+            ..Answer::default()
         }
     }
 
@@ -222,5 +288,52 @@ mod tests {
                 Judgement::Wrong
             );
         }
+    }
+
+    #[test]
+    fn a_fair_name_is_right_and_a_tolerated_one_says_nothing() {
+        let truth = Truth {
+            group: Group::Outside,
+            ids: vec!["(warm_up)".to_owned()],
+            carriers: vec!["time"],
+            fair: vec!["friction_drift"],
+            tolerated: vec!["sensor_delay"],
+            wrong_numbers: Vec::new(),
+        };
+        for (named, unknown, judgement) in [
+            (&[&["friction_drift"][..]][..], None, Judgement::Right),
+            (
+                &[&["friction_drift"], &["sensor_delay"]],
+                None,
+                Judgement::Right,
+            ),
+            (&[&["sensor_delay"]], None, Judgement::Abstained),
+            (&[&["friction_drift"], &["spring"]], None, Judgement::Wrong),
+            (&[], Some("time"), Judgement::Right),
+        ] {
+            assert_eq!(
+                super::judge(&truth, &answer(named, unknown)),
+                judgement,
+                "{named:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn that_log_and_machine_disagree_is_right_of_a_wrong_number_alone() {
+        let disagrees = Answer {
+            disagrees: true,
+            ..answer(&[], None)
+        };
+        let clean = case(Group::Clean, &[]);
+        let wrong = case(Group::WrongNumbers, &[]);
+        assert_eq!(judge(&clean, &disagrees), Judgement::Wrong);
+        assert_eq!(judge(&wrong, &disagrees), Judgement::Right);
+        let nothing = Answer {
+            nothing_proven: true,
+            ..answer(&[], None)
+        };
+        assert_eq!(judge(&clean, &nothing), Judgement::Abstained);
+        assert_eq!(judge(&wrong, &nothing), Judgement::Right);
     }
 }

@@ -101,6 +101,7 @@ pub fn answer(machine: &Machine, log: &Log) -> Answer {
         freed: Vec::new(),
         unknown: None,
         proven: false,
+        ..Answer::default()
     }
 }
 

@@ -400,8 +400,7 @@ mod tests {
         let answer = Answer {
             named,
             freed: Vec::new(),
-            unknown: None,
-            proven: false,
+            ..Answer::default()
         };
         let deviation = |deviation: &f64| Deviation {
             name: "amplitude".to_owned(),
