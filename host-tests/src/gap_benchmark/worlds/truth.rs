@@ -51,7 +51,10 @@ pub fn of(world: &World) -> Truth {
             .clone()
             .flat_map(|(carriers, _)| carriers.to_vec())
             .collect(),
-        fair: outside.flat_map(|(_, fair)| fair.to_vec()).collect(),
+        fair: outside
+            .flat_map(|(_, fair)| fair.to_vec())
+            .chain(stands_for(world))
+            .collect(),
         // A filter before the log is a sensor that reports late.
         tolerated: if world.sins.filter > 0.0 {
             vec!["sensor_delay"]
@@ -62,6 +65,19 @@ pub fn of(world: &World) -> Truth {
             .filter(|name| world.misdeclares(name))
             .map(str::to_owned)
             .collect(),
+        outside_fit: world.kind == Kind::Misdeclared,
+    }
+}
+
+/// The effect that says the same as a wrong number: more or less of what is declared.
+fn stands_for(world: &World) -> Option<&'static str> {
+    let declaration = &world.declaration;
+    let outside_fit = |name| !declaration.fit.contains(&name) && world.misdeclares(name);
+    let wrong = |name| world.kind == Kind::Misdeclared && outside_fit(name);
+    if wrong("spring") {
+        Some("spring")
+    } else {
+        wrong("gravity_torque").then_some("gravity")
     }
 }
 
