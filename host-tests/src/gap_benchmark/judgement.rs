@@ -59,6 +59,8 @@ pub struct Truth {
     pub tolerated: Vec<&'static str>,
     /// Numbers of the machine file that are wrong.
     pub wrong_numbers: Vec<String>,
+    /// Whether one of them is outside `[fit]`, so that something is left which no fit takes up.
+    pub outside_fit: bool,
 }
 
 impl Truth {
@@ -76,6 +78,7 @@ impl Truth {
                 .filter(|name| case.misdeclares(name))
                 .map(str::to_owned)
                 .collect(),
+            outside_fit: false,
         }
     }
 
@@ -135,6 +138,8 @@ pub fn judge(truth: &Truth, answer: &Answer) -> Judgement {
     }
     let said_unknown = answer.unknown.is_some();
     match truth.group {
+        // What a wrong number leaves is unknown; no physics is named.
+        Group::WrongNumbers if said_unknown && truth.outside_fit => Judgement::Abstained,
         Group::Clean | Group::WrongNumbers if said_unknown => Judgement::Wrong,
         Group::Clean if answer.nothing_proven => Judgement::Abstained,
         Group::Clean | Group::WrongNumbers => Judgement::Right,
@@ -299,6 +304,7 @@ mod tests {
             fair: vec!["friction_drift"],
             tolerated: vec!["sensor_delay"],
             wrong_numbers: Vec::new(),
+            outside_fit: false,
         };
         for (named, unknown, judgement) in [
             (&[&["friction_drift"][..]][..], None, Judgement::Right),
@@ -335,5 +341,31 @@ mod tests {
         };
         assert_eq!(judge(&clean, &nothing), Judgement::Abstained);
         assert_eq!(judge(&wrong, &nothing), Judgement::Right);
+    }
+
+    #[test]
+    fn a_wrong_number_outside_fit_may_be_freed_or_named_or_left_unknown() {
+        let truth = Truth {
+            group: Group::WrongNumbers,
+            ids: Vec::new(),
+            carriers: Vec::new(),
+            fair: vec!["spring"],
+            tolerated: Vec::new(),
+            wrong_numbers: vec!["spring".to_owned()],
+            outside_fit: true,
+        };
+        for (named, unknown, judgement) in [
+            (&[][..], None, Judgement::Right),
+            (&[&["spring"][..]], None, Judgement::Right),
+            (&[&["spring"], &["cogging"]], None, Judgement::Wrong),
+            (&[&["cogging"]], None, Judgement::Wrong),
+            (&[], Some("position"), Judgement::Abstained),
+        ] {
+            assert_eq!(
+                super::judge(&truth, &answer(named, unknown)),
+                judgement,
+                "{named:?}"
+            );
+        }
     }
 }

@@ -2,7 +2,7 @@
 //! classical Runge–Kutta rule between events.
 //!
 //! A mass that rests is *stuck* and does not move at all until the load on it exceeds the breakaway level;
-//! one that moves slides in one direction until its speed comes to zero, which is located within the step.
+//! one that moves slides in one direction until its speed comes to zero. Both are located within the step.
 //! Then it sticks, or slides the other way if the load is more than breakaway takes. End stops are reached
 //! in the same way and take all speed.
 
@@ -127,12 +127,17 @@ impl Plant {
                 self.release(state, input);
             }
             let next = self.runge_kutta(state, input, left);
-            let Some(what) = self.first_event(state, &next) else {
+            let look = Look {
+                forces: &self.forces,
+                state: *state,
+                input,
+            };
+            let Some(what) = look.first_event(&next, left) else {
                 state.values = next;
                 state.time += left;
                 return;
             };
-            let (part, values) = self.located(state, input, left, &next, what);
+            let (part, values) = self.located(&look, left, &next, what);
             state.values = values;
             state.time += part;
             self.settle(state, what);
@@ -163,48 +168,19 @@ impl Plant {
         }
     }
 
-    /// The first thing that happens on the way to `next`, by straight lines.
-    fn first_event(&self, state: &State, next: &Rates) -> Option<Event> {
-        let mut first: Option<(f64, Event)> = None;
-        let mut see = |event: Event| {
-            let (before, after) = (event.ahead(&state.values), event.ahead(next));
-            let share = before / (before - after);
-            if first.is_none_or(|(known, _)| share < known) {
-                first = Some((share, event));
-            }
-        };
-        for side in 0..self.forces.masses() {
-            let direction = state.directions[side];
-            let rest = Event::Rest(side, direction);
-            if direction != 0.0 && !self.forces.bends(side) && rest.ahead(next) < 0.0 {
-                see(rest);
-            }
-            if let Some((stop, outwards)) = self.forces.stop_passed(side, next) {
-                see(Event::Stopped(side, outwards, stop));
-            }
-        }
-        first.map(|(_, event)| event)
-    }
-
     /// When an event comes within a step of `step`, s, and where everything is then. By the rule of false
     /// position with the Illinois modification.
-    fn located(
-        &self,
-        state: &State,
-        input: f64,
-        step: f64,
-        next: &Rates,
-        what: Event,
-    ) -> (f64, Rates) {
-        let (mut early, mut before) = (0.0, what.ahead(&state.values).max(0.0));
-        let (mut late, mut behind) = (step, what.ahead(next));
+    fn located(&self, look: &Look, step: f64, next: &Rates, what: Event) -> (f64, Rates) {
+        let state = &look.state;
+        let (mut early, mut before) = (0.0, look.ahead(what, &state.values, 0.0).max(0.0));
+        let (mut late, mut behind) = (step, look.ahead(what, next, step));
         let (mut part, mut values) = (late, *next);
         let enough = 1e-10 * (before - behind);
         let mut last_was_early = None;
         for _ in 0..MOST_LOOKS {
             part = (early * behind - late * before) / (behind - before);
-            values = self.runge_kutta(state, input, part);
-            let ahead = what.ahead(&values);
+            values = self.runge_kutta(state, look.input, part);
+            let ahead = look.ahead(what, &values, part);
             if ahead.abs() <= enough {
                 break;
             }
@@ -233,6 +209,10 @@ impl Plant {
             Event::Stopped(side, _, stop) => {
                 state.values[2 * side] = stop;
                 side
+            }
+            Event::Released(side, direction) => {
+                state.directions[side] = direction;
+                return;
             }
         };
         state.values[2 * side + 1] = 0.0;
@@ -271,14 +251,74 @@ enum Event {
     Rest(usize, f64),
     /// A mass reached an end stop that lies in this direction, at this position.
     Stopped(usize, f64, f64),
+    /// The load on a stuck mass reached what friction holds in this direction.
+    Released(usize, f64),
 }
 
-impl Event {
-    /// How far it is ahead: a speed or a way, negative once it has come.
-    fn ahead(self, values: &Rates) -> f64 {
-        match self {
-            Self::Rest(side, direction) => values[2 * side + 1] * direction,
-            Self::Stopped(side, outwards, stop) => (stop - values[2 * side]) * outwards,
+/// A step in which events are looked for.
+struct Look<'a> {
+    forces: &'a Forces,
+    /// At its beginning.
+    state: State,
+    input: f64,
+}
+
+impl Look<'_> {
+    /// How far an event is ahead once `passed`, s, have passed: a speed, a way or a load, negative once it has
+    /// come.
+    fn ahead(&self, event: Event, values: &Rates, passed: f64) -> f64 {
+        match event {
+            Event::Rest(side, direction) => values[2 * side + 1] * direction,
+            Event::Stopped(side, outwards, stop) => (stop - values[2 * side]) * outwards,
+            Event::Released(side, direction) => {
+                let state = self.after(values, passed);
+                let load = self.forces.load_on(side, &state, self.input);
+                self.forces.breakaway(side, &state, self.input, direction) - load * direction
+            }
         }
+    }
+
+    fn after(&self, values: &Rates, passed: f64) -> State {
+        State {
+            time: self.state.time + passed,
+            values: *values,
+            directions: self.state.directions,
+        }
+    }
+
+    /// The first thing that happens on the way to `next`, by straight lines.
+    fn first_event(&self, next: &Rates, step: f64) -> Option<Event> {
+        let mut first: Option<(f64, Event)> = None;
+        let mut see = |event: Event| {
+            let before = self.ahead(event, &self.state.values, 0.0);
+            let after = self.ahead(event, next, step);
+            let share = before / (before - after);
+            if first.is_none_or(|(known, _)| share < known) {
+                first = Some((share, event));
+            }
+        };
+        for side in 0..self.forces.masses() {
+            if let Some((stop, outwards)) = self.forces.stop_passed(side, next) {
+                see(Event::Stopped(side, outwards, stop));
+            }
+            if self.forces.bends(side) {
+                continue;
+            }
+            let direction = self.state.directions[side];
+            let event = if direction == 0.0 {
+                let state = self.after(next, step);
+                let load = self.forces.load_on(side, &state, self.input);
+                if self.forces.presses_on_stop(side, next, load) {
+                    continue;
+                }
+                Event::Released(side, load.signum())
+            } else {
+                Event::Rest(side, direction)
+            };
+            if self.ahead(event, next, step) < 0.0 {
+                see(event);
+            }
+        }
+        first.map(|(_, event)| event)
     }
 }

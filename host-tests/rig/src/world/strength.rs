@@ -182,28 +182,7 @@ fn of_friction(random: &mut Random, effect: Effect, scene: &Scene, strength: f64
                 machine.torque * between(random, 0.02, 0.2)
             },
         },
-        "position_dependent_friction" => {
-            let ripple = coarse_ripple(random, machine);
-            let along = pick(
-                random,
-                &[
-                    Along::Added(ripple),
-                    Along::Multiplied(ripple),
-                    Along::Slope {
-                        centre: machine.centre,
-                        reach: machine.amplitude,
-                    },
-                ],
-            );
-            let level = 0.9 * strength * sign(random);
-            let added = level * friction;
-            let level = if matches!(along, Along::Multiplied(_)) {
-                level
-            } else {
-                added
-            };
-            Law::PositionDependentFriction { level, along }
-        }
+        "position_dependent_friction" => along_the_stroke(random, machine, strength),
         "friction_drift" => {
             let change = if chance(random, 0.5) {
                 1.5 * strength
@@ -233,6 +212,29 @@ fn of_friction(random: &mut Random, effect: Effect, scene: &Scene, strength: f64
             exponent: pick(random, &[2.0, 2.0, 1.75]),
         },
     }
+}
+
+/// Friction that varies with the position: added, multiplied, or tight at one end.
+fn along_the_stroke(random: &mut Random, machine: &Machine, strength: f64) -> Law {
+    let ripple = coarse_ripple(random, machine);
+    let along = pick(
+        random,
+        &[
+            Along::Added(ripple),
+            Along::Multiplied(ripple),
+            Along::Slope {
+                centre: machine.centre,
+                reach: machine.amplitude,
+            },
+        ],
+    );
+    let share = 0.9 * strength * sign(random);
+    let level = if matches!(along, Along::Multiplied(_)) {
+        share
+    } else {
+        share * machine.coulomb
+    };
+    Law::PositionDependentFriction { level, along }
 }
 
 fn of_motor(random: &mut Random, effect: Effect, scene: &Scene, strength: f64) -> Law {

@@ -1,13 +1,13 @@
 //! One world by itself, in numbers, with its files.
 
-use std::fmt::Write;
 use std::fs;
 
-use rig::world::World;
+use rig::world::{Record, World};
 
 use super::directory;
-use super::traced::{self, judge_world};
+use super::traced::{self, Judged, judge_world};
 use crate::failure::Failure;
+use crate::gap::outcome::Outcome;
 use crate::workspace::shown;
 
 /// Traces a world, leaves its files, and says all that is known of it.
@@ -28,79 +28,12 @@ pub(super) fn text(seed: u64, index: u64) -> Result<String, Failure> {
     let other = write("-other.csv", records[1].to_csv())?;
     let (judged, found) = judge_world(&world, &records);
 
-    let mut text = String::new();
-    let mut line = |head: &str, body: String| {
-        writeln!(text, "{head:<12}{body}").expect("a String takes any text");
-    };
-    line("world", format!("{index} of seed {seed}, {}", judged.kind));
-    for law in &world.laws {
-        line("truth", format!("{law:?}"));
+    let mut lines = of_world(&world, &records, &judged);
+    if let Some(found) = &found {
+        lines.extend(of_answer(&world, &judged, &found.report.outcome));
     }
-    line("machine", format!("{:?}", world.machine));
-    line("declared", format!("{:?}", world.declaration));
-    line("drive", format!("{:?}", world.drives[0].kind));
-    line("sensors", format!("{:?}", world.quality));
-    line("logger", format!("{:?}", world.sins));
-    line(
-        "log",
-        format!(
-            "{} rows at {} Hz, {:.0} % of them at rest, drive at its limit in {:.1} %",
-            world.rows,
-            world.rate,
-            100.0 * records[0].stuck,
-            100.0 * records[0].saturated
-        ),
-    );
-    line(
-        "visible",
-        format!("{}, told ratio {:?}", judged.visible, judged.told_ratio),
-    );
-    line("verdict", judged.verdict.clone());
-    line("said", judged.said());
-    line("judged", format!("{:?}", judged.judgement));
-    if let Some(reason) = &judged.refused {
-        line("refused", reason.clone());
-    }
-    if let Some(found) = found {
-        let outcome = &found.report.outcome;
-        for effect in &outcome.effects {
-            line("found", format!("{} {:?}", effect.id, effect.parameters));
-        }
-        for fit in &outcome.fit {
-            line(
-                "fit",
-                format!("{fit:?} true {:?}", world.machine.number(&fit.name)),
-            );
-        }
-        let errors = &outcome.errors.train;
-        line(
-            "error",
-            format!(
-                "declared {:.4e}, before {:.4e}, after {:.4e}, over that of the told fit {:?}",
-                errors.declared.position_rms,
-                errors.before.position_rms,
-                errors.after.position_rms,
-                judged.after_over_told
-            ),
-        );
-        for candidate in &outcome.candidates {
-            line(
-                "candidate",
-                format!(
-                    "round {} {:<28} score {:.3} identifiability {:.3} ratio {:?} p {:?}: {}",
-                    candidate.round,
-                    candidate.id,
-                    candidate.score,
-                    candidate.identifiability,
-                    candidate.held_out_ratio,
-                    candidate.p_value,
-                    candidate.reason
-                ),
-            );
-        }
-    }
-    line("seconds", format!("{:.2}", judged.seconds));
-    line(
+    lines.push(("seconds", format!("{:.2}", judged.seconds)));
+    lines.push((
         "try",
         format!(
             "cargo hil gap --machine {} --train {} --validate {}",
@@ -108,6 +41,88 @@ pub(super) fn text(seed: u64, index: u64) -> Result<String, Failure> {
             shown(&train),
             shown(&other)
         ),
-    );
-    Ok(text)
+    ));
+    let lines = lines
+        .iter()
+        .map(|(head, body)| format!("{head:<12}{body}\n"));
+    Ok(lines.collect())
+}
+
+/// Heads and bodies of lines.
+type Lines = Vec<(&'static str, String)>;
+
+/// What the world is, and how it was judged.
+fn of_world(world: &World, records: &[Record; 2], judged: &Judged) -> Lines {
+    let mut lines = vec![(
+        "world",
+        format!("{} of seed {}, {}", world.index, world.seed, judged.kind),
+    )];
+    for law in &world.laws {
+        lines.push(("truth", format!("{law:?}")));
+    }
+    lines.extend([
+        ("machine", format!("{:?}", world.machine)),
+        ("declared", format!("{:?}", world.declaration)),
+        ("drive", format!("{:?}", world.drives[0].kind)),
+        ("sensors", format!("{:?}", world.quality)),
+        ("logger", format!("{:?}", world.sins)),
+        (
+            "log",
+            format!(
+                "{} rows at {} Hz, {:.0} % of them at rest, drive at its limit in {:.1} %",
+                world.rows,
+                world.rate,
+                100.0 * records[0].stuck,
+                100.0 * records[0].saturated
+            ),
+        ),
+        (
+            "visible",
+            format!("{}, told ratio {:?}", judged.visible, judged.told_ratio),
+        ),
+        ("verdict", judged.verdict.clone()),
+        ("said", judged.said()),
+        ("judged", format!("{:?}", judged.judgement)),
+    ]);
+    lines.extend(judged.refused.clone().map(|reason| ("refused", reason)));
+    lines
+}
+
+/// What the tracing found, looked at, and left.
+fn of_answer(world: &World, judged: &Judged, outcome: &Outcome) -> Lines {
+    let mut lines = Lines::new();
+    for effect in &outcome.effects {
+        lines.push(("found", format!("{} {:?}", effect.id, effect.parameters)));
+    }
+    for fit in &outcome.fit {
+        let truth = world.machine.number(&fit.name);
+        lines.push(("fit", format!("{fit:?} true {truth:?}")));
+    }
+    let errors = &outcome.errors.train;
+    lines.push((
+        "error",
+        format!(
+            "declared {:.4e}, before {:.4e}, after {:.4e}, over that of the told fit {:?}",
+            errors.declared.position_rms,
+            errors.before.position_rms,
+            errors.after.position_rms,
+            judged.after_over_told
+        ),
+    ));
+    for candidate in &outcome.candidates {
+        lines.push((
+            "candidate",
+            format!(
+                "round {} {:<28} score {:.3} identifiability {:.3} ratio {:?} p {:?}: {}",
+                candidate.round,
+                candidate.id,
+                candidate.score,
+                candidate.identifiability,
+                candidate.held_out_ratio,
+                candidate.p_value,
+                candidate.reason
+            ),
+        ));
+    }
+    lines
 }

@@ -51,7 +51,10 @@ pub fn of(world: &World) -> Truth {
             .clone()
             .flat_map(|(carriers, _)| carriers.to_vec())
             .collect(),
-        fair: outside.flat_map(|(_, fair)| fair.to_vec()).collect(),
+        fair: outside
+            .flat_map(|(_, fair)| fair.to_vec())
+            .chain(stands_for(world))
+            .collect(),
         // A filter before the log is a sensor that reports late.
         tolerated: if world.sins.filter > 0.0 {
             vec!["sensor_delay"]
@@ -62,6 +65,19 @@ pub fn of(world: &World) -> Truth {
             .filter(|name| world.misdeclares(name))
             .map(str::to_owned)
             .collect(),
+        outside_fit: world.kind == Kind::Misdeclared,
+    }
+}
+
+/// The effect that says the same as a wrong number: more or less of what is declared.
+fn stands_for(world: &World) -> Option<&'static str> {
+    let declaration = &world.declaration;
+    let outside_fit = |name| !declaration.fit.contains(&name) && world.misdeclares(name);
+    let wrong = |name| world.kind == Kind::Misdeclared && outside_fit(name);
+    if wrong("spring") {
+        Some("spring")
+    } else {
+        wrong("gravity_torque").then_some("gravity")
     }
 }
 
@@ -189,34 +205,15 @@ pub fn numbers(world: &World) -> Vec<(&'static str, f64)> {
 
 /// Numbers of one law.
 fn of_law(law: &Law, world: &World, numbers: &mut Vec<(&'static str, f64)>) {
-    let (coulomb, viscous) = (world.machine.coulomb, world.machine.viscous);
     match *law {
-        Law::AsymmetricCoulomb { difference } => numbers.extend([
-            ("forward", coulomb + difference),
-            ("backward", coulomb - difference),
-            ("torque", -difference),
-        ]),
-        Law::AsymmetricViscous { forward, backward } => {
+        Law::OffsetTorque { torque } => {
+            let coulomb = world.machine.coulomb;
             numbers.extend([
-                ("forward", viscous + forward),
-                ("backward", viscous + backward),
+                ("torque", torque),
+                ("forward", coulomb - torque),
+                ("backward", coulomb + torque),
             ]);
         }
-        Law::OffsetTorque { torque } => numbers.extend([
-            ("torque", torque),
-            ("forward", coulomb - torque),
-            ("backward", coulomb + torque),
-        ]),
-        Law::Stribeck {
-            fall: Fall::Exponential,
-            drop,
-            speed,
-        } => numbers.extend([("drop", drop), ("velocity", speed)]),
-        Law::QuadraticDrag {
-            torque,
-            speed,
-            exponent,
-        } if exponent == 2.0 => numbers.push(("coefficient", torque / speed.powi(2))),
         Law::Spring { stiffness, rest } => {
             numbers.extend([("stiffness", stiffness), ("rest", rest)]);
         }
@@ -227,22 +224,9 @@ fn of_law(law: &Law, world: &World, numbers: &mut Vec<(&'static str, f64)>) {
                 numbers.push(("amplitude", amplitude));
             }
         }
-        Law::PositionDependentFriction {
-            level,
-            along: Along::Added(ripple),
-        } if ripple.harmonics == [0.0; 2] => {
-            numbers.extend([("amplitude", level.abs()), ("period", ripple.period)]);
-        }
-        Law::LoadDependentFriction { share, preload } if preload == 0.0 => {
-            numbers.push(("share", share));
-        }
         Law::InputDelay { seconds } | Law::SensorDelay { seconds } => {
             numbers.push(("delay", seconds));
         }
-        Law::FrictionDrift {
-            rate,
-            viscous: false,
-        } => numbers.push(("rate", rate)),
         Law::ExternalLoad {
             torque,
             course: Course::Pulse { .. },
@@ -250,8 +234,8 @@ fn of_law(law: &Law, world: &World, numbers: &mut Vec<(&'static str, f64)>) {
         Law::SupplySag {
             resistance,
             voltage,
-            lag,
-        } if lag == 0.0 => numbers.push(("share", resistance / voltage.powi(2))),
+            lag: 0.0,
+        } => numbers.push(("share", resistance / voltage.powi(2))),
         Law::BrushDrop { volts, .. } | Law::DeadTime { volts, .. } => {
             numbers.extend([("drop", volts), ("loss", volts)]);
         }
@@ -265,14 +249,88 @@ fn of_law(law: &Law, world: &World, numbers: &mut Vec<(&'static str, f64)>) {
             growing: true,
             ..
         } => numbers.push(("rate", rate)),
-        Law::Presliding { stiffness, .. } => numbers.push(("compliance", 1.0 / stiffness)),
         Law::Backlash { width, .. } => numbers.push(("width", width)),
         Law::Compliance(joint) if joint.sensor == Side::Load && joint.friction == 0.0 => {
-            numbers.push((
-                "trailing",
-                world.machine.inertia * joint.inertia / joint.stiffness,
-            ));
+            let inertia = world.machine.inertia * joint.inertia;
+            numbers.push(("trailing", inertia / joint.stiffness));
         }
+        _ => of_friction(law, world, numbers),
+    }
+}
+
+/// The same of laws of friction.
+fn of_friction(law: &Law, world: &World, numbers: &mut Vec<(&'static str, f64)>) {
+    let (coulomb, viscous) = (world.machine.coulomb, world.machine.viscous);
+    match *law {
+        Law::AsymmetricCoulomb { difference } => numbers.extend([
+            ("forward", coulomb + difference),
+            ("backward", coulomb - difference),
+            ("torque", -difference),
+        ]),
+        Law::AsymmetricViscous { forward, backward } => numbers.extend([
+            ("forward", viscous + forward),
+            ("backward", viscous + backward),
+        ]),
+        Law::Stribeck {
+            fall: Fall::Exponential,
+            drop,
+            speed,
+        } => numbers.extend([("drop", drop), ("velocity", speed)]),
+        Law::QuadraticDrag {
+            torque,
+            speed,
+            exponent: 2.0,
+        } => numbers.push(("coefficient", torque / speed.powi(2))),
+        Law::PositionDependentFriction {
+            level,
+            along: Along::Added(ripple),
+        } if ripple.harmonics == [0.0; 2] => {
+            numbers.extend([("amplitude", level.abs()), ("period", ripple.period)]);
+        }
+        Law::LoadDependentFriction {
+            share,
+            preload: 0.0,
+        } => {
+            numbers.push(("share", share));
+        }
+        Law::FrictionDrift {
+            rate,
+            viscous: false,
+        } => numbers.push(("rate", rate)),
+        Law::Presliding { stiffness, .. } => numbers.push(("compliance", 1.0 / stiffness)),
         _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rig::world::{Kind, World};
+
+    use super::{active, of, outside};
+    use crate::gap::declared;
+    use crate::gap_benchmark::worlds::traced::{log_of, machine_of};
+    use crate::machine::Machine;
+
+    /// Files of worlds are a user's, and what fits are told is a model.
+    #[test]
+    fn worlds_are_read_and_their_truth_can_be_told() {
+        for index in 0..25 {
+            let (world, records) = World::draw(21, index);
+            let machine: Machine = machine_of(&world).unwrap();
+            let other = log_of(&world, &records[1], 1).unwrap();
+            assert_eq!(other.samples(), world.rows, "{index}");
+            let mut model = declared::model(&machine).unwrap();
+            for law in &world.laws {
+                if let Some(active) = active(law, &world) {
+                    assert_eq!(Some(active.id.description().id), law.id());
+                    model.effects.push(active).unwrap();
+                } else {
+                    assert_eq!(world.kind, Kind::Outside);
+                    assert!(!outside(law).0.is_empty(), "{}", law.label());
+                }
+            }
+            model.build(other.period_s as f32).unwrap();
+            assert_eq!(of(&world).ids.len(), world.laws.len());
+        }
     }
 }

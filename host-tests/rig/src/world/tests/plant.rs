@@ -301,3 +301,31 @@ fn a_finer_step_changes_hardly_anything() {
         "{coarse} {fine}"
     );
 }
+
+/// Breakaway is where the rising current makes it, not where the next step begins.
+#[test]
+fn a_winding_that_fills_lets_go_in_time() {
+    let machine = Machine {
+        input: InputKind::Voltage,
+        limit: 24.0,
+        resistance: 2.0,
+        inductance: 20e-3,
+        torque_constant: 0.05,
+        coulomb: 0.2,
+        breakaway: 0.2,
+        inertia: 10.0,
+        torque: 0.6,
+        ..axis()
+    };
+    let plant = Plant::new(&machine, &[], 20.0, 20e-3);
+    assert!(plant.step() > 2e-3);
+    let mut state = plant.at_rest(0.0);
+    plant.advance(&mut state, 12.0, 20e-3);
+    // k i = F_C after −τ ln(1 − F_C R/(k u)); from there on ∫ (k i − F_C) dt / J, no back-EMF to speak of.
+    let (tau, full) = (10e-3, 0.05 * 12.0 / 2.0);
+    let start = -tau * (1.0 - 0.2_f64 / full).ln();
+    let filled = |time: f64| full * (time + tau * (-time / tau).exp());
+    let impulse = filled(20e-3) - filled(start) - 0.2 * (20e-3 - start);
+    let velocity = impulse / 10.0;
+    assert!((state.motor_velocity() - velocity).abs() < 1e-3 * velocity);
+}
