@@ -33,37 +33,99 @@ fn scale(values: &mut [f64], factor: f64) {
 }
 
 fn wrap(values: &mut [f64], turn: f64) {
-    values.iter_mut().for_each(|value| *value = value.rem_euclid(turn));
+    values
+        .iter_mut()
+        .for_each(|value| *value = value.rem_euclid(turn));
 }
 
 const FAULTS: [(&str, &str, Spoil); 22] = [
-    ("degrees", "position is in degrees|position is in millimetres|position is in centimetres", |log, _| scale(&mut log.position, 360.0 / TAU)),
-    ("revolutions", "position is in revolutions", |log, _| scale(&mut log.position, 1.0 / TAU)),
-    ("millimetres", "position is in millim|position is in millir", |log, _| scale(&mut log.position, 1e3)),
+    (
+        "degrees",
+        "position is in degrees|position is in millimetres|position is in centimetres",
+        |log, _| scale(&mut log.position, 360.0 / TAU),
+    ),
+    ("revolutions", "position is in revolutions", |log, _| {
+        scale(&mut log.position, 1.0 / TAU)
+    }),
+    (
+        "millimetres",
+        "position is in millim|position is in millir",
+        |log, _| scale(&mut log.position, 1e3),
+    ),
     ("counts", "position is in counts", |log, machine| {
         let size = machine.resolution.unwrap();
-        log.position.iter_mut().for_each(|value| *value = (*value / size).round());
+        log.position
+            .iter_mut()
+            .for_each(|value| *value = (*value / size).round());
     }),
-    ("position sign", "position has the wrong sign", |log, _| scale(&mut log.position, -1.0)),
-    ("input sign", "input has the wrong sign", |log, _| scale(&mut log.input, -1.0)),
-    ("per cent of 24", "input is in per cent", |log, _| scale(&mut log.input, 100.0 / 24.0)),
-    ("per cent of 12", "input is in per cent", |log, _| scale(&mut log.input, 100.0 / 12.0)),
-    ("duty of 24", "input is the duty", |log, _| scale(&mut log.input, 1.0 / 24.0)),
-    ("millivolts", "input is in millivolts|input is in thousandths", |log, _| scale(&mut log.input, 1e3)),
-    ("milliamperes", "current_a is in milliamperes", |log, _| scale(log.current.as_mut().unwrap(), 1e3)),
-    ("current sign", "current_a has the wrong sign", |log, _| scale(log.current.as_mut().unwrap(), -1.0)),
-    ("wrap 2 pi", "position is wrapped", |log, _| wrap(&mut log.position, TAU)),
-    ("wrap 360", "position is in degrees", |log, _| { scale(&mut log.position, 360.0 / TAU); wrap(&mut log.position, 360.0) }),
-    ("swap", "input and current_a are swapped", |log, _| { let old = std::mem::replace(log.current.as_mut().unwrap(), log.input.clone()); log.input = old; }),
-    ("milliseconds", "time_s is in milliseconds", |log, _| log.period_s *= 1e3),
-    ("g cm2", "inertia is declared in g", |_, machine| machine.mechanics.inertia *= 1e7),
-    ("kg cm2", "inertia is declared in kg·cm²", |_, machine| machine.mechanics.inertia *= 1e4),
-    ("mN m", "coulomb is declared in mN", |_, machine| machine.friction.coulomb *= 1e3),
-    ("mN m/A", "torque_constant is declared in mN", |_, machine| machine.motor.as_mut().unwrap().torque_constant *= 1e3),
-    ("mH", "inductance is declared in mH", |_, machine| machine.motor.as_mut().unwrap().inductance *= 1e3),
+    ("position sign", "position has the wrong sign", |log, _| {
+        scale(&mut log.position, -1.0)
+    }),
+    ("input sign", "input has the wrong sign", |log, _| {
+        scale(&mut log.input, -1.0)
+    }),
+    ("per cent of 24", "input is in per cent", |log, _| {
+        scale(&mut log.input, 100.0 / 24.0)
+    }),
+    ("per cent of 12", "input is in per cent", |log, _| {
+        scale(&mut log.input, 100.0 / 12.0)
+    }),
+    ("duty of 24", "input is the duty", |log, _| {
+        scale(&mut log.input, 1.0 / 24.0)
+    }),
+    (
+        "millivolts",
+        "input is in millivolts|input is in thousandths",
+        |log, _| scale(&mut log.input, 1e3),
+    ),
+    ("milliamperes", "current_a is in milliamperes", |log, _| {
+        scale(log.current.as_mut().unwrap(), 1e3)
+    }),
+    ("current sign", "current_a has the wrong sign", |log, _| {
+        scale(log.current.as_mut().unwrap(), -1.0)
+    }),
+    ("wrap 2 pi", "position is wrapped", |log, _| {
+        wrap(&mut log.position, TAU)
+    }),
+    ("wrap 360", "position is in degrees", |log, _| {
+        scale(&mut log.position, 360.0 / TAU);
+        wrap(&mut log.position, 360.0)
+    }),
+    ("swap", "input and current_a are swapped", |log, _| {
+        let old = std::mem::replace(log.current.as_mut().unwrap(), log.input.clone());
+        log.input = old;
+    }),
+    ("milliseconds", "time_s is in milliseconds", |log, _| {
+        log.period_s *= 1e3
+    }),
+    ("g cm2", "inertia is declared in g", |_, machine| {
+        machine.mechanics.inertia *= 1e7
+    }),
+    ("kg cm2", "inertia is declared in kg·cm²", |_, machine| {
+        machine.mechanics.inertia *= 1e4
+    }),
+    ("mN m", "coulomb is declared in mN", |_, machine| {
+        machine.friction.coulomb *= 1e3
+    }),
+    (
+        "mN m/A",
+        "torque_constant is declared in mN",
+        |_, machine| machine.motor.as_mut().unwrap().torque_constant *= 1e3,
+    ),
+    ("mH", "inductance is declared in mH", |_, machine| {
+        machine.motor.as_mut().unwrap().inductance *= 1e3
+    }),
     ("too slow", "sampling is too slow", |log, _| {
         let keep = 60;
-        for values in [Some(&mut log.input), Some(&mut log.position), log.current.as_mut(), log.command.as_mut()].into_iter().flatten() {
+        for values in [
+            Some(&mut log.input),
+            Some(&mut log.position),
+            log.current.as_mut(),
+            log.command.as_mut(),
+        ]
+        .into_iter()
+        .flatten()
+        {
             *values = values.iter().step_by(keep).copied().collect();
         }
         log.period_s *= keep as f64;
@@ -76,7 +138,8 @@ fn applies(name: &str, case: &Case) -> bool {
     match name {
         "degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
         "wrap 2 pi" | "wrap 360" => rotary && case.rig.stroke.1 - case.rig.stroke.0 > 7.0,
-        "per cent of 24" | "per cent of 12" | "duty of 24" | "milliamperes" | "current sign" | "swap" | "mN m/A" | "mH" => winding,
+        "per cent of 24" | "per cent of 12" | "duty of 24" | "milliamperes" | "current sign"
+        | "swap" | "mN m/A" | "mH" => winding,
         _ => true,
     }
 }
@@ -94,24 +157,49 @@ fn rates() {
         .map(|case| {
             let full = case.log_lasting(8.0);
             let mut rows = Vec::new();
-            let label = format!("{} {:?} {:?} {}", case.rig.name, case.motion, case.effects.iter().map(|e| cases::label(e.kind())).collect::<Vec<_>>(), case.seed);
+            let label = format!(
+                "{} {:?} {:?} {}",
+                case.rig.name,
+                case.motion,
+                case.effects
+                    .iter()
+                    .map(|e| cases::label(e.kind()))
+                    .collect::<Vec<_>>(),
+                case.seed
+            );
             for bare in [false, true] {
                 let mut log = full.clone();
-                if bare { log.current = None; }
+                if bare {
+                    log.current = None;
+                }
                 for draw in 0..4 {
                     let machine = misdeclared(declared(&case.rig), case.seed * 10 + draw);
                     let said = look(&machine, &[log.clone()]);
                     let cost = cost(&machine, &[log.clone()]);
-                    if cost > 4.0 { println!("cost {cost:.1} {bare} {label}"); }
-                    rows.push(("none".to_owned(), bare, said.is_empty(), said, label.clone()));
+                    if cost > 4.0 {
+                        println!("cost {cost:.1} {bare} {label}");
+                    }
+                    rows.push((
+                        "none".to_owned(),
+                        bare,
+                        said.is_empty(),
+                        said,
+                        label.clone(),
+                    ));
                 }
                 for (name, words, spoil) in FAULTS {
-                    if !applies(name, case) || (bare && ["milliamperes", "current sign", "swap", "mH"].contains(&name)) { continue; }
+                    if !applies(name, case)
+                        || (bare && ["milliamperes", "current sign", "swap", "mH"].contains(&name))
+                    {
+                        continue;
+                    }
                     let mut machine = misdeclared(declared(&case.rig), case.seed * 10 + 7);
                     let mut spoiled = log.clone();
                     spoil(&mut spoiled, &mut machine);
                     let said = look(&machine, &[spoiled]);
-                    let found = said.iter().any(|said| words.split('|').any(|words| said.what.contains(words)));
+                    let found = said
+                        .iter()
+                        .any(|said| words.split('|').any(|words| said.what.contains(words)));
                     rows.push((name.to_owned(), bare, found, said, label.clone()));
                 }
             }
@@ -119,17 +207,37 @@ fn rates() {
         })
         .flatten()
         .collect();
-    let mut table: BTreeMap<(String, bool, String), (usize, usize, usize, Vec<String>)> = BTreeMap::new();
+    let mut table: BTreeMap<(String, bool, String), (usize, usize, usize, Vec<String>)> =
+        BTreeMap::new();
     for (name, bare, good, said, label) in results {
-        let entry = table.entry((name, bare, label.split(' ').next().unwrap().to_owned())).or_default();
+        let entry = table
+            .entry((name, bare, label.split(' ').next().unwrap().to_owned()))
+            .or_default();
         entry.0 += 1;
-        if good { entry.1 += 1 } else {
-            if !said.is_empty() { entry.2 += 1; }
-            if entry.3.len() < 3 { entry.3.push(format!("{label}: {}", said.iter().map(|s| format!("{} [{}]", s.what, s.evidence)).collect::<Vec<_>>().join(" / "))); }
+        if good {
+            entry.1 += 1
+        } else {
+            if !said.is_empty() {
+                entry.2 += 1;
+            }
+            if entry.3.len() < 3 {
+                entry.3.push(format!(
+                    "{label}: {}",
+                    said.iter()
+                        .map(|s| format!("{} [{}]", s.what, s.evidence))
+                        .collect::<Vec<_>>()
+                        .join(" / ")
+                ));
+            }
         }
     }
     for ((name, bare, machine), (count, good, other, examples)) in table {
-        println!("{name:16} {machine:10} {} {good}/{count}, else named {other}", if bare { "bare   " } else { "current" });
-        for example in examples { println!("      {example}"); }
+        println!(
+            "{name:16} {machine:10} {} {good}/{count}, else named {other}",
+            if bare { "bare   " } else { "current" }
+        );
+        for example in examples {
+            println!("      {example}");
+        }
     }
 }

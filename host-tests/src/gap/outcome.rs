@@ -4,6 +4,7 @@ use model_core::gap::verdict::Verdict;
 use serde::{Serialize, Serializer};
 
 use super::component::Component;
+use super::disagreement::Disagreement;
 use super::experiment::NextExperiment;
 
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
@@ -14,6 +15,9 @@ pub struct Outcome {
     /// What the tracing concludes.
     #[serde(serialize_with = "name")]
     pub verdict: Verdict,
+    /// In what logs and machine file disagree; nothing was traced then.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub disagreement: Vec<Disagreement>,
     /// The effects that were accepted, in the order in which they were.
     pub effects: Vec<FoundEffect>,
     /// Which variable carries a structure that the catalogue does not explain.

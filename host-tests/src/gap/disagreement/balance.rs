@@ -4,9 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::channels::{Channels, quantum};
-use super::limits::{
-    AVERAGES, LEAST_ROWS, MOST_NOISE, MOST_ROWS, SLOW, STANDARD_ERRORS,
-};
+use super::limits::{AVERAGES, LEAST_ROWS, MOST_NOISE, MOST_ROWS, SLOW, STANDARD_ERRORS};
 use crate::gap::metrics::differentiate;
 use crate::gap::zero_phase::{BUTTERWORTH, filter};
 use crate::machine::{Coordinate, Machine};
@@ -105,7 +103,8 @@ impl Balances {
             .map(|&average| {
                 let bands: Vec<Band> = logs.iter().map(|log| band(log, average)).collect();
                 let trusted = bands.iter().zip(logs).all(|(band, log)| {
-                    acceleration_noise(log, average, quantum) <= MOST_NOISE * mean_square(&band.acceleration)
+                    acceleration_noise(log, average, quantum)
+                        <= MOST_NOISE * mean_square(&band.acceleration)
                 });
                 (bands, trusted)
             })
@@ -128,17 +127,23 @@ impl Balances {
         let has = |there: fn(&Channels) -> bool| logs.iter().all(there);
         let velocity = has(|log| log.velocity.is_some()).then(|| {
             let rows = |bands: &[Band]| {
-                Some(pair(bands, Follows::Velocity, |b| (&b.velocity, &b.measured)))
+                Some(pair(bands, Follows::Velocity, |b| {
+                    (&b.velocity, &b.measured)
+                }))
             };
             best(&rows, &[])
         });
         let command = has(|log| log.command.is_some()).then(|| {
-            let rows = |bands: &[Band]| {
-                Some(pair(bands, Follows::Command, |b| (&b.command, &b.position)))
-            };
+            let rows =
+                |bands: &[Band]| Some(pair(bands, Follows::Command, |b| (&b.command, &b.position)));
             best(&rows, &[])
         });
-        Self { motion, winding, velocity, command }
+        Self {
+            motion,
+            winding,
+            velocity,
+            command,
+        }
     }
 }
 
@@ -162,7 +167,10 @@ impl Balance {
             if !trusted && needs.contains(&share.follows) {
                 continue;
             }
-            let known = self.shares.iter().position(|known| known.follows == share.follows);
+            let known = self
+                .shares
+                .iter()
+                .position(|known| known.follows == share.follows);
             match known {
                 Some(place) if clearest[place] >= clarity => {}
                 Some(place) => {
@@ -186,7 +194,9 @@ fn mean_square(series: &[f64]) -> f64 {
 /// of the rate, ∫ω⁴.
 fn acceleration_noise(log: &Channels, average: usize, quantum: Option<f64>) -> f64 {
     let third = log.position.windows(4);
-    let third: Vec<f64> = third.map(|x| x[3] - 3.0 * x[2] + 3.0 * x[1] - x[0]).collect();
+    let third: Vec<f64> = third
+        .map(|x| x[3] - 3.0 * x[2] + 3.0 * x[1] - x[0])
+        .collect();
     // The third difference of white noise has 1 + 9 + 9 + 1 times its variance.
     let scatter = mean_square(&third) / 20.0;
     let rounding = quantum.map_or(0.0, |step| step * step / 12.0);
@@ -199,7 +209,9 @@ fn acceleration_noise(log: &Channels, average: usize, quantum: Option<f64>) -> f
 fn band(log: &Channels, average: usize) -> Band {
     let mean = |series: &[f64]| -> Vec<f64> {
         let whole = series.chunks_exact(average);
-        whole.map(|chunk| chunk.iter().sum::<f64>() / average as f64).collect()
+        whole
+            .map(|chunk| chunk.iter().sum::<f64>() / average as f64)
+            .collect()
     };
     let smooth = |series: &[f64]| filter(&BUTTERWORTH, &mean(series));
     let optional = |series: &Option<Vec<f64>>| series.as_deref().map_or(Vec::new(), smooth);
@@ -255,7 +267,11 @@ impl Rows {
             .collect();
         let stride = kept.len().div_ceil(MOST_ROWS).max(1);
         let kept: Vec<_> = kept.into_iter().step_by(stride).collect();
-        let column = |follows: &Follows| kept.iter().map(|(band, index)| row(band, *index, *follows)).collect();
+        let column = |follows: &Follows| {
+            kept.iter()
+                .map(|(band, index)| row(band, *index, *follows))
+                .collect()
+        };
         Self {
             follows: follows.to_vec(),
             columns: follows.iter().map(column).collect(),
@@ -321,19 +337,23 @@ fn winding_rows(bands: &[Band], machine: &Machine) -> Rows {
         _ => 1.0,
     };
     let follows = [Current, Velocity, CurrentRate, Constant];
-    Rows::new(bands, &follows, row, |band, index| machine.gain * band.input[index])
+    Rows::new(bands, &follows, row, |band, index| {
+        machine.gain * band.input[index]
+    })
 }
 
 /// One series over another one and a constant.
-fn pair(
-    bands: &[Band],
-    follows: Follows,
-    pick: impl Fn(&Band) -> (&Vec<f64>, &Vec<f64>),
-) -> Rows {
+fn pair(bands: &[Band], follows: Follows, pick: impl Fn(&Band) -> (&Vec<f64>, &Vec<f64>)) -> Rows {
     let row = |band: &Band, index: usize, part: Follows| {
-        if part == follows { pick(band).0[index] } else { 1.0 }
+        if part == follows {
+            pick(band).0[index]
+        } else {
+            1.0
+        }
     };
-    Rows::new(bands, &[follows, Follows::Constant], row, |band, index| pick(band).1[index])
+    Rows::new(bands, &[follows, Follows::Constant], row, |band, index| {
+        pick(band).1[index]
+    })
 }
 
 /// Least squares. Each coefficient has with it the share of what the others leave that it explains (the
@@ -344,9 +364,17 @@ fn regress(rows: &Rows) -> Option<Vec<(Share, f64)>> {
     if count < LEAST_ROWS || level == 0.0 {
         return None;
     }
-    let rms: Vec<f64> = rows.columns.iter().map(|column| mean_square(column).sqrt()).collect();
+    let rms: Vec<f64> = rows
+        .columns
+        .iter()
+        .map(|column| mean_square(column).sqrt())
+        .collect();
     let scaled = DMatrix::from_fn(count, unknowns, |row, column| {
-        if rms[column] > 0.0 { rows.columns[column][row] / rms[column] } else { 0.0 }
+        if rms[column] > 0.0 {
+            rows.columns[column][row] / rms[column]
+        } else {
+            0.0
+        }
     });
     let sum = DVector::from_iterator(count, rows.sum.iter().map(|value| value / level));
     // A hair on the diagonal keeps columns that are one another's copies apart, each undetermined.
@@ -356,7 +384,11 @@ fn regress(rows: &Rows) -> Option<Vec<(Share, f64)>> {
     let solution = &inverse * scaled.tr_mul(&sum);
     let left = &sum - &scaled * &solution;
     let energy = left.norm_squared();
-    let lagged: f64 = left.as_slice().windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let lagged: f64 = left
+        .as_slice()
+        .windows(2)
+        .map(|pair| pair[0] * pair[1])
+        .sum();
     let correlation = (lagged / energy.max(f64::MIN_POSITIVE)).clamp(0.0, 0.999);
     let inflation = (1.0 + correlation) / (1.0 - correlation);
     let freedom = (count - unknowns) as f64;
@@ -368,12 +400,20 @@ fn regress(rows: &Rows) -> Option<Vec<(Share, f64)>> {
         let clarity = ratio / (ratio + freedom);
         let error = STANDARD_ERRORS * (plain * inflation).sqrt();
         let other = value / clarity.max(1e-12);
-        let scale = if rms[place] > 0.0 { level / rms[place] } else { 0.0 };
+        let scale = if rms[place] > 0.0 {
+            level / rms[place]
+        } else {
+            0.0
+        };
         let interval = (
             scale * (value.min(other) - error),
             scale * (value.max(other) + error),
         );
-        let share = Share { follows: rows.follows[place], interval, rms: rms[place] };
+        let share = Share {
+            follows: rows.follows[place],
+            interval,
+            rms: rms[place],
+        };
         (share, clarity)
     });
     Some(shares.collect())

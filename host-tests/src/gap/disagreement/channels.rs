@@ -155,9 +155,17 @@ pub fn wrap(logs: &[Channels]) -> Option<Wrap> {
     let range = high - low;
     let steps: Vec<f64> = logs
         .iter()
-        .flat_map(|log| log.position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
+        .flat_map(|log| {
+            log.position
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]).abs())
+        })
         .collect();
-    let mut jumps: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.5 * range).collect();
+    let mut jumps: Vec<f64> = steps
+        .iter()
+        .copied()
+        .filter(|step| *step > 0.5 * range)
+        .collect();
     if jumps.is_empty() || range == 0.0 {
         return None;
     }
@@ -184,8 +192,11 @@ pub fn wrap(logs: &[Channels]) -> Option<Wrap> {
 /// The smallest step of the position sensor, where the log is made of such steps.
 pub fn quantum(logs: &[Channels]) -> Option<f64> {
     let steps = || {
-        logs.iter()
-            .flat_map(|log| log.position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
+        logs.iter().flat_map(|log| {
+            log.position
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]).abs())
+        })
     };
     let largest = steps().fold(0.0, f64::max);
     let apart = |step: &f64| *step > 1e-7 * largest;

@@ -22,7 +22,7 @@ pub const STATED_DEVIATION: f64 = 0.2;
 /// Share of the effective torque (or voltage) that an effect which is missing may take or add, so that
 /// contributions below it say nothing about a number. The strongest of the rigs' nominal effects, a
 /// supply's sag, takes a third at the top of its range, the others a tenth to a fifth.
-pub const FLOOR: f64 = 0.2;
+pub const FLOOR: f64 = 0.15;
 
 /// Standard errors either side of a coefficient: three, for errors that are taken from the residual's
 /// first autocorrelation alone.

@@ -5,8 +5,8 @@ use super::balance::{Balance, Balances, Follows};
 use super::channels::{self, Channels, Wrap};
 use super::limits::{
     BEYOND_STOPS, COMMAND_FACTOR, EXACT_DEVIATION, EXACT_FACTOR, FITTED_DEVIATION, FITTED_FACTOR,
-    FLOOR, GLITCHES, HINT, IMPOSSIBLE, INDUCTANCE_FACTOR, LONGEST_PERIOD, LONGEST_WINDING, SHORTEST_PERIOD,
-    STATED_DEVIATION, STATED_FACTOR,
+    FLOOR, GLITCHES, HINT, IMPOSSIBLE, INDUCTANCE_FACTOR, LONGEST_PERIOD, LONGEST_WINDING,
+    SHORTEST_PERIOD, STATED_DEVIATION, STATED_FACTOR,
 };
 use crate::machine::Machine;
 
@@ -87,7 +87,11 @@ impl Allowed {
 
     fn plus(self, other: Self) -> Self {
         // The larger of the two is what the sum is sure of.
-        let larger = if self.declared > other.declared { self } else { other };
+        let larger = if self.declared > other.declared {
+            self
+        } else {
+            other
+        };
         Self {
             low: self.low + other.low,
             declared: self.declared + other.declared,
@@ -110,7 +114,10 @@ pub fn clues(machine: &Machine, logs: &[Channels], balances: &Balances) -> Vec<C
     if let Some(command) = &balances.command {
         let one = Allowed::within(1.0, COMMAND_FACTOR, FITTED_DEVIATION);
         let hint = clue(command, Follows::Command, one, Subject::Command);
-        clues.extend(hint.map(|hint| Clue { cost: hint.cost.min(HINT), ..hint }));
+        clues.extend(hint.map(|hint| Clue {
+            cost: hint.cost.min(HINT),
+            ..hint
+        }));
     }
     clues.extend(impossible(machine, logs));
     clues.extend(resolution(machine, logs));
@@ -156,7 +163,17 @@ fn motion(machine: &Machine, balance: &Balance, with_current: bool) -> Vec<Clue>
             let clue = clue(balance, follows, expected, Subject::Number(name));
             let is_elastic = matches!(follows, Follows::Position | Follows::Side | Follows::Sine);
             // More spring or weight than is declared, and of any sign, is an effect that may be missing.
-            clues.extend(clue.filter(|clue| !is_elastic || (0.0..1.0).contains(&clue.ratio)));
+            let clue = clue.filter(|clue| !is_elastic || (0.0..1.0).contains(&clue.ratio));
+            // So is more friction that grows with the speed; and less than none is a delay.
+            let may_miss = name == "viscous";
+            clues.extend(clue.map(|clue| match clue.ratio {
+                0.0..1.0 => clue,
+                _ if may_miss => Clue {
+                    cost: clue.cost.min(HINT),
+                    ..clue
+                },
+                _ => clue,
+            }));
         }
     }
     clues
@@ -198,9 +215,17 @@ fn clue(balance: &Balance, follows: Follows, allowed: Allowed, subject: Subject)
     let (excess, deviation, nearer) = if high < -floor {
         // Of the wrong sign: that is no matter of a guess.
         let excess = size(least) - size(high + floor);
-        (excess, allowed.deviation.min(STATED_DEVIATION), share.interval.1)
+        (
+            excess,
+            allowed.deviation.min(STATED_DEVIATION),
+            share.interval.1,
+        )
     } else if high < least {
-        (size(least) - size(high), allowed.deviation, share.interval.1)
+        (
+            size(least) - size(high),
+            allowed.deviation,
+            share.interval.1,
+        )
     } else if low > most {
         let left = ((low - floor) / most).ln();
         let excess = (size(low) - size(most)).max(left);

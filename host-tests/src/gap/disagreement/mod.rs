@@ -8,6 +8,7 @@
 //! a large margin and another one explains it, or one number alone is off by orders of magnitude. What the
 //! log does not determine decides nothing.
 
+mod answer;
 mod balance;
 mod channels;
 pub mod limits;
@@ -16,6 +17,7 @@ mod reading;
 mod units;
 mod words;
 
+pub(super) use answer::{failure, report};
 use serde::Serialize;
 
 use crate::log::Log;
@@ -56,11 +58,15 @@ pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
         return words::corrections(&logs[0], &declared, &steps, &best);
     }
     let unexplained = |clue: &&Clue| match clue.subject {
-        Subject::Number(name) => name != "viscous" && clue.ratio > 0.0 && clue.excess > FAR_OFF.ln(),
+        Subject::Number(name) => {
+            name != "viscous" && clue.ratio > 0.0 && clue.excess > FAR_OFF.ln()
+        }
         _ => clue.cost >= IMPOSSIBLE,
     };
     let clue = declared.clues.iter().find(unexplained);
-    clue.map(|clue| words::unexplained(machine, &logs[0], clue)).into_iter().collect()
+    clue.map(|clue| words::unexplained(machine, &logs[0], clue))
+        .into_iter()
+        .collect()
 }
 
 /// How implausible logs and machine file are as declared, nats: from [`limits::IMPLAUSIBLE`] on another
@@ -98,7 +104,11 @@ fn explain(declared: &Reading) -> (Vec<Vec<Reading>>, Reading) {
 fn is_too_slow(logs: &[Channels]) -> bool {
     let mut products = [0.0; 3];
     for log in logs {
-        let speeds: Vec<f64> = log.position.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let speeds: Vec<f64> = log
+            .position
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect();
         for (lag, product) in products.iter_mut().enumerate() {
             let shifted = speeds.iter().skip(lag);
             *product += speeds.iter().zip(shifted).map(|(a, b)| a * b).sum::<f64>();

@@ -118,7 +118,11 @@ impl Reading {
     pub fn further(&self) -> Vec<Self> {
         let mut tried = Vec::new();
         let mut attempt = |correction: Correction, rarity: f64| {
-            if !self.corrections.iter().any(|known| known.is_like(&correction)) {
+            if !self
+                .corrections
+                .iter()
+                .any(|known| known.is_like(&correction))
+            {
                 tried.push(self.with(correction, rarity));
             }
         };
@@ -149,7 +153,14 @@ impl Reading {
             };
             units.iter().map(correction).collect()
         };
-        let mut all = of(Column::Position, if rotary { &units::ANGLES } else { &units::STROKES });
+        let mut all = of(
+            Column::Position,
+            if rotary {
+                &units::ANGLES
+            } else {
+                &units::STROKES
+            },
+        );
         all.extend(of(Column::Time, &units::TIMES));
         let milli = |column, name, import| (Correction::Unit(column, name, import, 1e-3), 0.0);
         if self.machine.motor.is_some() {
@@ -173,18 +184,31 @@ impl Reading {
         if channels::are_counts(&self.logs) {
             let sizes = match self.machine.resolution {
                 Some(size) => vec![size],
-                None if rotary => units::COUNTS_A_TURN.iter().map(|count| TAU / count).collect(),
+                None if rotary => units::COUNTS_A_TURN
+                    .iter()
+                    .map(|count| TAU / count)
+                    .collect(),
                 None => Vec::new(),
             };
-            all.extend(sizes.into_iter().map(|size| (Correction::Counts(size), 0.5)));
+            all.extend(
+                sizes
+                    .into_iter()
+                    .map(|size| (Correction::Counts(size), 0.5)),
+            );
         }
         all
     }
 
     fn of_duty(&self) -> Vec<(Correction, f64)> {
-        let most = self.logs.iter().map(|log| largest(&log.input)).fold(0.0, f64::max);
+        let most = self
+            .logs
+            .iter()
+            .map(|log| largest(&log.input))
+            .fold(0.0, f64::max);
         // A duty ends at one, a percentage at a hundred.
-        let kinds = [(false, 1.0), (true, 100.0)].into_iter().filter(|(_, end)| most <= 1.001 * end);
+        let kinds = [(false, 1.0), (true, 100.0)]
+            .into_iter()
+            .filter(|(_, end)| most <= 1.001 * end);
         kinds
             .flat_map(|(percent, _)| {
                 units::SUPPLIES.map(|volts| (Correction::Duty(percent, volts), 1.0))
@@ -201,9 +225,20 @@ impl Reading {
     }
 
     fn of_signs(&self) -> Vec<(Correction, f64)> {
-        let signs = [Column::Position, Column::Input, Column::Current, Column::Velocity];
-        let there = signs.into_iter().filter(|column| self.has(*column));
-        let mut all: Vec<_> = there.map(|column| (Correction::Negative(column), 0.0)).collect();
+        let signs = [
+            Column::Position,
+            Column::Input,
+            Column::Current,
+            Column::Velocity,
+        ];
+        // A sign is wrong where something is negative that must not be.
+        let is_negative = self.clues.iter().any(|clue| clue.ratio < 0.0);
+        let there = signs
+            .into_iter()
+            .filter(|column| is_negative && self.has(*column));
+        let mut all: Vec<_> = there
+            .map(|column| (Correction::Negative(column), 0.0))
+            .collect();
         let pairs = [
             (Column::Input, Column::Current, 1.0),
             (Column::Position, Column::Velocity, 2.0),
@@ -212,7 +247,9 @@ impl Reading {
             (Column::Position, Column::Command, 6.0),
             (Column::Input, Column::Position, 6.0),
         ];
-        let there = pairs.into_iter().filter(|(one, other, _)| self.has(*one) && self.has(*other));
+        let there = pairs
+            .into_iter()
+            .filter(|(one, other, _)| self.has(*one) && self.has(*other));
         all.extend(there.map(|(one, other, rarity)| (Correction::Swapped(one, other), rarity)));
         all
     }
@@ -230,7 +267,9 @@ impl Reading {
         let rotary = self.machine.coordinate == Coordinate::Radian;
         let mut all = Vec::new();
         let motor = ["torque_constant", "resistance", "inductance"];
-        let every = crate::machine::PARAMETERS.iter().map(|parameter| parameter.name);
+        let every = crate::machine::PARAMETERS
+            .iter()
+            .map(|parameter| parameter.name);
         for name in every.filter(|name| named.contains(name) || motor.contains(name)) {
             let Some(declared) = self.machine.parameter(name).filter(|value| *value > 0.0) else {
                 continue;

@@ -75,7 +75,9 @@ pub const COUNTS_A_TURN: [f64; 20] = [
 /// Lengths of a turn at which a reading starts again: in rad, deg, rev, and counts of 8 to 20 bits.
 pub fn wraps() -> impl Iterator<Item = f64> {
     let counts = (8..=20).map(|bits| f64::from(1 << bits));
-    [TAU, 360.0, 1.0, 400.0, PI, 180.0].into_iter().chain(counts)
+    [TAU, 360.0, 1.0, 400.0, PI, 180.0]
+        .into_iter()
+        .chain(counts)
 }
 
 const MILLI: f64 = 1e-3;
@@ -108,18 +110,13 @@ pub fn of_number(name: &str, rotary: bool) -> &'static [Unit] {
         unit("mN·m/rpm", "", MILLI / RPM, 0.0),
         unit("N·m·s/deg", "", 1.0 / DEGREE, 1.0),
     ];
-    const LINEAR_VISCOUS: [Unit; 2] = [
-        unit("N·s/mm", "", 1e3, 0.0),
-        unit("mN·s/m", "", MILLI, 1.0),
-    ];
+    const LINEAR_VISCOUS: [Unit; 2] =
+        [unit("N·s/mm", "", 1e3, 0.0), unit("mN·s/m", "", MILLI, 1.0)];
     const ROTARY_SPRING: [Unit; 2] = [
         unit("mN·m/rad", "", MILLI, 0.0),
         unit("N·m/deg", "", 1.0 / DEGREE, 0.0),
     ];
-    const LINEAR_SPRING: [Unit; 2] = [
-        unit("N/mm", "", 1e3, 0.0),
-        unit("mN/m", "", MILLI, 1.0),
-    ];
+    const LINEAR_SPRING: [Unit; 2] = [unit("N/mm", "", 1e3, 0.0), unit("mN/m", "", MILLI, 1.0)];
     const ROTARY_CONSTANT: [Unit; 4] = [
         unit("mN·m/A", "", MILLI, 0.0),
         unit("V/krpm", "", MILLI / RPM, 0.0),
@@ -127,14 +124,8 @@ pub fn of_number(name: &str, rotary: bool) -> &'static [Unit] {
         unit("V/rpm", "", 1.0 / RPM, 1.0),
     ];
     const LINEAR_CONSTANT: [Unit; 1] = [unit("mN/A", "", MILLI, 0.0)];
-    const RESISTANCE: [Unit; 2] = [
-        unit("mΩ", "", MILLI, 0.0),
-        unit("kΩ", "", 1e3, 1.0),
-    ];
-    const INDUCTANCE: [Unit; 2] = [
-        unit("mH", "", MILLI, 0.0),
-        unit("µH", "", 1e-6, 0.0),
-    ];
+    const RESISTANCE: [Unit; 2] = [unit("mΩ", "", MILLI, 0.0), unit("kΩ", "", 1e3, 1.0)];
+    const INDUCTANCE: [Unit; 2] = [unit("mH", "", MILLI, 0.0), unit("µH", "", 1e-6, 0.0)];
     match (name, rotary) {
         ("inertia", true) => &INERTIA,
         ("inertia", false) => &MASS,

@@ -54,7 +54,11 @@ pub(super) fn corrections(
 pub(super) fn unexplained(machine: &Machine, log: &Log, clue: &Clue) -> Disagreement {
     let what = match clue.subject {
         Subject::Number(name) => {
-            format!("the {} that the log asks for is {} the declared one", spoken(name), times(clue.ratio))
+            format!(
+                "the {} that the log asks for is {} the declared one",
+                spoken(name),
+                times(clue.ratio)
+            )
         }
         Subject::Period(_) => "the sampling is too slow".to_owned(),
         Subject::Winding(_) => "inductance or resistance is not that of a motor".to_owned(),
@@ -63,16 +67,28 @@ pub(super) fn unexplained(machine: &Machine, log: &Log, clue: &Clue) -> Disagree
     let remedy = match clue.subject {
         Subject::Number(name) => {
             let value = machine.parameter(name).unwrap_or(0.0) * clue.ratio;
-            format!("{}, if that is what it is, or check the columns of {}", line(machine, name, value), log.path.display())
+            format!(
+                "{}, if that is what it is, or check the columns of {}",
+                line(machine, name, value),
+                log.path.display()
+            )
         }
         Subject::Period(_) => slower(log),
-        Subject::Winding(_) => line(machine, "inductance", 1e-3 * machine.parameter("inductance").unwrap_or(0.0)),
+        Subject::Winding(_) => line(
+            machine,
+            "inductance",
+            1e-3 * machine.parameter("inductance").unwrap_or(0.0),
+        ),
         _ => format!(
             "in {}: set `lower_stop` and `upper_stop` to where the stops are, in the coordinate of the log",
             machine.path.display()
         ),
     };
-    Disagreement { what, evidence: sentence(clue), remedy }
+    Disagreement {
+        what,
+        evidence: sentence(clue),
+        remedy,
+    }
 }
 
 /// A motion that the samples do not show.
@@ -118,9 +134,16 @@ fn what(declared: &Reading, correction: Correction) -> String {
         Correction::Swapped(one, other) => {
             format!("{} and {} are swapped", one.name(), other.name())
         }
-        Correction::Wrapped(turn) => format!("position is wrapped: it starts again after {}", significant(turn, 6)),
+        Correction::Wrapped(turn) => format!(
+            "position is wrapped: it starts again after {}",
+            significant(turn, 6)
+        ),
         Correction::Number(name, unit, _) => {
-            let expected = declared.machine.coordinate.parameter_unit(name).unwrap_or("");
+            let expected = declared
+                .machine
+                .coordinate
+                .parameter_unit(name)
+                .unwrap_or("");
             format!("{name} is declared in {unit}, not in {expected}")
         }
     }
@@ -139,7 +162,13 @@ fn evidence(before: &Reading, after: &Reading) -> String {
         let left = after.clues.iter().find(same).map_or(0.0, |left| left.cost);
         left < 0.5 * clue.cost
     };
-    let mended: Vec<String> = before.clues.iter().filter(is_mended).take(3).map(sentence).collect();
+    let mended: Vec<String> = before
+        .clues
+        .iter()
+        .filter(is_mended)
+        .take(3)
+        .map(sentence)
+        .collect();
     let rest = if after.cost < super::IMPLAUSIBLE {
         "; corrected, the log and the declared numbers agree"
     } else {
@@ -154,7 +183,11 @@ fn sentence(clue: &Clue) -> String {
             format!("as declared, the log asks for a negative {}", spoken(name))
         }
         Subject::Number(name) => {
-            format!("as declared, the log asks for {} the {} of the machine file", times(clue.ratio), spoken(name))
+            format!(
+                "as declared, the log asks for {} the {} of the machine file",
+                times(clue.ratio),
+                spoken(name)
+            )
         }
         Subject::Velocity => format!(
             "`velocity` is {} the rate at which `position` changes",
@@ -167,7 +200,10 @@ fn sentence(clue: &Clue) -> String {
             significant(declared, 3)
         ),
         Subject::Stops(farthest) => {
-            format!("`position` reaches {}, far beyond the declared stops", significant(farthest, 4))
+            format!(
+                "`position` reaches {}, far beyond the declared stops",
+                significant(farthest, 4)
+            )
         }
         Subject::Wrap(wrap) => format!(
             "`position` jumps by about {} {} from one sample to the next, and else never by more than {}",
@@ -210,8 +246,15 @@ fn spoken(name: &str) -> String {
 
 /// The line of the machine file to change.
 fn line(machine: &Machine, name: &str, value: f64) -> String {
-    let section = PARAMETERS.iter().find(|known| known.name == name).map_or("", |known| known.section);
-    format!("in {}, [{section}]: {name} = {:e}", machine.path.display(), rounded(value, 3))
+    let section = PARAMETERS
+        .iter()
+        .find(|known| known.name == name)
+        .map_or("", |known| known.section);
+    format!(
+        "in {}, [{section}]: {name} = {:e}",
+        machine.path.display(),
+        rounded(value, 3)
+    )
 }
 
 /// The import that mends a log.
@@ -222,19 +265,42 @@ fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String 
     let mut text = format!("cargo hil import {}", quoted(&shown));
     let columns = [
         (Column::Time, "--time", "s"),
-        (Column::Position, "--position", declared.machine.coordinate.unit()),
+        (
+            Column::Position,
+            "--position",
+            declared.machine.coordinate.unit(),
+        ),
         (Column::Input, "--input", if voltage { "V" } else { "" }),
         (Column::Current, "--current", "A"),
-        (Column::Velocity, "--velocity", if declared.machine.coordinate.unit() == "rad" { "rad/s" } else { "m/s" }),
-        (Column::Command, "--command", declared.machine.coordinate.unit()),
+        (
+            Column::Velocity,
+            "--velocity",
+            if declared.machine.coordinate.unit() == "rad" {
+                "rad/s"
+            } else {
+                "m/s"
+            },
+        ),
+        (
+            Column::Command,
+            "--command",
+            declared.machine.coordinate.unit(),
+        ),
     ];
     for (column, flag, unit) in columns {
-        let has = column == Column::Time || declared.logs.iter().all(|log| log.column(column).is_some());
+        let has =
+            column == Column::Time || declared.logs.iter().all(|log| log.column(column).is_some());
         if has {
-            text += &format!(" {flag} {}", source(column, unit, corrections, declared.machine.gain));
+            text += &format!(
+                " {flag} {}",
+                source(column, unit, corrections, declared.machine.gain)
+            );
         }
     }
-    if corrections.iter().any(|correction| matches!(correction, Correction::Wrapped(_))) {
+    if corrections
+        .iter()
+        .any(|correction| matches!(correction, Correction::Wrapped(_)))
+    {
         text += " --unwrap";
     }
     format!("{text} --out {}", quoted(&format!("{stem}-corrected.csv")))
@@ -272,7 +338,11 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
             _ => {}
         }
     }
-    let unit = if unit.is_empty() { String::new() } else { format!(":{unit}") };
+    let unit = if unit.is_empty() {
+        String::new()
+    } else {
+        format!(":{unit}")
+    };
     if factor == 1.0 {
         format!("{name}{unit}")
     } else {
@@ -281,5 +351,9 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
 }
 
 fn quoted(path: &str) -> String {
-    if path.contains(' ') { format!("\"{path}\"") } else { path.to_owned() }
+    if path.contains(' ') {
+        format!("\"{path}\"")
+    } else {
+        path.to_owned()
+    }
 }
