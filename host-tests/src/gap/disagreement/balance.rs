@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::channels::{Channels, quantum};
-use super::limits::{AVERAGES, LEAST_ROWS, MOST_NOISE, MOST_ROWS, SLOW, STANDARD_ERRORS};
+use super::limits::{AVERAGES, HEARD, LEAST_ROWS, MOST_NOISE, MOST_ROWS, SLOW, STANDARD_ERRORS};
 use crate::gap::metrics::differentiate;
 use crate::gap::zero_phase::{BUTTERWORTH, filter};
 use crate::machine::{Coordinate, Machine};
@@ -18,6 +18,8 @@ pub enum Follows {
     Velocity,
     /// Direction of motion.
     Direction,
+    /// Direction of motion, with nothing else that takes work.
+    Losses,
     /// Nothing: it is constant.
     Constant,
     /// Position from the spring's rest.
@@ -53,7 +55,7 @@ pub struct Share {
 pub struct Balance {
     /// Effective value of what is balanced.
     pub rms: f64,
-    /// Its coefficients, each from the band that shows it best.
+    /// Its coefficients, each from the bands that show it well.
     pub shares: Vec<Share>,
 }
 
@@ -119,10 +121,15 @@ impl Balances {
             }
             balance
         };
-        let motion = best(
+        let mut motion = best(
             &|bands| Some(motion_rows(bands, machine, with_current)),
             &[Follows::Acceleration],
         );
+        let losses = best(
+            &|bands| Some(motion_rows(bands, machine, with_current).of_losses()),
+            &[],
+        );
+        motion.shares.extend(losses.share(Follows::Losses).copied());
         let winding = with_current.then(|| best(&|bands| Some(winding_rows(bands, machine)), &[]));
         let has = |there: fn(&Channels) -> bool| logs.iter().all(there);
         let velocity = has(|log| log.velocity.is_some()).then(|| {
@@ -172,10 +179,23 @@ impl Balance {
                 .iter()
                 .position(|known| known.follows == share.follows);
             match known {
-                Some(place) if clearest[place] >= clarity => {}
                 Some(place) => {
-                    self.shares[place] = share;
-                    clearest[place] = clarity;
+                    let (old, best) = (self.shares[place], clearest[place]);
+                    let both = Share {
+                        interval: (
+                            old.interval.0.min(share.interval.0),
+                            old.interval.1.max(share.interval.1),
+                        ),
+                        ..if clarity > best { share } else { old }
+                    };
+                    self.shares[place] = if clarity.min(best) >= HEARD * clarity.max(best) {
+                        both
+                    } else if clarity > best {
+                        share
+                    } else {
+                        old
+                    };
+                    clearest[place] = clarity.max(best);
                 }
                 None => {
                     self.shares.push(share);
@@ -253,6 +273,24 @@ fn band(log: &Channels, average: usize) -> Band {
 }
 
 impl Rows {
+    /// Without the velocity, so that the direction has all that takes work.
+    fn of_losses(mut self) -> Self {
+        if let Some(place) = self
+            .follows
+            .iter()
+            .position(|follows| *follows == Follows::Velocity)
+        {
+            self.follows.remove(place);
+            self.columns.remove(place);
+        }
+        for follows in &mut self.follows {
+            if *follows == Follows::Direction {
+                *follows = Follows::Losses;
+            }
+        }
+        self
+    }
+
     /// Rows of all bands that are not skipped, thinned to [`MOST_ROWS`].
     fn new(
         bands: &[Band],

@@ -22,7 +22,7 @@ pub const STATED_DEVIATION: f64 = 0.2;
 /// Share of the effective torque (or voltage) that an effect which is missing may take or add, so that
 /// contributions below it say nothing about a number. The strongest of the rigs' nominal effects, a
 /// supply's sag, takes a third at the top of its range, the others a tenth to a fifth.
-pub const FLOOR: f64 = 0.15;
+pub const FLOOR: f64 = 0.2;
 
 /// Standard errors either side of a coefficient: three, for errors that are taken from the residual's
 /// first autocorrelation alone.
@@ -77,6 +77,17 @@ pub const IMPOSSIBLE: f64 = 3.0 * IMPLAUSIBLE;
 /// Most that the sensor's smallest step or the command may cost, nats: they choose among readings, and
 /// decide nothing by themselves (below [`IMPLAUSIBLE`] together).
 pub const HINT: f64 = 4.0;
+
+/// Most that a number may cost that is off by less than [`FAR_OFF`] beyond its tolerance while `[fit]`
+/// names it, or that declares a spring or a weight: such a guess was bad, and is no unit.
+pub const BAD_GUESS: f64 = IMPLAUSIBLE / 4.0;
+
+/// Largest factor by which a number is off for its unit: g·mm² for kg·m², and [`FAR_OFF`] for a bad guess.
+pub const LARGEST_UNIT: f64 = 1e10;
+
+/// Share of the best band's squared partial correlation from which on another band is heard too: an effect
+/// that is missing shows in one band more than in another.
+pub const HEARD: f64 = 0.3;
 
 /// Longest sampling period, s: no drive shows what it does in fewer samples. Milliseconds taken for
 /// seconds are longer.

@@ -4,9 +4,9 @@
 use super::balance::{Balance, Balances, Follows};
 use super::channels::{self, Channels, Wrap};
 use super::limits::{
-    BEYOND_STOPS, COMMAND_FACTOR, EXACT_DEVIATION, EXACT_FACTOR, FITTED_DEVIATION, FITTED_FACTOR,
-    FLOOR, GLITCHES, HINT, IMPOSSIBLE, INDUCTANCE_FACTOR, LONGEST_PERIOD, LONGEST_WINDING,
-    SHORTEST_PERIOD, STATED_DEVIATION, STATED_FACTOR,
+    BAD_GUESS, BEYOND_STOPS, COMMAND_FACTOR, EXACT_DEVIATION, EXACT_FACTOR, FAR_OFF,
+    FITTED_DEVIATION, FITTED_FACTOR, FLOOR, GLITCHES, HINT, IMPOSSIBLE, INDUCTANCE_FACTOR,
+    LONGEST_PERIOD, LONGEST_WINDING, SHORTEST_PERIOD, STATED_DEVIATION, STATED_FACTOR,
 };
 use crate::machine::Machine;
 
@@ -15,6 +15,8 @@ use crate::machine::Machine;
 pub enum Subject {
     /// A number of the machine file, by name.
     Number(&'static str),
+    /// What friction and back-EMF take.
+    Losses,
     /// The velocity column.
     Velocity,
     /// The command column.
@@ -149,6 +151,10 @@ fn motion(machine: &Machine, balance: &Balance, with_current: bool) -> Vec<Clue>
         (Follows::Sine, "gravity_torque"),
     ];
     let mut clues = Vec::new();
+    // A machine that gives off work all the time is read with a wrong sign. One coefficient alone is
+    // negative for a delay or an elastic shaft too.
+    let gives_work = losses(balance);
+    clues.extend(gives_work);
     for (follows, name) in numbers {
         let (mut expected, mut name) = (number(name).times(per_torque), name);
         if follows == Follows::Velocity && machine.motor.is_some() && !with_current {
@@ -161,22 +167,51 @@ fn motion(machine: &Machine, balance: &Balance, with_current: bool) -> Vec<Clue>
         // What is declared as nothing is what may be missing.
         if expected.declared > 0.0 {
             let clue = clue(balance, follows, expected, Subject::Number(name));
-            let is_elastic = matches!(follows, Follows::Position | Follows::Side | Follows::Sine);
-            // More spring or weight than is declared, and of any sign, is an effect that may be missing.
-            let clue = clue.filter(|clue| !is_elastic || (0.0..1.0).contains(&clue.ratio));
-            // So is more friction that grows with the speed; and less than none is a delay.
-            let may_miss = name == "viscous";
-            clues.extend(clue.map(|clue| match clue.ratio {
-                0.0..1.0 => clue,
-                _ if may_miss => Clue {
-                    cost: clue.cost.min(HINT),
-                    ..clue
-                },
-                _ => clue,
-            }));
+            let clue = clue.filter(|clue| clue.ratio > 0.0 || gives_work.is_some());
+            clues.extend(clue.and_then(|clue| weighed(clue, name, machine)));
         }
     }
     clues
+}
+
+/// What a clue on a number is worth beside the effects that may be missing.
+fn weighed(clue: Clue, name: &str, machine: &Machine) -> Option<Clue> {
+    let is_elastic = matches!(name, "spring" | "spring_preload" | "gravity_torque");
+    // More spring or weight than is declared, and of any sign, is an effect that may be missing.
+    if is_elastic && !(0.0..1.0).contains(&clue.ratio) {
+        return None;
+    }
+    let is_guess = is_elastic || machine.fit.iter().any(|fitted| fitted == name);
+    // So is more friction that grows with the speed.
+    let is_drag = name == "viscous" && clue.ratio > 1.0;
+    let is_near = clue.ratio > 0.0 && clue.excess < FAR_OFF.ln();
+    let most = if is_drag || (is_guess && is_near) {
+        BAD_GUESS
+    } else {
+        f64::INFINITY
+    };
+    Some(Clue {
+        cost: clue.cost.min(most),
+        ..clue
+    })
+}
+
+/// What it costs that friction and back-EMF together drive the machine instead of braking it.
+fn losses(balance: &Balance) -> Option<Clue> {
+    let share = balance.share(Follows::Losses)?;
+    let floor = FLOOR * balance.rms;
+    let most = share.interval.1 * share.rms;
+    if floor == 0.0 || most >= -floor {
+        return None;
+    }
+    let excess = ((-most - floor) / floor).asinh();
+    let deviations = excess / STATED_DEVIATION;
+    Some(Clue {
+        subject: Subject::Losses,
+        cost: 0.5 * deviations * deviations,
+        ratio: -1.0,
+        excess,
+    })
 }
 
 fn of_winding(machine: &Machine, balance: &Balance) -> Vec<Clue> {

@@ -24,8 +24,8 @@ use crate::log::Log;
 use crate::machine::Machine;
 use channels::Channels;
 use limits::{
-    ALIKE, CLEARLY_BETTER, FAR_OFF, IMPLAUSIBLE, IMPOSSIBLE, LEAST_SAVING, MOST_CORRECTIONS,
-    SAMPLES_A_PERIOD,
+    ALIKE, CLEARLY_BETTER, FAR_OFF, IMPLAUSIBLE, IMPOSSIBLE, LARGEST_UNIT, LEAST_SAVING,
+    MOST_CORRECTIONS, SAMPLES_A_PERIOD,
 };
 use measure::{Clue, Subject};
 use reading::{Correction, Reading};
@@ -57,9 +57,10 @@ pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
     if !steps.is_empty() {
         return words::corrections(&logs[0], &declared, &steps, &best);
     }
+    let is_unit = |ratio: f64| (1.0 / LARGEST_UNIT..LARGEST_UNIT).contains(&ratio);
     let unexplained = |clue: &&Clue| match clue.subject {
         Subject::Number(name) => {
-            name != "viscous" && clue.ratio > 0.0 && clue.excess > FAR_OFF.ln()
+            name != "viscous" && is_unit(clue.ratio) && clue.excess > FAR_OFF.ln()
         }
         _ => clue.cost >= IMPOSSIBLE,
     };

@@ -245,7 +245,6 @@ impl Reading {
             // A command is so much like a position, in the right unit too, that it is not to be taken for
             // one lightly.
             (Column::Position, Column::Command, 6.0),
-            (Column::Input, Column::Position, 6.0),
         ];
         let there = pairs
             .into_iter()

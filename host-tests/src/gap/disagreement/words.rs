@@ -189,6 +189,9 @@ fn sentence(clue: &Clue) -> String {
                 spoken(name)
             )
         }
+        Subject::Losses => {
+            "as declared, friction would drive the machine instead of braking it".to_owned()
+        }
         Subject::Velocity => format!(
             "`velocity` is {} the rate at which `position` changes",
             times(clue.ratio)
