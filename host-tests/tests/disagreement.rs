@@ -144,6 +144,15 @@ fn applies(name: &str, case: &Case) -> bool {
     }
 }
 
+/// How often a fault was named.
+#[derive(Default)]
+struct Tally {
+    count: usize,
+    good: usize,
+    other: usize,
+    examples: Vec<String>,
+}
+
 #[test]
 #[ignore = "rates, minutes"]
 fn rates() {
@@ -207,21 +216,20 @@ fn rates() {
         })
         .flatten()
         .collect();
-    let mut table: BTreeMap<(String, bool, String), (usize, usize, usize, Vec<String>)> =
-        BTreeMap::new();
+    let mut table: BTreeMap<_, Tally> = BTreeMap::new();
     for (name, bare, good, said, label) in results {
         let entry = table
             .entry((name, bare, label.split(' ').next().unwrap().to_owned()))
             .or_default();
-        entry.0 += 1;
+        entry.count += 1;
         if good {
-            entry.1 += 1
+            entry.good += 1
         } else {
             if !said.is_empty() {
-                entry.2 += 1;
+                entry.other += 1;
             }
-            if entry.3.len() < 3 {
-                entry.3.push(format!(
+            if entry.examples.len() < 3 {
+                entry.examples.push(format!(
                     "{label}: {}",
                     said.iter()
                         .map(|s| format!("{} [{}]", s.what, s.evidence))
@@ -231,7 +239,16 @@ fn rates() {
             }
         }
     }
-    for ((name, bare, machine), (count, good, other, examples)) in table {
+    for (
+        (name, bare, machine),
+        Tally {
+            count,
+            good,
+            other,
+            examples,
+        },
+    ) in table
+    {
         println!(
             "{name:16} {machine:10} {} {good}/{count}, else named {other}",
             if bare { "bare   " } else { "current" }
@@ -245,10 +262,10 @@ fn rates() {
 /// One log each of a rotary drive, a throttle and a slide, with and without an effect.
 fn some(first_seed: u64) -> Vec<(Case, Log)> {
     let all = cases::all(Extent::Quick, first_seed);
-    let kept: Vec<Case> = all.into_iter().step_by(29).collect();
+    let kept: Vec<Case> = all.into_iter().step_by(53).collect();
     kept.into_par_iter()
         .map(|case| {
-            let log = case.log_lasting(5.0);
+            let log = case.log_lasting(4.0);
             (case, log)
         })
         .collect()

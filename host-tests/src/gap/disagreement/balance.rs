@@ -1,10 +1,9 @@
 //! The balance of torques, or of voltages, as the log alone has it: how much of it follows the
 //! acceleration, the velocity, the direction …, whatever the machine file says.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::channels::{Channels, quantum};
-use super::limits::{AVERAGES, HEARD, LEAST_ROWS, MOST_NOISE, MOST_ROWS, SLOW, STANDARD_ERRORS};
+use super::limits::{AVERAGES, BOTH_WAYS, HEARD, MOST_NOISE, MOST_ROWS, SLOW};
+use super::regression::{mean_square, regress};
 use crate::gap::metrics::differentiate;
 use crate::gap::zero_phase::{BUTTERWORTH, filter};
 use crate::machine::{Coordinate, Machine};
@@ -88,10 +87,10 @@ struct Band {
 }
 
 /// A matrix with what it is to add up to.
-struct Rows {
-    follows: Vec<Follows>,
-    columns: Vec<Vec<f64>>,
-    sum: Vec<f64>,
+pub(super) struct Rows {
+    pub follows: Vec<Follows>,
+    pub columns: Vec<Vec<f64>>,
+    pub sum: Vec<f64>,
 }
 
 impl Balances {
@@ -126,8 +125,8 @@ impl Balances {
             &[Follows::Acceleration],
         );
         let losses = best(
-            &|bands| Some(motion_rows(bands, machine, with_current).of_losses()),
-            &[],
+            &|bands| motion_rows(bands, machine, with_current).of_losses(),
+            &[Follows::Losses],
         );
         motion.shares.extend(losses.share(Follows::Losses).copied());
         let winding = with_current.then(|| best(&|bands| Some(winding_rows(bands, machine)), &[]));
@@ -188,7 +187,9 @@ impl Balance {
                         ),
                         ..if clarity > best { share } else { old }
                     };
-                    self.shares[place] = if clarity.min(best) >= HEARD * clarity.max(best) {
+                    let heard = share.follows != Follows::Losses
+                        && clarity.min(best) >= HEARD * clarity.max(best);
+                    self.shares[place] = if heard {
                         both
                     } else if clarity > best {
                         share
@@ -204,10 +205,6 @@ impl Balance {
             }
         }
     }
-}
-
-fn mean_square(series: &[f64]) -> f64 {
-    series.iter().map(|value| value * value).sum::<f64>() / series.len().max(1) as f64
 }
 
 /// Variance that the sensor's noise has in the filtered acceleration: of white noise, between 0 and a tenth
@@ -273,22 +270,22 @@ fn band(log: &Channels, average: usize) -> Band {
 }
 
 impl Rows {
-    /// Without the velocity, so that the direction has all that takes work.
-    fn of_losses(mut self) -> Self {
-        if let Some(place) = self
-            .follows
-            .iter()
-            .position(|follows| *follows == Follows::Velocity)
-        {
-            self.follows.remove(place);
-            self.columns.remove(place);
+    /// Without the velocity, so that the direction has all that takes work. None of a motion that is one
+    /// way: there friction is a constant like another.
+    fn of_losses(mut self) -> Option<Self> {
+        let place =
+            |rows: &Self, wanted| rows.follows.iter().position(|follows| *follows == wanted);
+        let direction = place(&self, Follows::Direction)?;
+        let backward = self.columns[direction].iter().filter(|sign| **sign < 0.0);
+        let share = backward.count() as f64 / self.sum.len().max(1) as f64;
+        if share.min(1.0 - share) < BOTH_WAYS {
+            return None;
         }
-        for follows in &mut self.follows {
-            if *follows == Follows::Direction {
-                *follows = Follows::Losses;
-            }
-        }
-        self
+        self.follows[direction] = Follows::Losses;
+        let velocity = place(&self, Follows::Velocity)?;
+        self.follows.remove(velocity);
+        self.columns.remove(velocity);
+        Some(self)
     }
 
     /// Rows of all bands that are not skipped, thinned to [`MOST_ROWS`].
@@ -392,67 +389,4 @@ fn pair(bands: &[Band], follows: Follows, pick: impl Fn(&Band) -> (&Vec<f64>, &V
     Rows::new(bands, &[follows, Follows::Constant], row, |band, index| {
         pick(band).1[index]
     })
-}
-
-/// Least squares. Each coefficient has with it the share of what the others leave that it explains (the
-/// squared partial correlation), which is also how far the regression the other way round is from it.
-fn regress(rows: &Rows) -> Option<Vec<(Share, f64)>> {
-    let (count, unknowns) = (rows.sum.len(), rows.columns.len());
-    let level = mean_square(&rows.sum).sqrt();
-    if count < LEAST_ROWS || level == 0.0 {
-        return None;
-    }
-    let rms: Vec<f64> = rows
-        .columns
-        .iter()
-        .map(|column| mean_square(column).sqrt())
-        .collect();
-    let scaled = DMatrix::from_fn(count, unknowns, |row, column| {
-        if rms[column] > 0.0 {
-            rows.columns[column][row] / rms[column]
-        } else {
-            0.0
-        }
-    });
-    let sum = DVector::from_iterator(count, rows.sum.iter().map(|value| value / level));
-    // A hair on the diagonal keeps columns that are one another's copies apart, each undetermined.
-    let ridge = 1e-9 * count as f64;
-    let normal = scaled.tr_mul(&scaled) + DMatrix::identity(unknowns, unknowns) * ridge;
-    let inverse = normal.cholesky()?.inverse();
-    let solution = &inverse * scaled.tr_mul(&sum);
-    let left = &sum - &scaled * &solution;
-    let energy = left.norm_squared();
-    let lagged: f64 = left
-        .as_slice()
-        .windows(2)
-        .map(|pair| pair[0] * pair[1])
-        .sum();
-    let correlation = (lagged / energy.max(f64::MIN_POSITIVE)).clamp(0.0, 0.999);
-    let inflation = (1.0 + correlation) / (1.0 - correlation);
-    let freedom = (count - unknowns) as f64;
-    let variance = energy / freedom;
-    let shares = (0..unknowns).map(|place| {
-        let value = solution[place];
-        let plain = variance * inverse[(place, place)];
-        let ratio = value * value / plain.max(f64::MIN_POSITIVE);
-        let clarity = ratio / (ratio + freedom);
-        let error = STANDARD_ERRORS * (plain * inflation).sqrt();
-        let other = value / clarity.max(1e-12);
-        let scale = if rms[place] > 0.0 {
-            level / rms[place]
-        } else {
-            0.0
-        };
-        let interval = (
-            scale * (value.min(other) - error),
-            scale * (value.max(other) + error),
-        );
-        let share = Share {
-            follows: rows.follows[place],
-            interval,
-            rms: rms[place],
-        };
-        (share, clarity)
-    });
-    Some(shares.collect())
 }

@@ -28,9 +28,9 @@ pub const FLOOR: f64 = 0.2;
 /// first autocorrelation alone.
 pub const STANDARD_ERRORS: f64 = 3.0;
 
-/// What the declared reading costs, in nats, from which on it is not believed: e¹⁰ against one, some odds
-/// that a thousand logs with twenty numbers do not reach by chance.
-pub const IMPLAUSIBLE: f64 = 10.0;
+/// What the declared reading costs, in nats, from which on it is not believed: e⁷, a thousand to one. Of
+/// 504 logs that do belong to their machine (seeds from 8,400,000 on, every seventh) none cost 4.
+pub const IMPLAUSIBLE: f64 = 7.0;
 
 /// What another reading has to save, in nats, to be named: e⁵, the usual "very strong" (Kass and Raftery,
 /// "Bayes factors", 1995).
@@ -76,7 +76,7 @@ pub const IMPOSSIBLE: f64 = 3.0 * IMPLAUSIBLE;
 
 /// Most that the sensor's smallest step or the command may cost, nats: they choose among readings, and
 /// decide nothing by themselves (below [`IMPLAUSIBLE`] together).
-pub const HINT: f64 = 4.0;
+pub const HINT: f64 = 3.0;
 
 /// Most that a number may cost that is off by less than [`FAR_OFF`] beyond its tolerance while `[fit]`
 /// names it, or that declares a spring or a weight: such a guess was bad, and is no unit.
@@ -84,6 +84,13 @@ pub const BAD_GUESS: f64 = IMPLAUSIBLE / 4.0;
 
 /// Largest factor by which a number is off for its unit: g·mm² for kg·m², and [`FAR_OFF`] for a bad guess.
 pub const LARGEST_UNIT: f64 = 1e10;
+
+/// Share of the rows that have to be of either direction of motion for friction to be told from a constant.
+pub const BOTH_WAYS: f64 = 0.1;
+
+/// Share of the effective torque below which negative losses are no wrong sign. No effect of the catalogue
+/// gives off work but a load that comes and goes with the motion.
+pub const NO_LOSSES: f64 = 0.05;
 
 /// Share of the best band's squared partial correlation from which on another band is heard too: an effect
 /// that is missing shows in one band more than in another.
@@ -117,6 +124,9 @@ pub const INDUCTANCE_FACTOR: f64 = 3.0;
 /// Longest time constant L/R of a brushed DC winding, s: catalogues have 0.05 to 20 ms for motors of watts to
 /// kilowatts; an inductance in mH taken for H is beyond.
 pub const LONGEST_WINDING: f64 = 0.1;
+
+/// Shortest sampling period, s, that may be a number of milliseconds: that of 50 kHz.
+pub const SHORTEST_AS_MILLISECONDS: f64 = 0.02;
 
 /// Corrections that are tried one on top of another: a log may have more than one column in another unit.
 pub const MOST_CORRECTIONS: usize = 3;

@@ -14,6 +14,7 @@ mod channels;
 pub mod limits;
 mod measure;
 mod reading;
+mod regression;
 mod units;
 mod words;
 

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::balance::{Balances, Follows};
 use super::channels::{self, Channels, Column, largest};
+use super::limits::SHORTEST_AS_MILLISECONDS;
 use super::measure::{Clue, Subject, clues, total};
 use super::units::{self, Unit};
 use crate::machine::{Coordinate, Machine};
@@ -161,7 +162,9 @@ impl Reading {
                 &units::STROKES
             },
         );
-        all.extend(of(Column::Time, &units::TIMES));
+        if self.logs[0].period >= SHORTEST_AS_MILLISECONDS {
+            all.extend(of(Column::Time, &units::TIMES));
+        }
         let milli = |column, name, import| (Correction::Unit(column, name, import, 1e-3), 0.0);
         if self.machine.motor.is_some() {
             all.push(milli(Column::Input, "millivolts", "mV"));
