@@ -126,7 +126,7 @@ impl Balances {
         );
         let losses = best(
             &|bands| motion_rows(bands, machine, with_current).of_losses(),
-            &[Follows::Losses],
+            &[],
         );
         motion.shares.extend(losses.share(Follows::Losses).copied());
         let winding = with_current.then(|| best(&|bands| Some(winding_rows(bands, machine)), &[]));
@@ -187,8 +187,7 @@ impl Balance {
                         ),
                         ..if clarity > best { share } else { old }
                     };
-                    let heard = share.follows != Follows::Losses
-                        && clarity.min(best) >= HEARD * clarity.max(best);
+                    let heard = clarity.min(best) >= HEARD * clarity.max(best);
                     self.shares[place] = if heard {
                         both
                     } else if clarity > best {

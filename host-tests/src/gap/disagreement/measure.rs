@@ -6,7 +6,7 @@ use super::channels::{self, Channels, Wrap};
 use super::limits::{
     BAD_GUESS, BEYOND_STOPS, COMMAND_FACTOR, EXACT_DEVIATION, EXACT_FACTOR, FAR_OFF,
     FITTED_DEVIATION, FITTED_FACTOR, FLOOR, GLITCHES, HINT, IMPOSSIBLE, INDUCTANCE_FACTOR,
-    LONGEST_PERIOD, LONGEST_WINDING, NO_LOSSES, SHORTEST_PERIOD, STATED_DEVIATION, STATED_FACTOR,
+    LONGEST_PERIOD, LONGEST_WINDING, SHORTEST_PERIOD, STATED_DEVIATION, STATED_FACTOR,
 };
 use crate::machine::Machine;
 
@@ -199,7 +199,7 @@ fn weighed(clue: Clue, name: &str, machine: &Machine) -> Option<Clue> {
 /// What it costs that friction and back-EMF together drive the machine instead of braking it.
 fn losses(balance: &Balance) -> Option<Clue> {
     let share = balance.share(Follows::Losses)?;
-    let floor = NO_LOSSES * balance.rms;
+    let floor = FLOOR * balance.rms;
     let most = share.interval.1 * share.rms;
     if floor == 0.0 || most >= -floor {
         return None;

@@ -54,14 +54,17 @@ pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
             Vec::new()
         };
     }
+    // No unit is that far off: the number is none that a machine has, and its model says so.
+    if declared.clues.iter().any(|clue| clue.ratio > LARGEST_UNIT) {
+        return Vec::new();
+    }
     let (steps, best) = explain(&declared);
     if !steps.is_empty() {
         return words::corrections(&logs[0], &declared, &steps, &best);
     }
-    let is_unit = |ratio: f64| (1.0 / LARGEST_UNIT..LARGEST_UNIT).contains(&ratio);
     let unexplained = |clue: &&Clue| match clue.subject {
         Subject::Number(name) => {
-            name != "viscous" && is_unit(clue.ratio) && clue.excess > FAR_OFF.ln()
+            name != "viscous" && clue.ratio > 0.0 && clue.excess > FAR_OFF.ln()
         }
         _ => clue.cost >= IMPOSSIBLE,
     };
