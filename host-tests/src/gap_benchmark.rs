@@ -172,7 +172,7 @@ fn trace(case: &Case, machine: &Machine) -> Result<Traced, Failure> {
     let log = case.log();
     let train = [log];
     let started = Instant::now();
-    let found = engine::trace(machine, &train, || Ok(Vec::new()), |_| ())?;
+    let found = engine::trace(machine, &train, || Ok(Vec::new()), |_| ())?.found()?;
     let seconds = started.elapsed().as_secs_f64();
     let outcome = &found.report.outcome;
     let answer = Answer::of(outcome);

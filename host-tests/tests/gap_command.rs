@@ -145,6 +145,24 @@ impl Bench {
 
     /// Refused as a training log, and as a validation log.
     #[track_caller]
+    /// The verdict is that log and machine file disagree in one thing, with that remedy, and no physics.
+    fn disagrees(&self, logs: &[&str], what: &str, remedy: &str) {
+        let answer = self.answer(logs);
+        assert_eq!(answer["verdict"], "log_and_machine_disagree", "{answer}");
+        assert_eq!(answer["effects"].as_array().unwrap().len(), 0);
+        assert!(answer["unknown"].is_null());
+        let [found] = &answer["disagreement"].as_array().unwrap()[..] else {
+            panic!("{answer}");
+        };
+        assert_eq!(found["what"], what);
+        let said = found["remedy"].as_str().unwrap();
+        assert!(
+            said.starts_with("cargo hil import ") && said.contains(remedy),
+            "{said}"
+        );
+        assert!(!found["evidence"].as_str().unwrap().is_empty());
+    }
+
     fn refuses_log(&self, content: impl AsRef<[u8]>, line: Option<usize>, words: &[&str]) {
         self.write("bad.csv", content);
         let place = match line {
@@ -321,10 +339,17 @@ mod bad_logs {
         let bench = Bench::new();
         let stops = "[mechanics]\nlower_stop = -0.12\nupper_stop = 0.12";
         bench.write_machine("[mechanics]", stops);
-        bench.refuses_log(
-            edited(9, |row| with_field(row, 2, "40.0")),
-            None,
-            &["`position` is 40 at 0.007 s", "expected m"],
+        let rows = log().lines().map(|row| {
+            let position = row.split(',').nth(2).unwrap().parse::<f64>();
+            position.map_or(row.to_owned(), |metres| {
+                with_field(row, 2, &(1e3 * metres).to_string())
+            })
+        });
+        bench.write("mm.csv", rows.collect::<Vec<_>>().join("\n") + "\n");
+        bench.disagrees(
+            &["--train", "mm.csv"],
+            "position is in millimetres",
+            "--position position:mm",
         );
     }
 
@@ -336,8 +361,11 @@ mod bad_logs {
             .map(|(index, row)| with_field(row, 0, &index.to_string()))
             .collect();
         bench.write("ms.csv", format!("{HEADER}\n{}\n", rows.join("\n")));
-        let words = ["sampled every 1 s", "`time_s` in seconds"];
-        bench.refuses(&["--train", "ms.csv"], "ms.csv", &words);
+        bench.disagrees(
+            &["--train", "ms.csv"],
+            "time_s is in milliseconds",
+            "--time time_s:ms",
+        );
     }
 
     #[test]
@@ -368,8 +396,8 @@ mod bad_logs {
         bench.answer(&["--train", "right.csv"]);
         fs::remove_file(bench.path(JSON)).unwrap();
         bench.write("turned.csv", turned.join("\n") + "\n");
-        let words = ["`current_a` is against the voltage", "turn the sign"];
-        bench.refuses(&["--train", "turned.csv"], "turned.csv", &words);
+        let what = "current_a has the wrong sign";
+        bench.disagrees(&["--train", "turned.csv"], what, "--current current_a:A*-1");
     }
 
     #[test]

@@ -116,6 +116,7 @@ fn example() -> Report {
     let outcome = Outcome {
         machine: "slide".into(),
         verdict: Verdict::EffectsFound,
+        disagreement: Vec::new(),
         effects: vec![
             FoundEffect {
                 id: "asymmetric_viscous".into(),

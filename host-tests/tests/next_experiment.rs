@@ -120,6 +120,7 @@ impl Bench {
     fn next(&self, log: &Log) -> (Outcome, Option<NextExperiment>) {
         let train = std::slice::from_ref(log);
         let found = engine::trace(&self.declared, train, || Ok(Vec::new()), |_| ()).unwrap();
+        let found = found.found().unwrap();
         let next = experiment::next(&self.declared, train, &found).unwrap();
         (found.report.outcome, next)
     }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 
+use super::engine::Answer;
 use super::experiment::{self, NextExperiment};
 use super::{engine, report, table};
 use crate::error::InputError;
@@ -75,7 +76,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         || Ok(read_validate(&args.validate, &train)?),
         |message| progress.set_message(message.to_owned()),
     )
-    .and_then(|found| {
+    .and_then(|answer| {
+        let found = match answer {
+            Answer::Found(found) => found,
+            Answer::Disagree(report) => return Ok((*report, None)),
+        };
         let next = if args.experiment.is_some() || args.report.is_some() {
             progress.set_message("looking for the next experiment");
             experiment::next(&machine, &train, &found)?

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use super::answer::{Spread, candidate, fitted, found, unknown};
 use super::declared::{base_parameters, model};
+use super::disagreement;
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
 use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Resampled, Stages};
@@ -22,7 +23,7 @@ use super::series::Series;
 use super::whiteness::whiteness;
 use crate::error::InputError;
 use crate::failure::Failure;
-use crate::log::{Log, rounded};
+use crate::log::Log;
 use crate::machine::{Coordinate, Machine};
 use crate::vectors::Vectors;
 
@@ -125,6 +126,36 @@ pub struct Found {
     pub(super) looks: Vec<Consideration>,
 }
 
+/// What logs and machine file give.
+#[derive(Debug, Clone)]
+pub enum Answer {
+    /// They belong together: what a tracing found.
+    Found(Box<Found>),
+    /// They disagree: nothing was traced.
+    Disagree(Box<Report>),
+}
+
+impl Answer {
+    /// What the user is told.
+    pub fn into_report(self) -> Report {
+        match self {
+            Self::Found(found) => found.report,
+            Self::Disagree(report) => *report,
+        }
+    }
+
+    /// What was found.
+    ///
+    /// # Errors
+    /// Logs and machine file that disagree.
+    pub fn found(self) -> Result<Found, Failure> {
+        match self {
+            Self::Found(found) => Ok(*found),
+            Self::Disagree(report) => Err(disagreement::failure(&report)),
+        }
+    }
+}
+
 /// Traces the training logs, then opens the validation logs.
 ///
 /// `validate` is called once, when nothing is left to be chosen or fitted.
@@ -138,7 +169,7 @@ pub fn run(
     validate: impl FnOnce() -> Result<Vec<Log>, Failure>,
     progress: impl FnMut(&str),
 ) -> Result<Report, Failure> {
-    trace(machine, train, validate, progress).map(|found| found.report)
+    trace(machine, train, validate, progress).map(Answer::into_report)
 }
 
 /// As [`run`], with the model that was found.
@@ -150,7 +181,7 @@ pub fn trace(
     train: &[Log],
     validate: impl FnOnce() -> Result<Vec<Log>, Failure>,
     mut progress: impl FnMut(&str),
-) -> Result<Found, Failure> {
+) -> Result<Answer, Failure> {
     let started = Instant::now();
     let declared = model(machine)?;
     let base = base_parameters(machine);
@@ -161,7 +192,10 @@ pub fn trace(
         .collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
-    check_units(machine, train)?;
+    let disagree = |logs: &[Log]| disagreement::report(machine, &declared, train, logs, started);
+    if let Some(report) = disagree(train) {
+        return Ok(Answer::Disagree(Box::new(report)));
+    }
     let refused = |error: ParameterError| InputError::new(&machine.path, None, error.to_string());
     declared.build(period as f32).map_err(refused)?;
     let data = Data {
@@ -222,8 +256,10 @@ pub fn trace(
         (None, Vec::new())
     } else {
         same_period(&held_back, Some(period))?;
-        check_units(machine, &held_back)?;
         check_unseen(train, &held_back)?;
+        if let Some(report) = disagree(&held_back) {
+            return Ok(Answer::Disagree(Box::new(report)));
+        }
         let series: Vec<Series> = held_back
             .iter()
             .map(|log| Series::new(log, machine.motor.is_some()))
@@ -243,6 +279,7 @@ pub fn trace(
     let outcome = Outcome {
         machine: machine.name.clone(),
         verdict: trace.verdict(),
+        disagreement: Vec::new(),
         effects: found(&trace, &spread, &declared, rotary),
         unknown: unknown(&trace, &looks, rotary),
         fit: fitted(&trace, &spread, &declared, &options, rotary),
@@ -267,13 +304,13 @@ pub fn trace(
         train: train_evidence,
         validate: validate_evidence,
     };
-    Ok(Found {
+    Ok(Answer::Found(Box::new(Found {
         report,
         model: trace.after.model.clone(),
         settings: trace.settings,
         trace,
         looks,
-    })
+    })))
 }
 
 /// Windowed position error, rms, of a model that is refitted to the logs, cut and weighed as a tracing
@@ -388,74 +425,6 @@ fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
         }
     }
     Ok(period)
-}
-
-/// Strokes beyond a declared stop from which on a position is in another unit, not at a worn stop.
-const BEYOND_STOPS: f64 = 0.5;
-
-/// Longest sampling period, s: no drive shows what it does in fewer samples. Milliseconds taken for
-/// seconds are longer.
-const LONGEST_PERIOD: f64 = 0.1;
-
-/// Power factor under which a motor would feed its supply all the time.
-const FEEDS_SUPPLY: f64 = -0.5;
-
-/// Refuses what must be in another unit, or of the other sign.
-fn check_units(machine: &Machine, logs: &[Log]) -> Result<(), InputError> {
-    for log in logs {
-        if log.period_s > LONGEST_PERIOD {
-            let message = format!(
-                "sampled every {} s; expected at least ten samples a second, and `time_s` in seconds",
-                rounded(log.period_s, 9)
-            );
-            return Err(InputError::new(&log.path, None, message));
-        }
-        if machine.motor.is_some()
-            && let Some(current) = &log.current
-            && power_factor(&log.input, current) * machine.gain.signum() < FEEDS_SUPPLY
-        {
-            let message = "`current_a` is against the voltage all the time, as if the motor fed its \
-                           supply; expected both positive for a torque forwards: turn the sign of \
-                           one of them, or of `gain`";
-            return Err(InputError::new(&log.path, None, message));
-        }
-    }
-    check_places(machine, logs)
-}
-
-/// Mean power over the product of the effective values, −1 to 1; 0 where one of them is nothing.
-fn power_factor(voltage: &[f64], current: &[f64]) -> f64 {
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let squares = product(voltage, voltage) * product(current, current);
-    if squares > 0.0 {
-        product(voltage, current) / squares.sqrt()
-    } else {
-        0.0
-    }
-}
-
-/// Refuses positions far beyond declared stops.
-fn check_places(machine: &Machine, logs: &[Log]) -> Result<(), InputError> {
-    let (Some(lower), Some(upper)) = (machine.mechanics.lower_stop, machine.mechanics.upper_stop)
-    else {
-        return Ok(());
-    };
-    let slack = BEYOND_STOPS * (upper - lower);
-    for log in logs {
-        let beyond = |position: &f64| *position < lower - slack || *position > upper + slack;
-        if let Some(sample) = log.position.iter().position(beyond) {
-            let message = format!(
-                "`position` is {} at {} s, far beyond the stops at {lower} and {upper} of {}; expected \
-                 {}, and the stops where they are",
-                log.position[sample],
-                rounded(log.time_s(sample), 9),
-                machine.path.display(),
-                machine.coordinate.unit(),
-            );
-            return Err(InputError::new(&log.path, None, message));
-        }
-    }
-    Ok(())
 }
 
 /// Refuses a validation log that was trained on.

@@ -5,6 +5,7 @@ pub mod catalogue;
 pub mod command;
 pub mod component;
 pub mod declared;
+pub mod disagreement;
 pub mod engine;
 mod evidence;
 pub mod experiment;

@@ -4,6 +4,7 @@ use model_core::gap::verdict::Verdict;
 use serde::{Serialize, Serializer};
 
 use super::component::Component;
+use super::disagreement::Disagreement;
 use super::experiment::NextExperiment;
 use crate::log::Log;
 use crate::log::resample::Resampling;
@@ -16,6 +17,9 @@ pub struct Outcome {
     /// What the tracing concludes.
     #[serde(serialize_with = "name")]
     pub verdict: Verdict,
+    /// In what logs and machine file disagree; nothing was traced then.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub disagreement: Vec<Disagreement>,
     /// The effects that were accepted, in the order in which they were.
     pub effects: Vec<FoundEffect>,
     /// Which variable carries a structure that the catalogue does not explain.

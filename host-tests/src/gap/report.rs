@@ -36,6 +36,11 @@ pub fn write(report: &Report, directory: &Path) -> io::Result<()> {
 fn page(report: &Report) -> io::Result<String> {
     let outcome = &report.outcome;
     let mut body = header(report);
+    if outcome.verdict == Verdict::LogAndMachineDisagree {
+        body += &disagreement(outcome);
+        let title = format!("{}: log and machine file disagree", outcome.machine);
+        return Ok(page::page(&title, &body, &[cost(outcome)]));
+    }
     body += &errors(report);
     body += &effects(report)?;
     body += &experiment::section(report)?;
@@ -102,6 +107,20 @@ fn header(report: &Report) -> String {
     text += &figure("Torque residual", None, |e| e.torque_rel);
     text += &figure("Free run rms", Some(&report.coordinate), |e| e.free_run_rms);
     text + "</ul>\n</header>\n"
+}
+
+fn disagreement(outcome: &Outcome) -> String {
+    let mut text = String::from("<section>\n<h2>What does not fit</h2>\n");
+    for found in &outcome.disagreement {
+        let _ = write!(
+            text,
+            "<article class=\"unknown\">\n<h3>{}</h3>\n<p>{}.</p>\n<p><code>{}</code></p>\n</article>\n",
+            escape(&found.what),
+            escape(&capitalised(&found.evidence)),
+            escape(&found.remedy),
+        );
+    }
+    text + "</section>\n"
 }
 
 fn errors(report: &Report) -> String {

@@ -50,6 +50,10 @@ pub fn render(report: &Report, colour: bool) -> String {
     for log in &outcome.resampled {
         page.wrapped(&resampled_line(log, &report.coordinate), 0, Style::Warning);
     }
+    if outcome.verdict == Verdict::LogAndMachineDisagree {
+        disagreement(&mut page, outcome);
+        return page.text;
+    }
     errors(&mut page, &outcome.errors, &report.coordinate);
     effects(&mut page, outcome);
     experiment(&mut page, report);
@@ -80,6 +84,23 @@ impl Headline {
     }
 }
 
+/// What logs and machine file disagree in. A remedy is to be copied, and so is not broken into lines.
+fn disagreement(page: &mut Page, outcome: &Outcome) {
+    for found in &outcome.disagreement {
+        page.line("", Style::Plain);
+        page.wrapped(&format!("{}.", printable(&found.what)), 0, Style::Strong);
+        page.wrapped(
+            &format!("Evidence: {}.", printable(&found.evidence)),
+            2,
+            Style::Plain,
+        );
+        page.line(
+            &format!("  Remedy: {}", printable(&found.remedy)),
+            Style::Plain,
+        );
+    }
+}
+
 fn finding(outcome: &Outcome) -> String {
     let ids: Vec<&str> = outcome.effects.iter().map(|e| e.id.as_str()).collect();
     let known = match ids.len() {
@@ -98,6 +119,9 @@ fn finding(outcome: &Outcome) -> String {
         ""
     };
     match (outcome.verdict, &outcome.unknown) {
+        (Verdict::LogAndMachineDisagree, _) => {
+            "the log and the machine file do not belong together.".to_owned()
+        }
         (Verdict::NoMissingEffect, _) => match wrong {
             Some(wrong) => format!("no effect is missing{shown}, but {wrong}."),
             None => format!("no effect is missing{shown}."),
@@ -128,6 +152,9 @@ fn finding(outcome: &Outcome) -> String {
 }
 
 fn evidence(report: &Report) -> String {
+    if report.outcome.verdict == Verdict::LogAndMachineDisagree {
+        return "Nothing was traced: with such files any effect would be an artefact.".to_owned();
+    }
     let errors = &report.outcome.errors;
     let (stages, logs, count, caveat) = match &errors.validate {
         Some(validate) => (validate, "validation", report.validate.len(), ""),
@@ -227,7 +254,10 @@ fn movement(scale: &Scale, before: f64, after: f64, suffix: &str) -> String {
 
 /// Whether the model after the tracing differs from the one before.
 pub(super) fn is_extended(outcome: &Outcome) -> bool {
-    outcome.verdict != Verdict::NoMissingEffect || outcome.freed().next().is_some()
+    matches!(
+        outcome.verdict,
+        Verdict::EffectsFound | Verdict::UnknownEffect
+    ) || outcome.freed().next().is_some()
 }
 
 /// One kind of error, in one unit, on both sets of logs.

@@ -116,7 +116,7 @@ pub fn models(logs: &stand::Logs, directory: &Path) -> Result<Models, Failure> {
     };
     let began = Instant::now();
     let train = [logs.slow.clone(), logs.fast.clone()];
-    let found = engine::trace(&machine, &train, || Ok(Vec::new()), |_| ())?;
+    let found = engine::trace(&machine, &train, || Ok(Vec::new()), |_| ())?.found()?;
     let extended = engine::refit(&machine, &train, &found.model, &REFIT_S)?;
     Ok(Models {
         identified,

@@ -114,6 +114,8 @@ pub enum Verdict {
     EffectsFound,
     /// The residual is structured and no effect of the catalogue explains it.
     UnknownEffect,
+    /// Signs, units, wrapping or a column of the log are not those of the machine: nothing is traced.
+    LogAndMachineDisagree,
 }
 
 impl Verdict {
@@ -123,6 +125,7 @@ impl Verdict {
             Self::NoMissingEffect => "no_missing_effect",
             Self::EffectsFound => "effects_found",
             Self::UnknownEffect => "unknown_effect",
+            Self::LogAndMachineDisagree => "log_and_machine_disagree",
         }
     }
 }

@@ -1,0 +1,120 @@
+//! The answer where logs and machine file disagree: no physics, and the errors of the declared model.
+
+use std::time::Instant;
+
+use model_core::gap::log::Log as CoreLog;
+use model_core::gap::model::Model;
+use model_core::gap::replay::{Data, Settings};
+use model_core::gap::verdict::Verdict;
+
+use super::limits::LONGEST_PERIOD;
+use super::look;
+use crate::failure::Failure;
+use crate::gap::engine::AllCores;
+use crate::gap::metrics;
+use crate::gap::outcome::{
+    Correlations, Cost, ErrorSet, Errors, Outcome, Report, Stages, Whiteness,
+};
+use crate::gap::series::Series;
+use crate::log::Log;
+use crate::machine::Machine;
+
+/// The answer if these logs, of which the training logs are the first to be looked at, disagree with the
+/// machine file.
+pub(in crate::gap) fn report(
+    machine: &Machine,
+    declared: &Model,
+    train: &[Log],
+    logs: &[Log],
+    started: Instant,
+) -> Option<Report> {
+    let disagreement = look(machine, logs);
+    if disagreement.is_empty() {
+        return None;
+    }
+    let errors = declared_errors(machine, declared, train);
+    let stages = Stages {
+        declared: errors.clone(),
+        before: errors.clone(),
+        after: errors,
+    };
+    let nothing = f64::NAN;
+    let outcome = Outcome {
+        machine: machine.name.clone(),
+        verdict: Verdict::LogAndMachineDisagree,
+        disagreement,
+        effects: Vec::new(),
+        unknown: None,
+        fit: Vec::new(),
+        errors: Errors {
+            train: stages,
+            validate: None,
+        },
+        candidates: Vec::new(),
+        next_experiment: None,
+        whiteness: Whiteness {
+            ljung_box: nothing,
+            lags: 0,
+            p_value: nothing,
+            correlations: Correlations {
+                input: nothing,
+                velocity: nothing,
+                direction: nothing,
+                input_squared: nothing,
+            },
+        },
+        cost: Cost {
+            seconds: started.elapsed().as_secs_f64(),
+            simulations: 0,
+            samples: train.iter().map(Log::samples).sum(),
+        },
+    };
+    Some(Report {
+        outcome,
+        coordinate: machine.coordinate.unit().to_owned(),
+        load_unit: machine.coordinate.load_unit().to_owned(),
+        train: Vec::new(),
+        validate: Vec::new(),
+    })
+}
+
+/// What those say who can do nothing with such files.
+pub(in crate::gap) fn failure(report: &Report) -> Failure {
+    let whats = report
+        .outcome
+        .disagreement
+        .iter()
+        .map(|found| found.what.as_str());
+    let whats: Vec<&str> = whats.collect();
+    Failure::other(format!(
+        "the log and the machine file do not belong together: {}",
+        whats.join("; ")
+    ))
+}
+
+/// Errors of the machine file as it stands; no numbers where it cannot be replayed.
+fn declared_errors(machine: &Machine, declared: &Model, train: &[Log]) -> ErrorSet {
+    let series: Vec<Series> = train
+        .iter()
+        .map(|log| Series::new(log, machine.motor.is_some()))
+        .collect();
+    let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
+    let period = train[0].period_s;
+    let settings = Settings::new(period as f32, machine.resolution.unwrap_or(0.0) as f32);
+    let data = Data {
+        logs: &logs,
+        settings,
+    };
+    let replayed = (period <= LONGEST_PERIOD && data.windows() > 0)
+        .then(|| metrics::errors(&data, &AllCores, declared).ok())
+        .flatten();
+    replayed.unwrap_or(ErrorSet {
+        window_s: f64::NAN,
+        position_rms: f64::NAN,
+        position_max: f64::NAN,
+        position_nrmse: f64::NAN,
+        current_rms: None,
+        torque_rel: f64::NAN,
+        free_run_rms: f64::NAN,
+    })
+}

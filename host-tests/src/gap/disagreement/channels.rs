@@ -1,0 +1,221 @@
+//! The columns of a log as one reading of it has them, and what can be seen in them without a machine.
+
+use super::limits::STEP_OF_A_WRAP;
+use super::units;
+use crate::log::Log;
+
+/// The columns of one log that a reading may change.
+#[derive(Debug, Clone)]
+pub struct Channels {
+    /// Sampling period, s.
+    pub period: f64,
+    /// What the drive was told.
+    pub input: Vec<f64>,
+    /// Position, rad or m.
+    pub position: Vec<f64>,
+    /// Position asked for.
+    pub command: Option<Vec<f64>>,
+    /// Current, A.
+    pub current: Option<Vec<f64>>,
+    /// Velocity.
+    pub velocity: Option<Vec<f64>>,
+    /// Friction of a brake.
+    pub brake: Option<Vec<f64>>,
+}
+
+/// A column that a reading may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Column {
+    /// `time_s`
+    Time,
+    /// `input`
+    Input,
+    /// `position`
+    Position,
+    /// `current_a`
+    Current,
+    /// `velocity`
+    Velocity,
+    /// `command`
+    Command,
+}
+
+impl Column {
+    /// Its name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Time => "time_s",
+            Self::Input => "input",
+            Self::Position => "position",
+            Self::Current => "current_a",
+            Self::Velocity => "velocity",
+            Self::Command => "command",
+        }
+    }
+}
+
+impl Channels {
+    /// The log as it stands.
+    pub fn of(log: &Log) -> Self {
+        Self {
+            period: log.period_s,
+            input: log.input.clone(),
+            position: log.position.clone(),
+            command: log.command.clone(),
+            current: log.current.clone(),
+            velocity: log.velocity.clone(),
+            brake: log.brake.clone(),
+        }
+    }
+
+    /// A column's values; of the time there are none.
+    pub fn column(&self, column: Column) -> Option<&[f64]> {
+        match column {
+            Column::Time => None,
+            Column::Input => Some(&self.input),
+            Column::Position => Some(&self.position),
+            Column::Current => self.current.as_deref(),
+            Column::Velocity => self.velocity.as_deref(),
+            Column::Command => self.command.as_deref(),
+        }
+    }
+
+    fn column_mut(&mut self, column: Column) -> Option<&mut Vec<f64>> {
+        match column {
+            Column::Time => None,
+            Column::Input => Some(&mut self.input),
+            Column::Position => Some(&mut self.position),
+            Column::Current => self.current.as_mut(),
+            Column::Velocity => self.velocity.as_mut(),
+            Column::Command => self.command.as_mut(),
+        }
+    }
+
+    /// Multiplies a column.
+    pub fn scale(&mut self, column: Column, factor: f64) {
+        if column == Column::Time {
+            self.period *= factor;
+        }
+        if let Some(values) = self.column_mut(column) {
+            for value in values {
+                *value *= factor;
+            }
+        }
+    }
+
+    /// Exchanges two columns; nothing happens where one of them is not there.
+    pub fn swap(&mut self, one: Column, other: Column) {
+        let (Some(first), Some(second)) = (self.column(one), self.column(other)) else {
+            return;
+        };
+        let (first, second) = (first.to_vec(), second.to_vec());
+        if let Some(values) = self.column_mut(one) {
+            *values = second;
+        }
+        if let Some(values) = self.column_mut(other) {
+            *values = first;
+        }
+    }
+
+    /// Takes the jumps of a turn out of the position.
+    pub fn unwrap_position(&mut self, turn: f64) {
+        let mut turns = 0.0;
+        let mut last = self.position[0];
+        for value in &mut self.position {
+            let measured = *value;
+            turns -= ((measured - last) / turn).round();
+            last = measured;
+            *value = measured + turns * turn;
+        }
+    }
+}
+
+/// Largest size of a column's values.
+pub fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+/// What a position that starts again after a turn shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wrap {
+    /// The length of a turn.
+    pub turn: f64,
+    /// Jumps in all logs.
+    pub jumps: usize,
+    /// Largest step that is no jump.
+    pub step: f64,
+}
+
+/// Jumps of a turn: there are steps of the size of the whole range, and none between them and the steps
+/// of the motion.
+pub fn wrap(logs: &[Channels]) -> Option<Wrap> {
+    let positions = || logs.iter().flat_map(|log| &log.position);
+    let low = positions().copied().fold(f64::INFINITY, f64::min);
+    let high = positions().copied().fold(f64::NEG_INFINITY, f64::max);
+    let range = high - low;
+    let steps: Vec<f64> = logs
+        .iter()
+        .flat_map(|log| {
+            log.position
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]).abs())
+        })
+        .collect();
+    let mut jumps: Vec<f64> = steps
+        .iter()
+        .copied()
+        .filter(|step| *step > 0.5 * range)
+        .collect();
+    if jumps.is_empty() || range == 0.0 {
+        return None;
+    }
+    jumps.sort_by(f64::total_cmp);
+    let most = jumps[jumps.len() - 1];
+    let motion = steps.iter().copied().filter(|step| *step <= 0.5 * range);
+    let step = motion.fold(0.0, f64::max);
+    // A jump is a turn less one step of the motion, so that it never comes to more than a turn; and the
+    // range is less than a turn, but hardly.
+    let moved = step > 0.0 && step < STEP_OF_A_WRAP * most;
+    if !moved || jumps[0] < most - 2.0 * step || most < (1.0 - STEP_OF_A_WRAP) * range {
+        return None;
+    }
+    let is_near = |turn: &f64| *turn >= range - 1e-9 * range && *turn <= most + 2.0 * step;
+    let known = units::wraps().filter(is_near);
+    let turn = known.min_by(|a, b| (a - most).abs().total_cmp(&(b - most).abs()));
+    Some(Wrap {
+        turn: turn.unwrap_or(most + 0.5 * step),
+        jumps: jumps.len(),
+        step,
+    })
+}
+
+/// The smallest step of the position sensor, where the log is made of such steps.
+pub fn quantum(logs: &[Channels]) -> Option<f64> {
+    let steps = || {
+        logs.iter().flat_map(|log| {
+            log.position
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]).abs())
+        })
+    };
+    let largest = steps().fold(0.0, f64::max);
+    let apart = |step: &f64| *step > 1e-7 * largest;
+    let smallest = steps().filter(apart).fold(f64::INFINITY, f64::min);
+    let (mut whole, mut count) = (0, 0);
+    for step in steps().filter(apart) {
+        let counts = step / smallest;
+        // Beyond twenty, printed digits and the unit's own rounding blur what is left over.
+        if counts < 20.0 {
+            count += 1;
+            whole += usize::from((counts - counts.round()).abs() < 0.05);
+        }
+    }
+    (count >= 20 && whole as f64 >= 0.95 * f64::from(count)).then_some(smallest)
+}
+
+/// Whether every position is a whole number, and some are not zero.
+pub fn are_counts(logs: &[Channels]) -> bool {
+    let mut positions = logs.iter().flat_map(|log| &log.position);
+    let moved = logs.iter().any(|log| largest(&log.position) >= 10.0);
+    moved && positions.all(|position| position.fract() == 0.0)
+}

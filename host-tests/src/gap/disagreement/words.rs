@@ -1,0 +1,362 @@
+//! A disagreement in words: what, the evidence, and a remedy to copy.
+
+use std::f64::consts::TAU;
+
+use super::Disagreement;
+use super::channels::Column;
+use super::limits::LONGEST_PERIOD;
+use super::measure::{Clue, Subject};
+use super::reading::{Correction, Reading};
+use crate::log::{Log, rounded};
+use crate::machine::{Machine, PARAMETERS};
+use crate::quantity::significant;
+
+/// What the corrections say, one entry each. The remedy of a log is one command for all of them.
+pub(super) fn corrections(
+    log: &Log,
+    declared: &Reading,
+    steps: &[Vec<Reading>],
+    best: &Reading,
+) -> Vec<Disagreement> {
+    let mut before = declared;
+    let mut all = Vec::new();
+    for (step, alike) in steps.iter().enumerate() {
+        let last = |reading: &Reading| reading.corrections[step];
+        let mut whats: Vec<String> = Vec::new();
+        let mut remedies: Vec<String> = Vec::new();
+        for reading in alike {
+            let correction = last(reading);
+            let said = what(declared, correction);
+            if whats.contains(&said) {
+                continue;
+            }
+            // What is done about the others stays as it is in the best reading.
+            let mut chosen = best.corrections.clone();
+            chosen[step] = correction;
+            remedies.push(match correction {
+                Correction::Number(name, _, value) => line(&declared.machine, name, value),
+                _ => command(log, declared, &chosen),
+            });
+            whats.push(said);
+        }
+        remedies.dedup();
+        all.push(Disagreement {
+            what: whats.join(", or "),
+            evidence: evidence(before, &alike[0]),
+            remedy: remedies.join(", or: "),
+        });
+        before = &alike[0];
+    }
+    all
+}
+
+/// What is off though no unit explains it.
+pub(super) fn unexplained(machine: &Machine, log: &Log, clue: &Clue) -> Disagreement {
+    let what = match clue.subject {
+        Subject::Number(name) => {
+            format!(
+                "the {} that the log asks for is {} the declared one",
+                spoken(name),
+                times(clue.ratio)
+            )
+        }
+        Subject::Period(_) => "the sampling is too slow".to_owned(),
+        Subject::Winding(_) => "inductance or resistance is not that of a motor".to_owned(),
+        _ => "position is far beyond the declared stops".to_owned(),
+    };
+    let remedy = match clue.subject {
+        Subject::Number(name) => {
+            let value = machine.parameter(name).unwrap_or(0.0) * clue.ratio;
+            format!(
+                "{}, if that is what it is, or check the columns of {}",
+                line(machine, name, value),
+                log.path.display()
+            )
+        }
+        Subject::Period(_) => slower(log),
+        Subject::Winding(_) => line(
+            machine,
+            "inductance",
+            1e-3 * machine.parameter("inductance").unwrap_or(0.0),
+        ),
+        _ => format!(
+            "in {}: set `lower_stop` and `upper_stop` to where the stops are, in the coordinate of the log",
+            machine.path.display()
+        ),
+    };
+    Disagreement {
+        what,
+        evidence: sentence(clue),
+        remedy,
+    }
+}
+
+/// A motion that the samples do not show.
+pub(super) fn too_slow(log: &Log, samples: f64) -> Disagreement {
+    Disagreement {
+        what: "the sampling is too slow for the motion".to_owned(),
+        evidence: format!(
+            "sampled every {} s, the speed has changed from one sample to the next as that of a sine with \
+             fewer than {samples} samples a period",
+            rounded(log.period_s, 6)
+        ),
+        remedy: slower(log),
+    }
+}
+
+fn slower(log: &Log) -> String {
+    format!(
+        "record {} again at least ten times as fast ({} Hz), or move the machine more slowly",
+        log.path.display(),
+        significant((10.0 / log.period_s).max(10.0 / LONGEST_PERIOD), 2)
+    )
+}
+
+fn what(declared: &Reading, correction: Correction) -> String {
+    let coordinate = declared.machine.coordinate.unit();
+    match correction {
+        Correction::Unit(column, unit, ..) => format!("{} is in {unit}", column.name()),
+        Correction::Counts(size) => format!(
+            "position is in counts of the sensor, of {} {coordinate} each",
+            significant(size, 4)
+        ),
+        Correction::Duty(true, volts) => {
+            format!("input is in per cent of a supply of about {volts} V, not in volts")
+        }
+        Correction::Duty(false, volts) => {
+            format!("input is the duty, a share of a supply of about {volts} V, not in volts")
+        }
+        Correction::Geared(ratio) => format!(
+            "velocity is that of the other side of a gear of about {}",
+            significant(ratio.abs().max(1.0 / ratio.abs()), 3)
+        ),
+        Correction::Negative(column) => format!("{} has the wrong sign", column.name()),
+        Correction::Swapped(one, other) => {
+            format!("{} and {} are swapped", one.name(), other.name())
+        }
+        Correction::Wrapped(turn) => format!(
+            "position is wrapped: it starts again after {}",
+            significant(turn, 6)
+        ),
+        Correction::Number(name, unit, _) => {
+            let expected = declared
+                .machine
+                .coordinate
+                .parameter_unit(name)
+                .unwrap_or("");
+            format!("{name} is declared in {unit}, not in {expected}")
+        }
+    }
+}
+
+/// What speaks against the reading before, and what the correction leaves of it.
+fn evidence(before: &Reading, after: &Reading) -> String {
+    let is_mended = |clue: &&Clue| {
+        let same = |left: &&Clue| {
+            std::mem::discriminant(&left.subject) == std::mem::discriminant(&clue.subject)
+                && match (left.subject, clue.subject) {
+                    (Subject::Number(one), Subject::Number(other)) => one == other,
+                    _ => true,
+                }
+        };
+        let left = after.clues.iter().find(same).map_or(0.0, |left| left.cost);
+        left < 0.5 * clue.cost
+    };
+    let mended: Vec<String> = before
+        .clues
+        .iter()
+        .filter(is_mended)
+        .take(3)
+        .map(sentence)
+        .collect();
+    let rest = if after.cost < super::IMPLAUSIBLE {
+        "; corrected, the log and the declared numbers agree"
+    } else {
+        ""
+    };
+    format!("{}{rest}", mended.join("; "))
+}
+
+fn sentence(clue: &Clue) -> String {
+    match clue.subject {
+        Subject::Number(name) if clue.ratio < 0.0 => {
+            format!("as declared, the log asks for a negative {}", spoken(name))
+        }
+        Subject::Number(name) => {
+            format!(
+                "as declared, the log asks for {} the {} of the machine file",
+                times(clue.ratio),
+                spoken(name)
+            )
+        }
+        Subject::Losses => {
+            "as declared, friction would drive the machine instead of braking it".to_owned()
+        }
+        Subject::Velocity => format!(
+            "`velocity` is {} the rate at which `position` changes",
+            times(clue.ratio)
+        ),
+        Subject::Command => format!("`position` follows {} `command`", times(clue.ratio)),
+        Subject::Resolution(step, declared) => format!(
+            "the smallest step of `position` is {}, the declared resolution {}",
+            significant(step, 3),
+            significant(declared, 3)
+        ),
+        Subject::Stops(farthest) => {
+            format!(
+                "`position` reaches {}, far beyond the declared stops",
+                significant(farthest, 4)
+            )
+        }
+        Subject::Wrap(wrap) => format!(
+            "`position` jumps by about {} {} from one sample to the next, and else never by more than {}",
+            significant(wrap.turn, 4),
+            match wrap.jumps {
+                1 => "once".to_owned(),
+                jumps => format!("{jumps} times"),
+            },
+            significant(wrap.step, 2)
+        ),
+        Subject::Winding(constant) => format!(
+            "the declared winding takes inductance / resistance = {} s to follow a voltage, where motors take milliseconds",
+            significant(constant, 2)
+        ),
+        Subject::Period(period) => format!(
+            "sampled every {} s, where a drive is sampled at least every {LONGEST_PERIOD} s",
+            rounded(period, 6)
+        ),
+    }
+}
+
+/// `12 times` or `1/12 of`.
+fn times(ratio: f64) -> String {
+    if ratio.abs() >= 1.0 {
+        format!("{} times", significant(ratio, 2))
+    } else if ratio < 0.0 {
+        format!("-1/{} of", significant(-1.0 / ratio, 2))
+    } else {
+        format!("1/{} of", significant(1.0 / ratio, 2))
+    }
+}
+
+fn spoken(name: &str) -> String {
+    match name {
+        "coulomb" => "Coulomb friction".to_owned(),
+        "viscous" => "viscous friction".to_owned(),
+        _ => name.replace('_', " "),
+    }
+}
+
+/// The line of the machine file to change.
+fn line(machine: &Machine, name: &str, value: f64) -> String {
+    let section = PARAMETERS
+        .iter()
+        .find(|known| known.name == name)
+        .map_or("", |known| known.section);
+    format!(
+        "in {}, [{section}]: {name} = {:e}",
+        machine.path.display(),
+        rounded(value, 3)
+    )
+}
+
+/// The import that mends a log.
+fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String {
+    let voltage = declared.machine.motor.is_some();
+    let shown = log.path.display().to_string();
+    let stem = shown.strip_suffix(".csv").unwrap_or(&shown).to_owned();
+    let mut text = format!("cargo hil import {}", quoted(&shown));
+    let columns = [
+        (Column::Time, "--time", "s"),
+        (
+            Column::Position,
+            "--position",
+            declared.machine.coordinate.unit(),
+        ),
+        (Column::Input, "--input", if voltage { "V" } else { "" }),
+        (Column::Current, "--current", "A"),
+        (
+            Column::Velocity,
+            "--velocity",
+            if declared.machine.coordinate.unit() == "rad" {
+                "rad/s"
+            } else {
+                "m/s"
+            },
+        ),
+        (
+            Column::Command,
+            "--command",
+            declared.machine.coordinate.unit(),
+        ),
+    ];
+    for (column, flag, unit) in columns {
+        let has =
+            column == Column::Time || declared.logs.iter().all(|log| log.column(column).is_some());
+        if has {
+            text += &format!(
+                " {flag} {}",
+                source(column, unit, corrections, declared.machine.gain)
+            );
+        }
+    }
+    if corrections
+        .iter()
+        .any(|correction| matches!(correction, Correction::Wrapped(_)))
+    {
+        text += " --unwrap";
+    }
+    format!("{text} --out {}", quoted(&format!("{stem}-corrected.csv")))
+}
+
+/// A column of the new log as `cargo hil import` takes it: name, unit, factor.
+fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> String {
+    let (mut name, mut unit, mut factor) = (column.name(), unit, 1.0);
+    for correction in corrections {
+        match *correction {
+            Correction::Unit(changed, _, import, size) if changed == column => {
+                if import.is_empty() {
+                    factor *= size;
+                } else {
+                    unit = import;
+                }
+            }
+            Correction::Counts(size) if column == Column::Position => factor *= size,
+            Correction::Duty(percent, volts) if column == Column::Input => {
+                unit = if percent { "%" } else { "" };
+                factor *= volts / gain.abs();
+            }
+            Correction::Geared(ratio) if column == Column::Velocity => factor /= ratio,
+            Correction::Negative(changed) if changed == column => factor = -factor,
+            Correction::Swapped(one, other) if one == column => name = other.name(),
+            Correction::Swapped(one, other) if other == column => name = one.name(),
+            Correction::Wrapped(turn) if column == Column::Position && unit != "deg" => {
+                // A turn says by itself what the unit is.
+                if (turn - 360.0).abs() < 1e-6 {
+                    unit = "deg";
+                } else if (turn - TAU).abs() < 1e-6 {
+                    unit = "rad";
+                }
+            }
+            _ => {}
+        }
+    }
+    let unit = if unit.is_empty() {
+        String::new()
+    } else {
+        format!(":{unit}")
+    };
+    if factor == 1.0 {
+        format!("{name}{unit}")
+    } else {
+        format!("{name}{unit}*{}", rounded(factor, 6))
+    }
+}
+
+fn quoted(path: &str) -> String {
+    if path.contains(' ') {
+        format!("\"{path}\"")
+    } else {
+        path.to_owned()
+    }
+}

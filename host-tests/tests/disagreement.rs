@@ -1,0 +1,312 @@
+//! Whether a log and a machine file belong together is said before anything is traced.
+
+use host_tests::gap::disagreement::{cost, look};
+use host_tests::gap_benchmark::cases::{self, Case, Extent};
+use host_tests::log::Log;
+use host_tests::machine::Machine;
+use rayon::prelude::*;
+use rig::Random;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::path::Path;
+
+fn declared(rig: &rig::Machine) -> Machine {
+    Machine::of_bytes(Path::new("machine.toml"), rig.to_toml().into_bytes()).unwrap()
+}
+
+/// Numbers in `[fit]` off by up to three either way.
+fn misdeclared(mut machine: Machine, seed: u64) -> Machine {
+    let mut random = Random::new(seed);
+    let mut off = || 3.0_f64.powf(2.0 * random.uniform() - 1.0);
+    machine.mechanics.inertia *= off();
+    machine.mechanics.viscous *= off();
+    let friction = off();
+    machine.friction.coulomb *= friction;
+    machine.friction.r#static *= friction;
+    machine
+}
+
+type Spoil = fn(&mut Log, &mut Machine);
+
+fn scale(values: &mut [f64], factor: f64) {
+    values.iter_mut().for_each(|value| *value *= factor);
+}
+
+fn wrap(values: &mut [f64], turn: f64) {
+    values
+        .iter_mut()
+        .for_each(|value| *value = value.rem_euclid(turn));
+}
+
+const FAULTS: [(&str, &str, Spoil); 22] = [
+    (
+        "degrees",
+        "position is in degrees|position is in millimetres|position is in centimetres",
+        |log, _| scale(&mut log.position, 360.0 / TAU),
+    ),
+    ("revolutions", "position is in revolutions", |log, _| {
+        scale(&mut log.position, 1.0 / TAU)
+    }),
+    (
+        "millimetres",
+        "position is in millim|position is in millir",
+        |log, _| scale(&mut log.position, 1e3),
+    ),
+    ("counts", "position is in counts", |log, machine| {
+        let size = machine.resolution.unwrap();
+        log.position
+            .iter_mut()
+            .for_each(|value| *value = (*value / size).round());
+    }),
+    ("position sign", "position has the wrong sign", |log, _| {
+        scale(&mut log.position, -1.0)
+    }),
+    ("input sign", "input has the wrong sign", |log, _| {
+        scale(&mut log.input, -1.0)
+    }),
+    ("per cent of 24", "input is in per cent", |log, _| {
+        scale(&mut log.input, 100.0 / 24.0)
+    }),
+    ("per cent of 12", "input is in per cent", |log, _| {
+        scale(&mut log.input, 100.0 / 12.0)
+    }),
+    ("duty of 24", "input is the duty", |log, _| {
+        scale(&mut log.input, 1.0 / 24.0)
+    }),
+    (
+        "millivolts",
+        "input is in millivolts|input is in thousandths",
+        |log, _| scale(&mut log.input, 1e3),
+    ),
+    ("milliamperes", "current_a is in milliamperes", |log, _| {
+        scale(log.current.as_mut().unwrap(), 1e3)
+    }),
+    ("current sign", "current_a has the wrong sign", |log, _| {
+        scale(log.current.as_mut().unwrap(), -1.0)
+    }),
+    ("wrap 2 pi", "position is wrapped", |log, _| {
+        wrap(&mut log.position, TAU)
+    }),
+    ("wrap 360", "position is in degrees", |log, _| {
+        scale(&mut log.position, 360.0 / TAU);
+        wrap(&mut log.position, 360.0)
+    }),
+    ("swap", "input and current_a are swapped", |log, _| {
+        let old = std::mem::replace(log.current.as_mut().unwrap(), log.input.clone());
+        log.input = old;
+    }),
+    ("milliseconds", "time_s is in milliseconds", |log, _| {
+        log.period_s *= 1e3
+    }),
+    ("g cm2", "inertia is declared in g", |_, machine| {
+        machine.mechanics.inertia *= 1e7
+    }),
+    ("kg cm2", "inertia is declared in kg·cm²", |_, machine| {
+        machine.mechanics.inertia *= 1e4
+    }),
+    ("mN m", "coulomb is declared in mN", |_, machine| {
+        machine.friction.coulomb *= 1e3
+    }),
+    (
+        "mN m/A",
+        "torque_constant is declared in mN",
+        |_, machine| machine.motor.as_mut().unwrap().torque_constant *= 1e3,
+    ),
+    ("mH", "inductance is declared in mH", |_, machine| {
+        machine.motor.as_mut().unwrap().inductance *= 1e3
+    }),
+    ("too slow", "sampling is too slow", |log, _| {
+        let keep = 60;
+        for values in [
+            Some(&mut log.input),
+            Some(&mut log.position),
+            log.current.as_mut(),
+            log.command.as_mut(),
+        ]
+        .into_iter()
+        .flatten()
+        {
+            *values = values.iter().step_by(keep).copied().collect();
+        }
+        log.period_s *= keep as f64;
+    }),
+];
+
+fn applies(name: &str, case: &Case) -> bool {
+    let rotary = case.rig.coordinate == rig::Coordinate::Radian;
+    let winding = matches!(case.rig.motor, rig::Motor::Winding { .. });
+    match name {
+        "degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
+        "wrap 2 pi" | "wrap 360" => rotary && case.rig.stroke.1 - case.rig.stroke.0 > 7.0,
+        "per cent of 24" | "per cent of 12" | "duty of 24" | "milliamperes" | "current sign"
+        | "swap" | "mN m/A" | "mH" => winding,
+        _ => true,
+    }
+}
+
+/// How often a fault was named.
+#[derive(Default)]
+struct Tally {
+    count: usize,
+    good: usize,
+    other: usize,
+    examples: Vec<String>,
+}
+
+#[test]
+#[ignore = "rates, minutes"]
+fn rates() {
+    let seed = std::env::var("SEED").map_or(8_100_000, |seed| seed.parse().unwrap());
+    let mut all = cases::all(Extent::Quick, seed);
+    if let Ok(step) = std::env::var("STEP") {
+        all = all.into_iter().step_by(step.parse().unwrap()).collect();
+    }
+    let results: Vec<_> = all
+        .par_iter()
+        .map(|case| {
+            let full = case.log_lasting(8.0);
+            let mut rows = Vec::new();
+            let label = format!(
+                "{} {:?} {:?} {}",
+                case.rig.name,
+                case.motion,
+                case.effects
+                    .iter()
+                    .map(|e| cases::label(e.kind()))
+                    .collect::<Vec<_>>(),
+                case.seed
+            );
+            for bare in [false, true] {
+                let mut log = full.clone();
+                if bare {
+                    log.current = None;
+                }
+                for draw in 0..4 {
+                    let machine = misdeclared(declared(&case.rig), case.seed * 10 + draw);
+                    let said = look(&machine, &[log.clone()]);
+                    let cost = cost(&machine, &[log.clone()]);
+                    if cost > 4.0 {
+                        println!("cost {cost:.1} {bare} {label}");
+                    }
+                    rows.push((
+                        "none".to_owned(),
+                        bare,
+                        said.is_empty(),
+                        said,
+                        label.clone(),
+                    ));
+                }
+                for (name, words, spoil) in FAULTS {
+                    if !applies(name, case)
+                        || (bare && ["milliamperes", "current sign", "swap", "mH"].contains(&name))
+                    {
+                        continue;
+                    }
+                    let mut machine = misdeclared(declared(&case.rig), case.seed * 10 + 7);
+                    let mut spoiled = log.clone();
+                    spoil(&mut spoiled, &mut machine);
+                    let said = look(&machine, &[spoiled]);
+                    let found = said
+                        .iter()
+                        .any(|said| words.split('|').any(|words| said.what.contains(words)));
+                    rows.push((name.to_owned(), bare, found, said, label.clone()));
+                }
+            }
+            rows
+        })
+        .flatten()
+        .collect();
+    let mut table: BTreeMap<_, Tally> = BTreeMap::new();
+    for (name, bare, good, said, label) in results {
+        let entry = table
+            .entry((name, bare, label.split(' ').next().unwrap().to_owned()))
+            .or_default();
+        entry.count += 1;
+        if good {
+            entry.good += 1
+        } else {
+            if !said.is_empty() {
+                entry.other += 1;
+            }
+            if entry.examples.len() < 3 {
+                entry.examples.push(format!(
+                    "{label}: {}",
+                    said.iter()
+                        .map(|s| format!("{} [{}]", s.what, s.evidence))
+                        .collect::<Vec<_>>()
+                        .join(" / ")
+                ));
+            }
+        }
+    }
+    for (
+        (name, bare, machine),
+        Tally {
+            count,
+            good,
+            other,
+            examples,
+        },
+    ) in table
+    {
+        println!(
+            "{name:16} {machine:10} {} {good}/{count}, else named {other}",
+            if bare { "bare   " } else { "current" }
+        );
+        for example in examples {
+            println!("      {example}");
+        }
+    }
+}
+
+/// One log each of a rotary drive, a throttle and a slide, with and without an effect.
+fn some(first_seed: u64) -> Vec<(Case, Log)> {
+    let all = cases::all(Extent::Quick, first_seed);
+    let kept: Vec<Case> = all.into_iter().step_by(53).collect();
+    kept.into_par_iter()
+        .map(|case| {
+            let log = case.log_lasting(4.0);
+            (case, log)
+        })
+        .collect()
+}
+
+#[test]
+fn logs_of_the_machine_are_traced_whatever_it_lacks_and_though_fitted_numbers_are_off_by_three() {
+    for (case, log) in some(8_600_000) {
+        for draw in 0..3 {
+            let machine = misdeclared(declared(&case.rig), case.seed + 1000 * draw);
+            let said = look(&machine, std::slice::from_ref(&log));
+            assert_eq!(said, [], "{case:?}");
+        }
+    }
+}
+
+/// Where it makes a difference: of a machine that hardly moves a sign may be any.
+#[test]
+fn units_and_signs_are_named_with_what_to_do() {
+    let some = some(8_700_000);
+    for (name, words, spoil) in FAULTS {
+        if ["too slow", "revolutions", "per cent of 24"].contains(&name) {
+            continue;
+        }
+        let (mut named, mut count) = (0, 0);
+        for (case, log) in some.iter().filter(|(case, _)| applies(name, case)) {
+            let (mut log, mut machine) = (log.clone(), declared(&case.rig));
+            spoil(&mut log, &mut machine);
+            let said = look(&machine, &[log]);
+            let is_it = |what: &str| words.split('|').any(|words| what.contains(words));
+            count += 1;
+            named += usize::from(said.iter().any(|said| is_it(&said.what)));
+            for found in said {
+                let remedy = found.remedy;
+                assert!(
+                    remedy.starts_with("cargo hil import ")
+                        || remedy.starts_with("in machine.toml"),
+                    "{remedy}"
+                );
+            }
+        }
+        assert!(10 * named >= 8 * count, "{name}: {named} of {count}");
+    }
+}
