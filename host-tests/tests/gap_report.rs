@@ -3,7 +3,7 @@
 
 use host_tests::gap::outcome::{
     Candidate, Correlations, Cost, ErrorSet, Errors, Estimate, Evidence, FittedParameter,
-    FoundEffect, Outcome, Report, Stages, Unknown, UnknownMap, Whiteness,
+    FoundEffect, Outcome, Report, Residual, Stages, Unknown, UnknownMap, Whiteness,
 };
 use host_tests::gap::{report, table};
 use model_core::gap::verdict::Verdict;
@@ -117,6 +117,11 @@ fn example() -> Report {
         machine: "slide".into(),
         verdict: Verdict::EffectsFound,
         disagreement: Vec::new(),
+        residual: Some(Residual {
+            position_rms: 4e-6,
+            floor: 1e-6,
+            implausible: None,
+        }),
         effects: vec![
             FoundEffect {
                 id: "asymmetric_viscous".into(),
@@ -249,7 +254,6 @@ fn variants() -> Vec<(&'static str, Report)> {
     report.outcome.unknown = Some(Unknown {
         depends_on: "velocity".into(),
         score: 0.4063,
-        proven: true,
         map: UnknownMap {
             acts_as: "friction".into(),
             over: "velocity".into(),
@@ -261,9 +265,14 @@ fn variants() -> Vec<(&'static str, Report)> {
     });
     variants.push(("unknown", report.clone()));
 
-    let mut unproven = report.clone();
-    unproven.outcome.unknown.as_mut().unwrap().proven = false;
-    variants.push(("unproven", unproven));
+    let mut nothing_proven = report.clone();
+    nothing_proven.outcome.verdict = Verdict::NothingProven;
+    nothing_proven.outcome.unknown = None;
+    variants.push(("nothing proven", nothing_proven.clone()));
+
+    let residual = nothing_proven.outcome.residual.as_mut().unwrap();
+    residual.implausible = Some("viscous");
+    variants.push(("implausible", nothing_proven));
 
     report.outcome.effects = example().outcome.effects;
     variants.push(("effects and unknown", report));
@@ -494,11 +503,17 @@ fn the_verdicts_are_told_apart() {
             ],
         ),
         (
-            "unproven",
+            "nothing proven",
             vec![
-                "slide: an effect is missing that the catalogue does not name, and nothing learned over \
-                 one variable predicts it; velocity comes nearest.",
-                "explains 40.6 % of the residual, but does not predict blocks that were held out",
+                "slide: nothing is proven: the position error is 4.0 times what the sensor and the \
+                 restarts leave, and nothing that was tried predicts the rest of it.",
+            ],
+        ),
+        (
+            "implausible",
+            vec![
+                "slide: nothing is proven: to follow the logs, `viscous` had to go where no data sheet \
+                 would let it",
             ],
         ),
         (
@@ -522,8 +537,6 @@ fn the_verdicts_are_told_apart() {
         for part in expected {
             assert!(text.contains(part), "{name}: no {part:?} in {text}");
         }
-        let unproven = name == "unproven";
-        assert_eq!(page(&report).contains("does not predict"), unproven);
     }
     let (_, report) = variants()
         .into_iter()

@@ -775,7 +775,6 @@ fn a_hysteresis_is_called_unknown_and_its_loop_is_learned() {
             assert_eq!(outcome.verdict, Verdict::UnknownEffect, "{case}");
             let unknown = outcome.unknown.unwrap();
             assert_eq!(unknown.depends_on, "position", "{case}");
-            assert!(unknown.proven, "{case}");
             let errors = &outcome.errors.train;
             let ratio = errors.after.position_rms / errors.before.position_rms;
             assert!(ratio < 0.3, "the map leaves {ratio} of the error: {case}");

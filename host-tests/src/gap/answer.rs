@@ -77,10 +77,11 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
                 id(than)
             )
         }
-        (Decision::LeastBad, _) => {
-            "not proven on held-out blocks, but the error is far beyond the sensor's and this map \
-             comes nearest to it"
-                .to_owned()
+        (Decision::Refused(Refusal::Implausible), _) => {
+            "with it a fitted number goes where no data sheet would let it".to_owned()
+        }
+        (Decision::Refused(Refusal::WorseElsewhere), _) => {
+            "over shorter or longer predictions the error is clearly larger with it".to_owned()
         }
         (Decision::Refused(Refusal::GainNotCommon), _) => {
             "the gain comes from few of the held-out blocks".to_owned()
@@ -118,10 +119,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         identifiability: decimal(look.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
         p_value: look.held_out.map(|held_out| held_out.p_value),
-        accepted: matches!(
-            look.decision,
-            Decision::Accepted | Decision::Simpler { .. } | Decision::LeastBad
-        ),
+        accepted: matches!(look.decision, Decision::Accepted | Decision::Simpler { .. }),
         reason,
     }
 }
@@ -287,7 +285,7 @@ pub(super) fn found(
 }
 
 /// Structure that the catalogue does not explain, with the map that was learned of it.
-pub(super) fn unknown(trace: &Trace, looks: &[Consideration], rotary: bool) -> Option<Unknown> {
+pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
     let unknown = trace.unknown.as_ref()?;
     let map = trace.after.model.map?;
     let kind = unknown.kind;
@@ -295,7 +293,6 @@ pub(super) fn unknown(trace: &Trace, looks: &[Consideration], rotary: bool) -> O
     Some(Unknown {
         depends_on: kind.variable().to_owned(),
         score: decimal(unknown.score),
-        proven: !looks.iter().any(|look| look.decision == Decision::LeastBad),
         map: UnknownMap {
             acts_as: kind.acts_as().to_owned(),
             over: kind.over().to_owned(),

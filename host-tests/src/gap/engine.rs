@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use model_core::gap::log::Log as CoreLog;
-use model_core::gap::model::Model;
+use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Job, MARGIN, Schedule, Settings};
 use model_core::gap::select::{self, LEAST_WINDOWS};
 use model_core::gap::verdict::{Consideration, Subject, Trace};
@@ -18,7 +18,7 @@ use super::declared::{base_parameters, model};
 use super::disagreement;
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
-use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Resampled, Stages};
+use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Resampled, Residual, Stages};
 use super::series::Series;
 use super::whiteness::whiteness;
 use crate::error::InputError;
@@ -280,8 +280,13 @@ pub fn trace(
         machine: machine.name.clone(),
         verdict: trace.verdict(),
         disagreement: Vec::new(),
+        residual: Some(Residual {
+            position_rms: trace.residual.position_rms,
+            floor: trace.residual.floor,
+            implausible: trace.farthest.map(Base::name),
+        }),
         effects: found(&trace, &spread, &declared, rotary),
-        unknown: unknown(&trace, &looks, rotary),
+        unknown: unknown(&trace, rotary),
         fit: fitted(&trace, &spread, &declared, &options, rotary),
         errors: Errors {
             train: train_errors,

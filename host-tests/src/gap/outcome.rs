@@ -20,6 +20,10 @@ pub struct Outcome {
     /// In what logs and machine file disagree; nothing was traced then.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub disagreement: Vec<Disagreement>,
+    /// What is left of the windowed position error, and how little is possible, rad or m; nothing where nothing
+    /// was traced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<Residual>,
     /// The effects that were accepted, in the order in which they were.
     pub effects: Vec<FoundEffect>,
     /// Which variable carries a structure that the catalogue does not explain.
@@ -67,6 +71,18 @@ impl Resampled {
         };
         logs.iter().filter_map(of).collect()
     }
+}
+
+/// What is left of the windowed position error of the final model on the training logs, rms, rad or m.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Residual {
+    /// That error.
+    pub position_rms: f64,
+    /// What the sensor and the restarts leave to any model.
+    pub floor: f64,
+    /// A fitted number that has surely gone where no data sheet would let it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub implausible: Option<&'static str>,
 }
 
 /// A verdict is its name.
@@ -144,9 +160,6 @@ pub struct Unknown {
     pub depends_on: String,
     /// Share of the residual that the learned map of this variable explains.
     pub score: f64,
-    /// Whether that map predicts held-out blocks. If not, it is merely the one that comes nearest to an
-    /// error that has a cause.
-    pub proven: bool,
     /// That map.
     pub map: UnknownMap,
 }

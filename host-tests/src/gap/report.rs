@@ -8,19 +8,18 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-use model_core::gap::verdict::Verdict;
-
 use super::component;
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
     ErrorCells, FREED, Headline, cost, error_legend, error_rows, is_extended, presumed,
-    resampled_line, rounds, unproven, whiteness,
+    resampled_line, rounds, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
 use crate::quantity::{
     Scale, change, estimate, given, prefixed_estimate, probability, significant,
 };
+use model_core::gap::verdict::Verdict;
 
 /// Writes `index.html` into `directory`, which is created where it is missing. The page holds its
 /// style and its drawings; it asks for no script, font or other file.
@@ -167,7 +166,7 @@ fn errors(report: &Report) -> String {
 
 fn effects(report: &Report) -> io::Result<String> {
     let outcome = &report.outcome;
-    if outcome.verdict == Verdict::NoMissingEffect {
+    if outcome.effects.is_empty() && outcome.unknown.is_none() {
         return Ok(String::new());
     }
     let mut text = String::from("<section>\n<h2>What was missing</h2>\n");
@@ -193,11 +192,10 @@ fn effects(report: &Report) -> io::Result<String> {
             text,
             "<article class=\"unknown\">\n<h3>unknown effect of {}</h3>\n<p>No entry of the \
              catalogue explains it. A {} learned over this variable explains {} of the \
-             residual{}.</p>\n</article>\n",
+             residual.</p>\n</article>\n",
             escape(&unknown.depends_on),
             escape(&unknown.map.acts_as),
-            Scale::percent().quantity(unknown.score),
-            unproven(unknown)
+            Scale::percent().quantity(unknown.score)
         );
         text += &figure(component::LEARNED)?;
     }

@@ -130,6 +130,7 @@ fn finding(outcome: &Outcome) -> String {
             Some(wrong) => format!("{known} Besides, {wrong}."),
             None => known,
         },
+        (Verdict::NothingProven, _) => format!("{}.", nothing_proven(outcome)),
         (Verdict::UnknownEffect, unknown) => {
             let subject = if known.is_empty() {
                 "an effect is missing"
@@ -138,13 +139,7 @@ fn finding(outcome: &Outcome) -> String {
             };
             let variable = unknown.as_ref().map_or(String::new(), |unknown| {
                 let variable = &unknown.depends_on;
-                if unknown.proven {
-                    format!("; it depends on {variable}")
-                } else {
-                    format!(
-                        ", and nothing learned over one variable predicts it; {variable} comes nearest"
-                    )
-                }
+                format!("; it depends on {variable}")
             });
             format!("{known}{subject} that the catalogue does not name{variable}.")
         }
@@ -483,11 +478,10 @@ fn effects(page: &mut Page, outcome: &Outcome) {
         page.section("Unknown effect");
         page.wrapped(
             &format!(
-                "depends on {}: a {} learned over it explains {} of the residual{}",
+                "depends on {}: a {} learned over it explains {} of the residual",
                 unknown.depends_on,
                 unknown.map.acts_as,
-                Scale::percent().quantity(unknown.score),
-                unproven(unknown)
+                Scale::percent().quantity(unknown.score)
             ),
             0,
             Style::Warning,
@@ -496,12 +490,21 @@ fn effects(page: &mut Page, outcome: &Outcome) {
     }
 }
 
-/// What is said of a map that is merely the nearest one.
-pub(super) fn unproven(unknown: &Unknown) -> &'static str {
-    if unknown.proven {
-        ""
-    } else {
-        ", but does not predict blocks that were held out"
+/// Why nothing is said to be complete although nothing was found.
+fn nothing_proven(outcome: &Outcome) -> String {
+    let Some(residual) = &outcome.residual else {
+        return "nothing is proven".to_owned();
+    };
+    match residual.implausible {
+        Some(number) => format!(
+            "nothing is proven: to follow the logs, `{number}` had to go where no data sheet would let \
+             it, and no effect was found that explains why"
+        ),
+        None => format!(
+            "nothing is proven: the position error is {} times what the sensor and the restarts \
+             leave, and nothing that was tried predicts the rest of it",
+            significant(residual.position_rms / residual.floor, 2)
+        ),
     }
 }
 

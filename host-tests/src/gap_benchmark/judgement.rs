@@ -37,7 +37,7 @@ impl Answer {
                 .unknown
                 .as_ref()
                 .map(|unknown| unknown.depends_on.clone()),
-            proven: outcome.unknown.as_ref().is_some_and(|it| it.proven),
+            proven: outcome.unknown.is_some(),
             nothing_proven: outcome.verdict.name() == "nothing_proven",
             disagrees: outcome.verdict.name() == "log_and_machine_disagree",
         }

@@ -48,7 +48,7 @@ impl Answer {
         Self {
             verdict,
             named: outcome.effects.iter().map(Named::of).collect(),
-            proven: outcome.unknown.as_ref().is_some_and(|it| it.proven),
+            proven: outcome.unknown.is_some(),
         }
     }
 

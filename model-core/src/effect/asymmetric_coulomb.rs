@@ -9,6 +9,7 @@
 //! with friction*, Automatica 30 (1994). Equal to [`offset_torque`](super::offset_torque) of −δ in
 //! every motion.
 
+use super::learned_map::Kind;
 use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -44,6 +45,7 @@ impl Effect for AsymmetricCoulomb {
         ],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::VelocityTorque);
 
     fn new([difference, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self { difference }

@@ -8,6 +8,7 @@
 //! [`asymmetric_coulomb`](super::asymmetric_coulomb)). Told from an asymmetric Coulomb level by
 //! motion at several speeds; at one speed the two are the same.
 
+use super::learned_map::Kind;
 use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -44,6 +45,7 @@ impl Effect for AsymmetricViscous {
         ],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::VelocityTorque);
 
     fn new([difference, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self { difference }

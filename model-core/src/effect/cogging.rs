@@ -13,6 +13,7 @@
 //! which a reading is off alike. A motion over less than a cycle shows a spring or an offset torque.
 
 use super::harmonic::Harmonic;
+use super::learned_map::Kind;
 use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -52,6 +53,7 @@ impl Effect for Cogging {
         reported: &Harmonic::reported(Dimension::Torque),
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::PositionTorque);
     const HELD: bool = true;
 
     fn new(values: [f32; MOST_PARAMETERS]) -> Self {

@@ -15,6 +15,7 @@
 //! against the part of the log in which it acts, in short windows: elsewhere it says nothing. Less than
 //! about a second of it, at rest throughout, stays unseen.
 
+use super::learned_map::Kind;
 use super::{Bounds, Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -84,6 +85,7 @@ impl Effect for ExternalLoad {
         ],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::TimeTorque);
     const HELD: bool = true;
 
     fn new([torque, end, duration]: [f32; MOST_PARAMETERS]) -> Self {

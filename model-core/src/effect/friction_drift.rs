@@ -14,6 +14,7 @@
 //! not. In a log whose motion grows or decays steadily, friction that depends on speed or place
 //! looks alike.
 
+use super::learned_map::Kind;
 use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -62,6 +63,7 @@ impl Effect for FrictionDrift {
         reported: &[("rate", Dimension::PerTime)],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::TimeFriction);
     const HELD: bool = true;
 
     fn new([rate, ..]: [f32; MOST_PARAMETERS]) -> Self {

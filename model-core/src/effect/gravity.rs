@@ -7,6 +7,7 @@
 //! Source: the physical pendulum. Over a small stroke it is a spring and an offset; told from them
 //! by a stroke of a radian or more.
 
+use super::learned_map::Kind;
 use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::numeric::sine::{ripple, sine_cycles};
 use crate::plant::actuator::Load;
@@ -65,6 +66,7 @@ impl Effect for Gravity {
         reported: &[("torque", Dimension::Torque), ("rest", Dimension::Phase)],
         rotary_only: true,
     };
+    const MAP: Option<Kind> = Some(Kind::PositionTorque);
     const HELD: bool = true;
 
     fn new([sine, cosine, _]: [f32; MOST_PARAMETERS]) -> Self {

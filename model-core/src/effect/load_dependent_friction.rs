@@ -9,6 +9,7 @@
 //! load-dependent part. The motor torque stands for the transmitted one. Told from Coulomb and
 //! viscous friction by torques that are not spent on friction: acceleration, springs, loads.
 
+use super::learned_map::Kind;
 use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -47,6 +48,7 @@ impl Effect for LoadDependentFriction {
         reported: &[("share", Dimension::Ratio)],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::LoadFriction);
     const HELD: bool = true;
 
     fn new([share, ..]: [f32; MOST_PARAMETERS]) -> Self {

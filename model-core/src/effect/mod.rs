@@ -18,6 +18,7 @@ pub use self::bounds::Bounds;
 use self::compliance::{Shaft, Twist};
 use self::encoder_eccentricity::EncoderEccentricity;
 use self::lanes::Middles;
+use self::learned_map::Kind;
 use self::presliding::Bristles;
 use crate::plant::actuator::Load;
 use crate::plant::actuator::lanes::Loads;
@@ -188,6 +189,9 @@ pub trait Effect: Copy {
     /// better answer.
     const EXPANSION: bool = false;
 
+    /// The learned map that has its variable and acts as it does, where there is one.
+    const MAP: Option<Kind> = None;
+
     /// Whether [`Effect::voltage`] is anything but zero.
     const ELECTRIC: bool = false;
 
@@ -291,6 +295,11 @@ macro_rules! catalogue {
             /// Whether it is the first terms of any law of its variable.
             pub fn is_expansion(self) -> bool {
                 match self { $(Self::$name => $module::$name::EXPANSION),* }
+            }
+
+            /// The learned map that has its variable and acts as it does, where there is one.
+            pub fn map(self) -> Option<Kind> {
+                match self { $(Self::$name => $module::$name::MAP),* }
             }
 
             /// The `index`-th values to try for its shape parameters; the rest are 0.

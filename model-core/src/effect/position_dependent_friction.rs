@@ -17,6 +17,7 @@
 //! coming back to it.
 
 use super::harmonic::Harmonic;
+use super::learned_map::Kind;
 use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -50,6 +51,7 @@ impl Effect for PositionDependentFriction {
         reported: &Harmonic::reported(Dimension::Torque),
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::PositionFriction);
     const HELD: bool = true;
     const EXPANSION: bool = true;
 

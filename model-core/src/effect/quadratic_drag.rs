@@ -7,6 +7,7 @@
 //! Source: turbulent drag (any text on fluid mechanics). Told from viscous friction by motion at
 //! clearly different speeds.
 
+use super::learned_map::Kind;
 use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -44,6 +45,7 @@ impl Effect for QuadraticDrag {
         reported: &[("coefficient", Dimension::TorquePerSquaredVelocity)],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::SpeedFriction);
     const HELD: bool = true;
 
     fn new([coefficient, ..]: [f32; MOST_PARAMETERS]) -> Self {

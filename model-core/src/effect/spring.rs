@@ -8,6 +8,7 @@
 //! a stiffness near zero it is an [`offset_torque`](super::offset_torque); over a small angle
 //! [`gravity`](super::gravity) is a spring.
 
+use super::learned_map::Kind;
 use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -55,6 +56,7 @@ impl Effect for Spring {
         ],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::PositionTorque);
 
     fn new([stiffness, torque, _]: [f32; MOST_PARAMETERS]) -> Self {
         Self { stiffness, torque }

@@ -8,6 +8,7 @@
 //! closed-cycle control systems*, 1947. Told from viscous friction by slow motion, at speeds around
 //! ω_S and below.
 
+use super::learned_map::Kind;
 use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::numeric::exponential::decay;
 use crate::plant::actuator::Load;
@@ -55,6 +56,7 @@ impl Effect for Stribeck {
         reported: &[("drop", Dimension::Torque), ("velocity", Dimension::Velocity)],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::SpeedFriction);
     const HELD: bool = true;
 
     fn new([drop, velocity, _]: [f32; MOST_PARAMETERS]) -> Self {

@@ -14,6 +14,7 @@
 //! friction helps. At one level of torque it is absorbed by the Coulomb friction; logs under several
 //! levels of a brake tell it.
 
+use super::learned_map::Kind;
 use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -54,6 +55,7 @@ impl Effect for TorqueSaturation {
         reported: &[("fall", Dimension::PerTorque)],
         rotary_only: false,
     };
+    const MAP: Option<Kind> = Some(Kind::CurrentTorque);
     const HELD: bool = true;
     const ELECTRIC: bool = true;
 

@@ -59,6 +59,10 @@ pub enum Refusal {
     NotNeeded,
     /// The fitted strength is within three standard deviations of zero.
     Uncertain,
+    /// A fitted number has gone with it where no data sheet would let it.
+    Implausible,
+    /// Over shorter or longer predictions the model is clearly worse with it.
+    WorseElsewhere,
 }
 
 impl Comparison {

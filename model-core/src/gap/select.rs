@@ -19,7 +19,7 @@ use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule};
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
-use super::verdict::{Accepted, Consideration, Decision, Subject, Trace};
+use super::verdict::{Accepted, Consideration, Decision, Residual, Subject, Trace};
 use super::workbench::{Options, Workbench};
 use crate::effect::Id;
 use crate::effect::learned_map::Kind;
@@ -82,10 +82,13 @@ const LEAST_CERTAINTY: f64 = 3.0;
 /// A windowed error beyond so many counts of the sensor is not the sensor's.
 const SENSOR_COUNTS: f64 = 3.0;
 
-/// A windowed error beyond so many counts of the sensor, and beyond this share of the stroke, has a
-/// cause, whether anything was found for it or not.
+/// A windowed error beyond so many counts of the sensor, and beyond this share of the stroke, is too large for
+/// what is linear in an effect to say much of it.
 const STRUCTURED_COUNTS: f64 = 10.0;
 const STRUCTURED_STROKE: f64 = 0.003;
+
+/// Multiple of the least error beyond which an error has a cause.
+const UNEXPLAINED: f64 = 3.0;
 
 /// Effects that leave more than this share of the held-out error are challenged by learned maps, as
 /// are those that leave an error beyond the sensor's and those that are the first terms of any law.
@@ -143,7 +146,19 @@ pub fn trace<S: Schedule>(
             take_map_again(&mut workbench, learned, &mut found)?;
         }
     }
+    if !stands(&mut workbench, &before.model, &mut found, &mut observe)? {
+        unknown = None;
+        found.after = before.clone();
+    }
+    let model = &found.after.model;
+    let residual = Residual {
+        position_rms: workbench.position_rms(model)?,
+        floor: workbench.least_error(model)?,
+    };
     Some(Trace {
+        residual,
+        is_unexplained: residual.position_rms > UNEXPLAINED * residual.floor,
+        farthest: workbench.farthest(model),
         base: workbench.base.clone(),
         settings: workbench.data.settings,
         simulated: workbench.simulated,
@@ -303,6 +318,16 @@ impl Found {
             self.held_out = Some(now);
         }
         Some(true)
+    }
+
+    /// Whether two of its effects act in the same way over one variable.
+    fn has_two_of_one_variable(&self) -> bool {
+        let map = |accepted: &Accepted| accepted.candidate.effect.id.map();
+        let effects = self.accepted.iter().enumerate();
+        effects.into_iter().any(|(place, one)| {
+            let others = &self.accepted[place + 1..];
+            map(one).is_some() && others.iter().any(|other| map(one) == map(other))
+        })
     }
 
     /// Whether there is more in it than the base.
@@ -539,6 +564,47 @@ fn ask_twins(
     }
 }
 
+/// Whether what was found may be said: it needs no number that no data sheet would allow, and nothing that was
+/// fitted to held-out blocks of one length predicts clearly worse over shorter or longer ones. Effects go one by
+/// one, the last first, until the rest may be said.
+#[inline(never)]
+fn stands(
+    workbench: &mut Workbench<impl Schedule>,
+    before: &Model,
+    found: &mut Found,
+    observe: &mut dyn FnMut(&Consideration),
+) -> Option<bool> {
+    loop {
+        let is_map = found.after.model.map.is_some();
+        if !is_map && !found.is_more(workbench) {
+            return Some(true);
+        }
+        let refusal = if workbench.farthest(&found.after.model).is_some() {
+            Refusal::Implausible
+        } else if workbench.is_clearly_worse(&found.after.model, before)? {
+            Refusal::WorseElsewhere
+        } else {
+            return Some(true);
+        };
+        let Some(last) = found.accepted.pop() else {
+            // A map, or numbers of the machine file.
+            workbench.hold_freed();
+            return Some(false);
+        };
+        observe(
+            &last
+                .candidate
+                .look(found.accepted.len() + 1, Decision::Refused(refusal)),
+        );
+        if found.accepted.is_empty() {
+            workbench.hold_freed();
+            return Some(false);
+        }
+        let slot = workbench.declared.effects.len() + found.accepted.len();
+        found.do_without(workbench, slot)?;
+    }
+}
+
 /// Does anything lie under it that the catalogue does not have? `before`: the base fit.
 #[inline(never)]
 fn look_beneath(
@@ -548,12 +614,15 @@ fn look_beneath(
     observe: &mut dyn FnMut(&Consideration),
 ) -> Option<Option<Unknown>> {
     let is_more = found.is_more(workbench);
+    let expands = found.has_two_of_one_variable();
     let with = judge(workbench, &mut found.held_out, &found.after.model)?;
     let fitted = workbench.hold_freed();
     let (without, left, limit) = if is_more {
         let without = workbench.held_out(before)?;
         let left = compare(&without, with).ratio;
-        (without, left, left * CLEARLY_BETTER)
+        // Two laws of one variable are the first terms of another one, unless they follow the log better.
+        let limit = if expands { left } else { left * CLEARLY_BETTER };
+        (without, left, limit)
     } else {
         (with.clone(), 1.0, LARGEST_RATIO)
     };
@@ -567,7 +636,7 @@ fn look_beneath(
         } else {
             POOR_EXPLANATION
         };
-    let unknown = if doubtful || found.accepted.iter().any(expanded) {
+    let unknown = if doubtful || expands || found.accepted.iter().any(expanded) {
         // Wrong numbers that explain most of it are all there is.
         let alone = found.accepted.is_empty() && (!is_more || left > POOR_EXPLANATION);
         let structured = structured && alone;
@@ -629,8 +698,10 @@ fn look_again(
     if found.accepted.is_empty() {
         return Some(false);
     }
+    let expands = found.has_two_of_one_variable();
     let with = Total::of(judge(workbench, &mut found.held_out, &found.after.model)?);
-    Some(with.over(&with_map) * CLEARLY_BETTER <= 1.0)
+    let most = if expands { 1.0 } else { 1.0 / CLEARLY_BETTER };
+    Some(with.over(&with_map) <= most)
 }
 
 /// Held-out error of a model as a whole.

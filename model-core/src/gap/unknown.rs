@@ -42,9 +42,8 @@ impl Unknown {
     }
 }
 
-/// The leading map, whether it counts, and its held-out error over that of the base.
+/// The leading map, and its held-out error over that of the base.
 struct Leading {
-    counts: bool,
     ratio: f64,
     map: Unknown,
 }
@@ -124,26 +123,20 @@ pub fn learn(
             passed = Some(*look);
         }
         let ratio = comparison.ratio;
-        let is_behind = |leading: &Leading| match (counts, leading.counts) {
-            (true, false) => true,
-            (false, true) => false,
-            _ => ratio < leading.ratio,
-        };
-        if (counts || structured) && leading.as_ref().is_none_or(is_behind) {
+        let is_behind = |leading: &Leading| ratio < leading.ratio;
+        if counts && leading.as_ref().is_none_or(is_behind) {
             let map = Unknown {
                 kind: map.kind,
                 score: look.score,
                 start,
             };
-            leading = Some(Leading { counts, ratio, map });
+            leading = Some(Leading { ratio, map });
         }
     }
     for (_, look) in &mut looks {
-        if let Some(Leading { counts, map, .. }) = &leading {
+        if let Some(Leading { map, .. }) = &leading {
             let by = Subject::Map(map.kind);
-            if look.subject == by && !counts {
-                look.decision = Decision::LeastBad;
-            } else if look.subject != by && look.decision == Decision::Accepted {
+            if look.subject != by && look.decision == Decision::Accepted {
                 look.decision = Decision::Outdone { by };
             }
         }

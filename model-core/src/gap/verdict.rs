@@ -2,7 +2,7 @@
 
 use super::fit::Fit;
 use super::held_out::{Comparison, Refusal};
-use super::model::Numbers;
+use super::model::{Base, Numbers};
 use super::replay::Settings;
 use super::screen::{Candidate, MOST_CANDIDATES};
 use super::select::ROUNDS;
@@ -54,9 +54,6 @@ pub enum Decision {
     Refused(Refusal),
     /// A map that predicts held-out blocks, and the effects of the catalogue predict them about as well.
     NotClearlyBetter,
-    /// A map that does not predict held-out blocks well enough either, but carries most of an error
-    /// that has a cause.
-    LeastBad,
     /// Was taken in an earlier round and is not needed beside the later ones.
     Dropped,
 }
@@ -108,14 +105,18 @@ pub struct Accepted {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Verdict {
-    /// The residual holds nothing that a candidate, named or learned, predicts on held-out data.
+    /// What is left is what the sensors and the restarts leave, and no fitted number had to go where a data
+    /// sheet would not let it.
     NoMissingEffect,
     /// At least one effect of the catalogue was accepted.
     EffectsFound,
-    /// The residual is structured and no effect of the catalogue explains it.
+    /// Something is proven that no effect of the catalogue explains.
     UnknownEffect,
     /// Signs, units, wrapping or a column of the log are not those of the machine: nothing is traced.
     LogAndMachineDisagree,
+    /// More is left than the sensors and the restarts leave, or a number moved too far, and nothing could be
+    /// proven.
+    NothingProven,
 }
 
 impl Verdict {
@@ -126,13 +127,33 @@ impl Verdict {
             Self::EffectsFound => "effects_found",
             Self::UnknownEffect => "unknown_effect",
             Self::LogAndMachineDisagree => "log_and_machine_disagree",
+            Self::NothingProven => "nothing_proven",
         }
     }
 }
 
+/// What is left of the position error, against how little is possible; rad or m, rms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residual {
+    /// The windowed error of the final model.
+    pub position_rms: f64,
+    /// What the sensor and the restarts leave to any model.
+    pub floor: f64,
+}
+
+/// Multiple of a declared number, or part of it, that no data sheet and no wear allow: three standard
+/// deviations of a guess, if a factor of two is one.
+pub const FARTHEST: f32 = 8.0;
+
 /// The result of the tracing.
 #[derive(Debug, Clone)]
 pub struct Trace {
+    /// What is left.
+    pub residual: Residual,
+    /// Whether more is left than the sensors and the restarts leave.
+    pub is_unexplained: bool,
+    /// A fitted number that has surely gone where no data sheet would let it.
+    pub farthest: Option<Base>,
     /// The base fit.
     pub before: Fit,
     /// The final fit: the base fit again where nothing was found.
@@ -157,6 +178,8 @@ impl Trace {
             Verdict::EffectsFound
         } else if self.unknown.is_some() {
             Verdict::UnknownEffect
+        } else if self.is_unexplained || self.farthest.is_some() {
+            Verdict::NothingProven
         } else {
             Verdict::NoMissingEffect
         }

@@ -1,19 +1,23 @@
 //! What every step of the tracing works with: the data, the schedule, the declared model, and the
 //! count of what was simulated.
 
-use super::covariance::Information;
+use super::covariance::{Covariance, Information};
 use super::fit::{self, Effort, Fit, Target, Variables};
-use super::held_out::{HeldOut, MOST_BLOCKS, Mask, is_hopeless_within, windows_per_block};
+use super::held_out::{HeldOut, MOST_BLOCKS, Mask, compare, is_hopeless_within, windows_per_block};
 use super::log::Log;
 use super::model::{Base, Model, Numbers};
-use super::replay::{self, Data, Fold, HALF_WIDTHS, Replays, Schedule, WindowError, samples};
+use super::replay::{
+    self, Contrasts, Data, Fold, HALF_WIDTHS, Replays, Schedule, WindowError, samples,
+};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
 use super::span::best_span;
+use super::verdict::FARTHEST;
 use crate::effect::learned_map::Ranges;
 use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
 use crate::numeric::random::Random;
 use crate::plant::parameters::Drive;
+use crate::unit::Dimension;
 
 /// Effort of a fit that is kept, and of one that is not: inside cross-validation, whose errors are
 /// compared to a tenth, or from one of several starts.
@@ -70,6 +74,13 @@ const SETTLING_SEED: u64 = 1;
 
 /// Most turns of looking for edges and fitting to them.
 const MOST_TURNS: u32 = 3;
+
+/// Windows of the judging length that a long prediction lasts.
+const LONG: usize = 10;
+
+/// Standard deviations that a number must be beyond the place where it may be at the farthest: those of a
+/// hundredth, two-sided.
+const SURELY: f64 = 2.58;
 
 /// Length of a held-out block, s.
 const BLOCK: f32 = 0.5;
@@ -342,6 +353,107 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         self.simulated +=
             self.cross_validate((&data, block), models, blocks, place, is_worth_it)?;
         Some(())
+    }
+
+    /// Whether a model predicts clearly worse than another one over short windows, in which torque is all
+    /// that acts, or over long ones: by the test that an effect has to pass, turned round.
+    #[inline(never)]
+    pub fn is_clearly_worse(&mut self, model: &Model, other: &Model) -> Option<bool> {
+        let longest = self.data.logs.iter().map(Log::samples).max()?;
+        // A log that holds fewer than two dozen long windows is cut into shorter ones.
+        let window = self.data.settings.window;
+        let long = (LONG * window).min(longest / 24).max(window);
+        for window in [self.options.screen_window, long] {
+            let (mut own, mut others) = (HeldOut::new(), HeldOut::new());
+            self.errors_over(window, model, &mut own)?;
+            self.errors_over(window, other, &mut others)?;
+            if compare(&own, &others).refusal(1).is_none() {
+                return Some(true);
+            }
+        }
+        Some(false)
+    }
+
+    /// A model's errors in windows of another length, in as many parts as there is room for.
+    #[inline(never)]
+    fn errors_over(&mut self, window: usize, model: &Model, blocks: &mut HeldOut) -> Option<()> {
+        let data = self.data.with_window(window);
+        let part = data.windows().div_ceil(MOST_BLOCKS).max(1);
+        blocks.clear();
+        let _ = blocks.resize(data.windows().div_ceil(part), WindowError::default());
+        let floor = self.floor(&data);
+        let place = |number: usize| Some(number / part);
+        let windows = self.measure((&data, (Fold::All, 1)), model, &floor, blocks, &place)?;
+        self.count(windows, window);
+        Some(())
+    }
+
+    /// Root mean square of the position error that is left to the best of models: that of the sensor, and
+    /// that of the restarts, by which windows differ that restart from a state smoothed over the next fewer
+    /// or the next more samples; rad or m.
+    #[inline(never)]
+    pub fn least_error(&mut self, model: &Model) -> Option<f64> {
+        let data = self.data;
+        let simulator = model.build(data.logs.first()?.period).ok()?;
+        let chosen = |half_width: &usize| *half_width == data.settings.half_width;
+        let place = HALF_WIDTHS.iter().position(chosen).unwrap_or(0);
+        let neighbours = [place.checked_sub(1), Some(place + 1)];
+        let (mut apart, mut samples) = (0.0, 0);
+        let neighbours = neighbours.into_iter().flatten();
+        for &half_width in neighbours.filter_map(|place| HALF_WIDTHS.get(place)) {
+            let mut other = data;
+            other.settings.half_width = half_width;
+            let job = Contrasts {
+                data: [&data, &other],
+                simulators: [&simulator, &simulator],
+            };
+            self.schedule.run_job(data.windows(), &job, |_, contrast| {
+                apart += f64::from(contrast.apart);
+                samples += data.settings.window;
+            });
+            self.count(2 * data.windows() as u64, data.settings.window);
+        }
+        let sensor = f64::from(data.settings.resolution);
+        Some(libm::sqrt(
+            apart / samples.max(1) as f64 + sensor * sensor / 12.0,
+        ))
+    }
+
+    /// A fitted number that has surely gone where no data sheet would let it.
+    #[inline(never)]
+    pub fn farthest(&mut self, model: &Model) -> Option<Base> {
+        let far = |number: Base| {
+            let (declared, fitted) = (self.declared.get(number), model.get(number));
+            let bound = if fitted > declared {
+                FARTHEST * declared
+            } else {
+                declared / FARTHEST
+            };
+            let beyond = (fitted - bound) * (fitted - declared).signum();
+            let is_checked = declared > 0.0 && number.dimension() != Dimension::Position;
+            (is_checked && beyond > 0.0).then_some(f64::from(beyond))
+        };
+        let any = self.base.iter().any(|&number| far(number).is_some());
+        if !any {
+            return None;
+        }
+        let covariance = self.covariance(model)?;
+        let mut numbers = self.base.iter().enumerate();
+        numbers.find_map(|(place, &number)| {
+            let deviation = libm::sqrt(covariance.at(place, place));
+            (far(number)? > SURELY * deviation).then_some(number)
+        })
+    }
+
+    /// Covariance of what fits move of a model.
+    #[inline(never)]
+    fn covariance(&mut self, model: &Model) -> Option<Covariance> {
+        let variables = self.variables(model);
+        let data = self.data;
+        let mut information = Information::default();
+        let windows = information.gather(&data, self.schedule, model, &variables)?;
+        self.count(windows, data.settings.window);
+        Some(information.covariance(&variables))
     }
 
     /// Numbers of the declared actuator that fits leave alone and that may be wrong.

@@ -43,6 +43,8 @@ pub(in crate::gap) fn report(
         machine: machine.name.clone(),
         verdict: Verdict::LogAndMachineDisagree,
         disagreement,
+        residual: None,
+        resampled: Vec::new(),
         effects: Vec::new(),
         unknown: None,
         fit: Vec::new(),

@@ -11,8 +11,9 @@ use super::{VISIBLE, directory, truth};
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::gap::engine::{self, Found};
+use crate::gap::outcome::Outcome;
 use crate::gap_benchmark::Deviation;
-use crate::gap_benchmark::judgement::{self, Answer, Judgement};
+use crate::gap_benchmark::judgement::{self, Answer, Judgement, Truth};
 use crate::log::Log;
 use crate::machine::Machine;
 
@@ -139,10 +140,15 @@ pub fn judge_world(world: &World, records: &[Record; 2]) -> (Judged, Option<Foun
             return (judged, None);
         }
     };
+    let found = match found {
+        engine::Answer::Found(found) => *found,
+        engine::Answer::Disagree(report) => {
+            said(&truth, &report.outcome, &mut judged);
+            return (judged, None);
+        }
+    };
     let outcome = &found.report.outcome;
-    judged.answer = Answer::of(outcome);
-    judged.verdict = outcome.verdict.name().to_owned();
-    judged.judgement = judgement::judge(&truth, &judged.answer);
+    said(&truth, outcome, &mut judged);
     let errors = &outcome.errors.train;
     if !outcome.effects.is_empty() || outcome.unknown.is_some() {
         judged.after_over_before = Some(errors.after.position_rms / errors.before.position_rms);
@@ -153,19 +159,38 @@ pub fn judge_world(world: &World, records: &[Record; 2]) -> (Judged, Option<Foun
     (judged, Some(found))
 }
 
+/// Takes down what was said, and whether it is so.
+fn said(truth: &Truth, outcome: &Outcome, judged: &mut Judged) {
+    judged.answer = Answer::of(outcome);
+    outcome.verdict.name().clone_into(&mut judged.verdict);
+    judged.judgement = judgement::judge(truth, &judged.answer);
+}
+
 /// The tracing, and what a fit that is told the truth makes of the same log.
-fn trace(world: &World, records: &[Record; 2], judged: &mut Judged) -> Result<Found, Failure> {
+fn trace(
+    world: &World,
+    records: &[Record; 2],
+    judged: &mut Judged,
+) -> Result<engine::Answer, Failure> {
     let machine = machine_of(world)?;
     let train = [log_of(world, &records[0], 0)?];
     let started = Instant::now();
     let found = engine::trace(&machine, &train, || Ok(Vec::new()), |_| ())?;
     judged.seconds = started.elapsed().as_secs_f64();
     let [train] = train;
-    if let Some(told) = told_of(world, train, &records[1], found.settings) {
+    let settings = match &found {
+        engine::Answer::Found(found) => found.settings,
+        engine::Answer::Disagree(_) => {
+            Settings::new(train.period_s as f32, world.machine.resolution as f32)
+        }
+    };
+    if let Some(told) = told_of(world, train, &records[1], settings) {
         judged.told_ratio = Some(told.ratio);
         judged.visible = told.ratio >= VISIBLE;
-        let after = found.report.outcome.errors.train.after.position_rms;
-        judged.after_over_told = (told.train > 0.0).then_some(after / told.train);
+        if let engine::Answer::Found(found) = &found {
+            let after = found.report.outcome.errors.train.after.position_rms;
+            judged.after_over_told = (told.train > 0.0).then_some(after / told.train);
+        }
     }
     Ok(found)
 }
