@@ -132,8 +132,9 @@ pub fn judge(truth: &Truth, answer: &Answer) -> Judgement {
         .collect();
     let true_ones = named.iter().filter(|class| truth.holds(class)).count();
     let is_right = |name: &String| !truth.wrong_numbers.contains(name);
-    if true_ones < named.len() || named.len() > truth.ids.len() || answer.freed.iter().any(is_right)
-    {
+    // One number that is wrong may go by the name of an effect that is there for it.
+    let most = truth.ids.len().max(usize::from(truth.outside_fit));
+    if true_ones < named.len() || named.len() > most || answer.freed.iter().any(is_right) {
         return Judgement::Wrong;
     }
     let said_unknown = answer.unknown.is_some();

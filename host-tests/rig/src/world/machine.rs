@@ -10,6 +10,19 @@ use crate::random::Random;
 /// (`[sensor] side`). The machine file's reader does not know the key yet; switch this on once it does.
 const DECLARES_SENSOR_SIDE: bool = false;
 
+/// Mechanical power of the smallest and of the largest motor, torque at standstill times top speed, W.
+const SMALLEST_POWER: f64 = 0.02;
+const LARGEST_POWER: f64 = 3e3;
+
+/// Most power that a motor takes at standstill, W.
+const LARGEST_STALL_POWER: f64 = 2e4;
+
+/// Most current that it takes then, A.
+const LARGEST_CURRENT: f64 = 100.0;
+
+/// Voltages of supplies, V.
+const SUPPLIES: [f64; 6] = [5.0, 12.0, 24.0, 48.0, 110.0, 310.0];
+
 /// What the drive is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InputKind {
@@ -230,6 +243,7 @@ impl Machine {
         let rest = (spare - spring - gravity - viscous).max(0.05 * spare);
         let dynamic = 1.5 * self.inertia * self.amplitude * (TAU / self.cycle).powi(2);
         self.torque = dynamic * log_between(random, 1.2, 12.0) / rest;
+        self.keep_power_within(random, emf);
         self.viscous = viscous * self.torque / self.speed();
         self.coulomb = friction * self.torque;
         self.breakaway = self.coulomb * between(random, 1.0, 1.35);
@@ -247,11 +261,31 @@ impl Machine {
         }
     }
 
+    /// Makes a machine lighter or heavier whose motor nobody would build.
+    fn keep_power_within(&mut self, random: &mut Random, emf: f64) {
+        let power = self.torque * self.speed();
+        let most = if emf > 0.0 {
+            LARGEST_POWER.min(emf * LARGEST_STALL_POWER)
+        } else {
+            LARGEST_POWER
+        };
+        let wanted = if power > most {
+            most * log_between(random, 0.1, 1.0)
+        } else if power < SMALLEST_POWER {
+            SMALLEST_POWER * log_between(random, 1.0, 10.0)
+        } else {
+            power
+        };
+        self.inertia *= wanted / power;
+        self.torque *= wanted / power;
+    }
+
     /// Its motor or its drive.
     fn drive(&mut self, random: &mut Random, seconds: f64) {
         match self.input {
             InputKind::Voltage => {
-                let supply = pick(random, &[5.0, 12.0, 12.0, 24.0, 24.0, 48.0]);
+                // At standstill the supply drives a power of T ω / (its share of back-EMF).
+                let supply = supply(random, self.torque / self.torque_constant);
                 self.limit = supply;
                 self.torque_constant *= supply;
                 self.resistance = self.torque_constant * supply / self.torque;
@@ -343,6 +377,14 @@ impl Machine {
             .expect("a String takes any text");
         text
     }
+}
+
+/// A supply, V, from which a motor takes this power at standstill, W, with no more than its largest current.
+pub(super) fn supply(random: &mut Random, power: f64) -> f64 {
+    let wanted = pick(random, &SUPPLIES);
+    let enough = |supply: &&f64| **supply >= wanted && power / **supply <= LARGEST_CURRENT;
+    let largest = SUPPLIES[SUPPLIES.len() - 1];
+    SUPPLIES.iter().find(enough).copied().unwrap_or(largest)
 }
 
 /// The line of `[sensor]` that says where the sensor sits; `None` while nobody reads it.

@@ -16,6 +16,7 @@
 //! ```
 
 mod control;
+mod declaration;
 mod dice;
 mod draw;
 mod forces;

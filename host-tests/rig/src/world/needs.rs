@@ -1,8 +1,8 @@
 //! What effects need of the machine and of the loop.
 
-use super::dice::{between, log_between, pick};
+use super::dice::{between, log_between};
 use super::laws::Law;
-use super::machine::{InputKind, Machine};
+use super::machine::{InputKind, Machine, supply};
 use super::strength::Effect;
 use crate::random::Random;
 
@@ -29,9 +29,9 @@ pub(super) fn fit_machine(random: &mut Random, machine: &mut Machine, effects: &
     if needs(&ELECTRIC) && machine.input != InputKind::Voltage {
         machine.input = InputKind::Voltage;
         machine.gain = 1.0;
-        machine.limit = pick(random, &[12.0, 24.0, 48.0]);
-        let emf = between(random, 0.05, 0.3);
+        let emf = between(random, 0.15, 0.3);
         machine.torque *= 1.4;
+        machine.limit = supply(random, machine.torque * machine.speed() / emf);
         machine.torque_constant = emf * machine.limit / machine.speed();
         machine.resistance = machine.torque_constant * machine.limit / machine.torque;
         machine.inductance = machine.resistance * 2e-3 * machine.cycle.min(1.0);

@@ -91,6 +91,13 @@ fn machines_cover_the_ranges_that_they_are_drawn_from() {
         let drag = machine.damping() * machine.speed();
         assert!(machine.coulomb + drag + machine.gravity < 1.05 * machine.torque);
         assert!(machine.breakaway >= machine.coulomb);
+        // From a watch's motor to a servo of three kilowatts.
+        let power = machine.torque * machine.speed();
+        assert!((0.019..3.01e3).contains(&power), "{power} W");
+        if machine.input == InputKind::Voltage {
+            let stall = machine.limit / machine.resistance;
+            assert!(stall < 200.0, "{stall} A");
+        }
         assert!(2.0 * machine.amplitude / machine.resolution >= 199.0);
     }
 }
