@@ -388,7 +388,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(())
     }
 
-    /// Root mean square of the position error that is left to the best of models: that of the sensor, and
+    /// Root mean square of the position error that is left to the best of models: what held-out errors are
+    /// not told from either, and
     /// that of the restarts, by which windows differ that restart from a state smoothed over the next fewer
     /// or the next more samples; rad or m.
     #[inline(never)]
@@ -413,10 +414,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             });
             self.count(2 * data.windows() as u64, data.settings.window);
         }
-        let sensor = f64::from(data.settings.resolution);
-        Some(libm::sqrt(
-            apart / samples.max(1) as f64 + sensor * sensor / 12.0,
-        ))
+        let sensor = f64::from(self.least_position());
+        Some(libm::sqrt(apart / samples.max(1) as f64 + sensor * sensor))
     }
 
     /// A fitted number that has surely gone where no data sheet would let it.
@@ -555,11 +554,16 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(simulated)
     }
 
+    /// Position error that is the sensor's, rad or m.
+    fn least_position(&self) -> f32 {
+        let counts = FLOOR_COUNTS * self.data.settings.resolution;
+        counts.max(FLOOR_STROKE * self.options.scope.stroke)
+    }
+
     /// What is added to the held-out error of every window.
     fn floor(&self, data: &Data) -> WindowError {
         let scope = &self.options.scope;
-        let counts = FLOOR_COUNTS * data.settings.resolution;
-        let position_floor = counts.max(FLOOR_STROKE * scope.stroke);
+        let position_floor = self.least_position();
         let current_floor = FLOOR_CURRENT
             * if data.settings.velocity_channel {
                 scope.speed

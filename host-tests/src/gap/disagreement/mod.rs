@@ -1,9 +1,9 @@
 //! Whether logs and machine file belong together, asked before anything is traced.
 //!
 //! Degrees, per cent, a sign, a wrapped angle, an inertia in g·cm²: the fit of a model swallows all of them
-//! and gives physics for an answer. Each is here a *reading* of the files ([`reading`]), a transformation of
-//! a column or of a declared number from one table of units ([`units`]), and all readings are judged by one
-//! measure ([`measure`]): how far the balances of the log ([`balance`]) are from what the machine file allows
+//! and gives physics for an answer. Each is here a *reading* of the files (`reading`), a transformation of
+//! a column or of a declared number from one table of units (`units`), and all readings are judged by one
+//! measure (`measure`): how far the balances of the log (`balance`) are from what the machine file allows
 //! with a data sheet's tolerance. Logs and machine file disagree where the declared reading is implausible by
 //! a large margin and another one explains it, or one number alone is off by orders of magnitude. What the
 //! log does not determine decides nothing.

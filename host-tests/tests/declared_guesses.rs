@@ -1,0 +1,130 @@
+//! The declared values of what `[fit]` names are guesses: within a factor of three they change no answer,
+//! and far beyond it the answer says so.
+
+use host_tests::gap::engine;
+use host_tests::gap::outcome::Outcome;
+use host_tests::log::Log;
+use host_tests::machine::Machine;
+use model_core::gap::verdict::Verdict;
+use rig::world::{Kind, World};
+use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
+use std::path::Path;
+
+/// Length of a log, s.
+const SECONDS: f64 = 10.0;
+
+/// What `gap` says of a machine with these effects, declared as another one.
+fn trace(machine: &RigMachine, declared: &RigMachine, effects: &[Effect], seed: u64) -> Outcome {
+    let recording = Experiment::tracking(machine.clone(), Trajectory::sweep(machine, SECONDS))
+        .with_effects(effects)
+        .lasting(SECONDS)
+        .seeded(seed)
+        .run();
+    let machine = Machine::of_bytes(Path::new("machine.toml"), declared.to_toml().into_bytes());
+    let log = Log::of_bytes(Path::new("log.csv"), recording.to_csv().into_bytes());
+    let report = engine::run(
+        &machine.unwrap(),
+        &[log.unwrap()],
+        || Ok(Vec::new()),
+        |_| (),
+    );
+    report.unwrap().outcome
+}
+
+/// The machine with guesses for what `[fit]` names.
+fn guessed(machine: &RigMachine, inertia: f64, viscous: f64, friction: f64) -> RigMachine {
+    RigMachine {
+        inertia: inertia * machine.inertia,
+        viscous: viscous * machine.viscous,
+        coulomb: friction * machine.coulomb,
+        static_friction: friction * machine.static_friction,
+        ..machine.clone()
+    }
+}
+
+fn names(outcome: &Outcome) -> Vec<&str> {
+    outcome.effects.iter().map(|it| it.id.as_str()).collect()
+}
+
+#[test]
+fn guesses_within_a_factor_of_three_change_no_answer() {
+    let guesses = [
+        (3.0, 3.0, 3.0),
+        (1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0),
+        (3.0, 1.0 / 3.0, 1.0 / 3.0),
+        (1.0 / 3.0, 3.0, 3.0),
+    ];
+    for machine in [RigMachine::rotary_ema(), RigMachine::force_slide()] {
+        for kind in [
+            None,
+            Some(EffectKind::OffsetTorque),
+            Some(EffectKind::Cogging),
+            Some(EffectKind::InputDelay),
+        ] {
+            let effects: Vec<Effect> = kind
+                .map(|kind| Effect::nominal(kind, &machine))
+                .into_iter()
+                .collect();
+            let sure = trace(&machine, &machine, &effects, 5107);
+            for (inertia, viscous, friction) in guesses {
+                let declared = guessed(&machine, inertia, viscous, friction);
+                let outcome = trace(&machine, &declared, &effects, 5107);
+                let case = format!(
+                    "{kind:?} on {}, inertia × {inertia:.2}, viscous × {viscous:.2}, friction × {friction:.2}",
+                    machine.name
+                );
+                assert_eq!(outcome.verdict, sure.verdict, "{case}");
+                assert_eq!(names(&outcome), names(&sure), "{case}");
+            }
+        }
+    }
+}
+
+/// A machine of which nothing is missing, with a friction that no guess would be so far from: the fit
+/// finds the number, and the answer does not say that all is well.
+#[test]
+fn a_number_that_had_to_go_where_no_data_sheet_would_let_it_is_named() {
+    let machine = RigMachine::rotary_ema();
+    let outcome = trace(&machine, &guessed(&machine, 1.0, 1.0, 0.05), &[], 5109);
+    assert_eq!(outcome.verdict, Verdict::NothingProven);
+    let residual = outcome.residual.unwrap();
+    assert!(
+        matches!(residual.implausible, Some("coulomb" | "static")),
+        "{residual:?}"
+    );
+}
+
+/// A spring that stiffens is none of the catalogue's: a spring and a ripple beside it, each one a torque
+/// over the position, are the first terms of it and no finding.
+#[test]
+fn two_laws_of_one_variable_do_not_stand_for_a_third_one() {
+    let is_stiffening = |world: &World| {
+        world.kind == Kind::Outside && world.laws.iter().any(|law| law.label() == "(cubic_spring)")
+    };
+    let mut seen = 0;
+    for index in 0..200 {
+        let (world, records) = World::draw(5111, index);
+        // Short logs, for the test's sake.
+        if !is_stiffening(&world) || world.sins.any() || world.rows > 6000 {
+            continue;
+        }
+        let machine = Machine::of_bytes(Path::new("machine.toml"), world.to_toml().into_bytes());
+        let log = Log::of_bytes(Path::new("log.csv"), records[0].to_csv().into_bytes());
+        let report = engine::run(
+            &machine.unwrap(),
+            &[log.unwrap()],
+            || Ok(Vec::new()),
+            |_| (),
+        );
+        let outcome = report.unwrap().outcome;
+        let named = names(&outcome);
+        let over_position = ["spring", "gravity", "cogging"];
+        let laws = named.iter().filter(|id| over_position.contains(id));
+        assert!(laws.count() < 2, "world {index}: {named:?}");
+        seen += 1;
+        if seen == 3 {
+            return;
+        }
+    }
+    panic!("no such world was drawn");
+}
