@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let text = match args.only {
         Some(index) if index >= args.count => {
             return Err(Failure::Usage(format!(
-                "error: --only {index} is beyond the worlds; expected 0 to {}",
+                "--only {index} is beyond the worlds; expected 0 to {}",
                 args.count.saturating_sub(1)
             )));
         }
