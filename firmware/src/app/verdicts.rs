@@ -1,5 +1,5 @@
 //! A board for each kind of verdict: short logs in which the onboard check has to find lost motion, two
-//! effects at once, call unknown what the catalogue has not, name a number that the machine declares wrongly,
+//! effects at once, say what a second does not prove, name a number that the machine declares wrongly,
 //! and find nothing where nothing is.
 
 use model_core::plant::parameters::{Drive, Parameters};
