@@ -6,7 +6,6 @@ use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 use model_core::gap::verdict::Verdict;
-use rig::world::World;
 use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
 use std::path::Path;
 
@@ -82,24 +81,4 @@ fn a_number_that_had_to_go_where_no_data_sheet_would_let_it_is_named() {
         matches!(residual.implausible, Some("coulomb" | "static")),
         "{residual:?}"
     );
-}
-
-/// A spring that stiffens is none of the catalogue's: a spring and a ripple beside it, each one a torque
-/// over the position, are the first terms of it and no finding.
-#[test]
-fn two_laws_of_one_variable_do_not_stand_for_a_third_one() {
-    // Worlds of seed 1 that have one, of 3669 to 6860 rows.
-    for index in [48, 59, 155] {
-        let (world, records) = World::draw(1, index);
-        assert!(world.laws.iter().any(|law| law.label() == "(cubic_spring)"));
-        let machine = Machine::of_bytes(Path::new("machine.toml"), world.to_toml().into_bytes());
-        let log = Log::of_bytes(Path::new("log.csv"), records[0].to_csv().into_bytes());
-        let logs = [log.unwrap()];
-        let report = engine::run(&machine.unwrap(), &logs, || Ok(Vec::new()), |_| ());
-        let outcome = report.unwrap().outcome;
-        let named = names(&outcome);
-        let over_position = ["spring", "gravity", "cogging"];
-        let laws = named.iter().filter(|id| over_position.contains(id));
-        assert!(laws.count() < 2, "world {index}: {named:?}");
-    }
 }
