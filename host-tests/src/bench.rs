@@ -36,7 +36,8 @@ use crate::gap::metrics::decimal;
 use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
-use crate::{gap_benchmark, real_benchmark, whole_file};
+use crate::outputs::{Kind, Outputs};
+use crate::{gap_benchmark, real_benchmark};
 
 pub mod batch;
 pub mod tracing;
@@ -203,7 +204,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Some(What::Real(args)) => return real_benchmark::run(args),
         None => (),
     }
-    whole_file::check_place(args.json.as_deref())?;
+    let mut outputs = Outputs::reading([]);
+    outputs.fills(&tracing::directory());
+    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
     let extent = if args.quick { QUICK } else { FULL };
     let progress = if io::stderr().is_terminal() {
         ProgressBar::new_spinner()
@@ -215,10 +218,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let outcome = measure(extent, |message| progress.set_message(message));
     progress.finish_and_clear();
     let outcome = outcome?;
-    if let Some(path) = &args.json {
-        whole_file::write_json(path, &outcome)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &outcome)?;
     }
+    outputs.commit()?;
     io::stdout()
         .write_all(table(&outcome).as_bytes())
         .map_err(|error| Failure::system("standard output", &error))

@@ -5,9 +5,7 @@
 //! is what follows an `experiment` line; its `sample` lines are read into [`Sample`]s.
 
 use std::cell::Cell;
-use std::fmt;
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::fmt::{self, Write as _};
 use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::sync::Once;
@@ -19,8 +17,10 @@ use firmware::app::record;
 use firmware::app::timing::CONTROL_PERIOD_US;
 use firmware::app::wiring::Truth;
 
-use crate::error::InputError;
-use crate::whole_file;
+use crate::error::{InputError, LARGEST_DATA, read_bytes};
+
+/// What an image should have been, for messages.
+pub(crate) const IMAGE: &str = "the board's image (ELF)";
 
 /// The words of an image's log.
 pub struct Dictionary {
@@ -151,7 +151,7 @@ impl Dictionary {
     /// # Errors
     /// No such file, no ELF file, or one without a defmt log that can be read here.
     pub fn read(elf: &Path) -> Result<Self, InputError> {
-        Self::of_bytes(elf, &read(elf, "the board's image (ELF)")?)
+        Self::of_bytes(elf, &read_bytes(elf, IMAGE, LARGEST_DATA)?)
     }
 
     /// As [`Dictionary::read`], of what a file holds.
@@ -270,32 +270,25 @@ impl Recording<'_> {
         captured.unwrap_or_else(|| LOGGED.to_vec())
     }
 
-    /// Writes the samples as a CSV log, whole or not at all. Every value has the digits that give
-    /// it back unchanged.
-    ///
-    /// # Errors
-    /// What the file system reports.
-    pub fn write_csv(&self, path: &Path) -> io::Result<()> {
-        whole_file::write(path, |partial| self.write_rows(partial))
-    }
-
-    fn write_rows(&self, path: &Path) -> io::Result<()> {
-        let mut out = BufWriter::new(fs::File::create(path)?);
+    /// The samples as a CSV log. Every value has the digits that give it back unchanged.
+    pub fn to_csv(&self) -> String {
         let columns = self.columns();
-        write!(out, "time_s")?;
+        let mut text = String::from("time_s");
         for quantity in &columns {
-            write!(out, ",{}", quantity.name())?;
+            text.push(',');
+            text += quantity.name();
         }
-        writeln!(out)?;
+        text.push('\n');
+        // A string takes everything.
         for sample in self.samples() {
             let (seconds, microseconds) = (sample.time_us / 1_000_000, sample.time_us % 1_000_000);
-            write!(out, "{seconds}.{microseconds:06}")?;
+            let _ = write!(text, "{seconds}.{microseconds:06}");
             for &quantity in &columns {
-                write!(out, ",{:?}", sample.value(quantity))?;
+                let _ = write!(text, ",{:?}", sample.value(quantity));
             }
-            writeln!(out)?;
+            text.push('\n');
         }
-        out.flush()
+        text
     }
 }
 
@@ -306,17 +299,6 @@ const LOGGED: [Quantity; 4] = [
     Quantity::Command,
     Quantity::Current,
 ];
-
-/// The bytes of a user's file. `expected` says what it should have been.
-pub fn read(path: &Path, expected: &str) -> Result<Vec<u8>, InputError> {
-    fs::read(path).map_err(|error| {
-        InputError::new(
-            path,
-            None,
-            format!("cannot be read ({error}); expected {expected}"),
-        )
-    })
-}
 
 /// A sample from its text, or none if this is another message.
 fn parse_sample(message: &str) -> Option<Sample> {
@@ -456,18 +438,14 @@ mod tests {
     }
 
     #[test]
-    fn csv_holds_the_samples_and_leaves_no_other_file() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("log.csv");
+    fn csv_holds_the_samples() {
         let log = log(vec![sample(0), sample(1)]);
-        log.recordings()[0].write_csv(&path).unwrap();
         assert_eq!(
-            fs::read_to_string(&path).unwrap(),
+            log.recordings()[0].to_csv(),
             "time_s,input,position,command,current_a\n\
              0.000000,-1.5,0.1,0.3,1e-7\n\
              0.001000,-1.5,0.1,0.3,1e-7\n"
         );
-        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
     }
 
     #[test]

@@ -16,6 +16,7 @@ use crate::fuzz;
 use crate::image::Size;
 use crate::measured::SKIPPED;
 use crate::on_target_run;
+use crate::outputs::write_own;
 use crate::replay_run;
 use crate::toolchain::{Build, Toolchain};
 use crate::workspace;
@@ -229,7 +230,7 @@ fn check_messages<'a>(
     let path = golden_file(image, "log");
     let said = text(lines);
     if bless {
-        return fs::write(&path, said).map_err(|error| Failure::system(path.display(), &error));
+        return write_own(&path, said);
     }
     let expected =
         fs::read_to_string(&path).map_err(|error| Failure::system(path.display(), &error))?;

@@ -3,10 +3,10 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use crate::board_log::{self, BoardLog, Dictionary, Recording};
-use crate::error::InputError;
+use crate::board_log::{BoardLog, Dictionary, Recording};
+use crate::error::{InputError, LARGEST_DATA, read_bytes};
 use crate::failure::Failure;
-use crate::whole_file;
+use crate::outputs::{Kind, Outputs};
 
 /// What `cargo hil decode` takes.
 #[derive(Debug, clap::Args)]
@@ -30,9 +30,10 @@ pub struct Args {
 /// # Errors
 /// A file that is not what it should be, or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    whole_file::check_apart(&args.csv, [&args.elf, &args.log])?;
+    let mut outputs = Outputs::reading([&args.elf, &args.log]);
+    let csv = outputs.file(args.csv.as_deref(), Kind::Log)?;
     let dictionary = Dictionary::read(&args.elf)?;
-    let bytes = board_log::read(&args.log, "a defmt log as the board sent it")?;
+    let bytes = read_bytes(&args.log, "a defmt log as the board sent it", LARGEST_DATA)?;
     let log = dictionary.decode(&bytes);
     let fault = |message: String| Failure::from(InputError::new(&args.log, None, message));
     if log.lines.is_empty() {
@@ -42,7 +43,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let recordings = log.recordings();
-    if let Some(csv) = &args.csv {
+    if let (Some(csv), Some(output)) = (&args.csv, csv) {
         let recorded: Vec<&Recording> = recordings
             .iter()
             .filter(|recording| recording.samples().next().is_some())
@@ -60,9 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 None => "holds no sample, so there is no CSV to write".to_owned(),
             }));
         };
-        chosen
-            .write_csv(csv)
-            .map_err(|error| Failure::system(csv.display(), &error))?;
+        outputs.stage(output, chosen.to_csv())?;
         if recorded.len() > 1 && args.experiment.is_none() {
             eprintln!(
                 "note: {} holds the experiment {:?}; the log has {}, see --experiment",
@@ -72,6 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             );
         }
     }
+    outputs.commit()?;
     print(&log, args.csv.is_some()).map_err(|error| Failure::system("standard output", &error))?;
     if log.damaged > 0 {
         eprintln!("warning: {} damaged frames left out", log.damaged);

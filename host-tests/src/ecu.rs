@@ -16,8 +16,8 @@ use crate::board_log::BoardLog;
 use crate::board_run;
 use crate::ecu_on_host::EcuOnHost;
 use crate::failure::Failure;
+use crate::outputs::{Kind, Outputs};
 use crate::toolchain::Toolchain;
-use crate::whole_file;
 
 /// Supply of the board's throttle body, V.
 const SUPPLY: f32 = 12.0;
@@ -60,7 +60,8 @@ impl Finding {
 /// What is missing on this machine; a fault that is not found, or a board that differs from this
 /// host; a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    whole_file::check_place(args.json.as_deref())?;
+    let mut outputs = Outputs::reading([]);
+    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
     let announce = |step: &str| {
         if io::stderr().is_terminal() {
             eprintln!("{step} ...");
@@ -74,10 +75,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let reports = on_host();
     require_parity(&log, &reports)?;
     let findings: Vec<Finding> = reports.iter().map(Finding::of).collect();
-    if let Some(path) = &args.json {
-        whole_file::write_json(path, &findings)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &findings)?;
     }
+    outputs.commit()?;
     let ticks = log
         .messages()
         .find_map(|line| line.value("deadlines", "ticks"));

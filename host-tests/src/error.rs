@@ -1,8 +1,8 @@
 //! What is wrong with a file that the user gave, and where.
 
 use std::fmt;
-use std::fs;
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// One fault of an input file: where it is, what is wrong, and what was expected or how to mend it.
@@ -26,48 +26,108 @@ pub struct InputError {
 }
 
 impl InputError {
-    /// An error in `file`. Control characters in `message` (quoted from the file, perhaps) are
-    /// escaped, so that it stays one line and leaves the terminal alone.
+    /// An error in `file`. `message` (quoted from the file, perhaps) and the name of the file are shown
+    /// as [`one_line`] has them.
     pub fn new(file: &Path, line: Option<usize>, message: impl AsRef<str>) -> Self {
-        let mut one_line = String::with_capacity(message.as_ref().len());
-        for character in message.as_ref().chars() {
-            if character.is_control() {
-                one_line.extend(character.escape_default());
-            } else {
-                one_line.push(character);
-            }
-        }
         Self {
             file: file.to_owned(),
             line,
-            message: one_line,
+            message: one_line(message.as_ref()),
         }
     }
 }
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = one_line(&self.file.to_string_lossy());
         match self.line {
-            Some(line) => write!(f, "{}:{line}: {}", self.file.display(), self.message),
-            None => write!(f, "{}: {}", self.file.display(), self.message),
+            Some(line) => write!(f, "{file}:{line}: {}", self.message),
+            None => write!(f, "{file}: {}", self.message),
         }
     }
 }
 
 impl std::error::Error for InputError {}
 
-/// The text of a file without its byte order mark. `expected` ends the messages for a file that
+/// Most characters of a name or a message that are shown. What is wrong stands at the beginning, the
+/// remedy at the end: a longer one is cut in the middle.
+const SHOWN: usize = 1000;
+
+/// Text as it can stand in one line of a terminal: control characters are escaped, and what is longer
+/// than 1000 characters is cut in the middle.
+///
+/// ```
+/// assert_eq!(host_tests::error::one_line("a\nb"), "a\\nb");
+/// assert!(host_tests::error::one_line(&"a".repeat(100_000)).chars().count() <= 1000);
+/// ```
+pub fn one_line(text: &str) -> String {
+    let mut line = String::with_capacity(text.len().min(SHOWN));
+    // What is cut is not escaped first: a message may quote a whole file.
+    let count = text.chars().count();
+    let shown: Box<dyn Iterator<Item = char>> = if count > SHOWN {
+        let tail = text.chars().skip(count - SHOWN / 2 + 2);
+        let head = text.chars().take(SHOWN / 2 - 1);
+        Box::new(head.chain(" … ".chars()).chain(tail))
+    } else {
+        Box::new(text.chars())
+    };
+    for character in shown {
+        if character.is_control() {
+            line.extend(character.escape_default());
+        } else {
+            line.push(character);
+        }
+    }
+    line
+}
+
+/// Largest log, board's log or image that is read, bytes: some ten million rows. Larger ones are cut
+/// before.
+pub const LARGEST_DATA: u64 = 512 << 20;
+
+/// Largest file of declarations (TOML) that is read, bytes.
+pub const LARGEST_DECLARATION: u64 = 1 << 20;
+
+/// What the help of every command with inputs says about their size.
+pub const LIMITS: &str =
+    "Inputs: a log, a board's log or an image may have 512 MB, a machine file 1 MB.";
+
+/// The bytes of a user's file of at most `largest` bytes. `expected` ends the messages for a file that
 /// cannot be one: "a log (CSV)".
-pub(crate) fn read_text(path: &Path, expected: &str) -> Result<String, InputError> {
-    let bytes = fs::read(path).map_err(|error| {
+///
+/// # Errors
+/// A file that is not there, cannot be read, or is larger.
+pub(crate) fn read_bytes(path: &Path, expected: &str, largest: u64) -> Result<Vec<u8>, InputError> {
+    let read = || {
+        let mut bytes = Vec::new();
+        let file = File::open(path)?;
+        // A pipe or a device has no length beforehand, and may have no end.
+        if file.metadata()?.len() <= largest {
+            file.take(largest + 1).read_to_end(&mut bytes)?;
+            if bytes.len() as u64 <= largest {
+                return Ok(bytes);
+            }
+        }
+        Err(io::ErrorKind::FileTooLarge.into())
+    };
+    read().map_err(|error: io::Error| {
         let reason = match error.kind() {
             io::ErrorKind::NotFound => format!("no such file; expected {expected}"),
             io::ErrorKind::IsADirectory => format!("is a directory; expected {expected}"),
+            io::ErrorKind::FileTooLarge => format!(
+                "is larger than {} MB; expected {expected} of that size at most: cut it into several",
+                largest >> 20
+            ),
             _ => format!("cannot be read ({error}); expected {expected}"),
         };
         InputError::new(path, None, reason)
-    })?;
-    text_of(path, bytes, expected)
+    })
+}
+
+/// The text of a user's file of at most `largest` bytes, without its byte order mark. `expected` as for
+/// [`read_bytes`].
+pub(crate) fn read_text(path: &Path, expected: &str, largest: u64) -> Result<String, InputError> {
+    text_of(path, read_bytes(path, expected, largest)?, expected)
 }
 
 /// As [`read_text`], of what a file holds.

@@ -1,10 +1,9 @@
 //! How a command fails, and the exit status that follows.
 
 use std::fmt;
-use std::io;
 use std::process::ExitCode;
 
-use crate::error::InputError;
+use crate::error::{InputError, one_line};
 
 /// Why a command did not do what it was asked. Displayed as one line, but for what a tool that was
 /// run has to say, which follows it.
@@ -24,9 +23,9 @@ impl Failure {
         Self::Other(message.into())
     }
 
-    /// An operation of the system that failed, and on what.
-    pub fn system(what: impl fmt::Display, error: &io::Error) -> Self {
-        Self::Other(format!("{what}: {error}"))
+    /// An operation of the system that failed, on what, and why.
+    pub fn system(what: impl fmt::Display, error: impl fmt::Display) -> Self {
+        Self::Other(one_line(&format!("{what}: {error}")))
     }
 
     /// The exit status of the program.
@@ -42,7 +41,8 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Input(error) => error.fmt(f),
-            Self::Usage(message) | Self::Other(message) => f.write_str(message),
+            Self::Usage(message) => f.write_str(&one_line(message)),
+            Self::Other(message) => f.write_str(message),
         }
     }
 }

@@ -5,13 +5,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::fs;
-use std::io;
 use std::path::Path;
 
-use crate::error::{InputError, line_of, read_text};
+use crate::error::{InputError, LARGEST_DECLARATION, line_of, read_text};
 use crate::failure::Failure;
-use crate::whole_file;
+use crate::outputs::write_own;
 
 /// Figures by name.
 pub type Figures = BTreeMap<String, u64>;
@@ -79,7 +77,11 @@ fn blessed(mut golden: Golden, compiler: &str, measured: &Figures) -> Golden {
 }
 
 fn read(file: &Path) -> Result<Golden, InputError> {
-    let text = read_text(file, "figures (cargo hil test --bless writes them)")?;
+    let text = read_text(
+        file,
+        "figures (cargo hil test --bless writes them)",
+        LARGEST_DECLARATION,
+    )?;
     toml::from_str(&text).map_err(|error| {
         let line = error
             .span()
@@ -92,11 +94,9 @@ fn read(file: &Path) -> Result<Golden, InputError> {
     })
 }
 
-fn write(file: &Path, golden: &Golden) -> io::Result<()> {
-    let tables = toml::to_string(golden).map_err(io::Error::other)?;
-    whole_file::write(file, |partial| {
-        fs::write(partial, HEADER.to_owned() + &tables)
-    })
+fn write(file: &Path, golden: &Golden) -> Result<(), Failure> {
+    let tables = toml::to_string(golden).map_err(|error| Failure::other(error.to_string()))?;
+    write_own(file, HEADER.to_owned() + &tables)
 }
 
 /// One line a figure, those that differ before and after.

@@ -7,7 +7,6 @@
 //! stepwise regression on accelerations, as SINDy and FROLS do it. With `--worlds`, machines, laws, loops,
 //! sensors and loggers are drawn at random instead ([`worlds`]).
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -25,7 +24,8 @@ use crate::gap::outcome::Outcome;
 use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::{whole_file, workspace};
+use crate::outputs::{Kind, Outputs, write_own};
+use crate::workspace;
 
 pub mod cases;
 pub mod judgement;
@@ -98,7 +98,6 @@ pub struct Traced {
 /// # Errors
 /// A result that cannot be written; a rig's machine or log that is refused.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    whole_file::check_place(args.json.as_deref())?;
     if let Some(count) = args.worlds {
         return worlds::run(&worlds::Args {
             count,
@@ -107,6 +106,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             json: args.json.clone(),
         });
     }
+    let directory = workspace::results().join("bench-gap");
+    let mut outputs = Outputs::reading([]);
+    outputs.fills(&directory);
+    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
     let started = Instant::now();
     let extent = if args.quick {
         Extent::Quick
@@ -116,21 +119,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let cases = cases::all(extent, args.seed.unwrap_or(cases::FIRST_SEED));
     // Hidden by itself where standard error is no terminal.
     let progress = ProgressBar::new(cases.len() as u64);
-    let directory = workspace::results().join("bench-gap");
-    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
     let traced = trace_all(&cases, &directory, || progress.inc(1));
     progress.finish_and_clear();
     let traced = traced?;
     let summary = summary::Summary::of(&traced);
     let page = directory.join("index.html");
     let html = report::html(&summary).map_err(|error| Failure::system("the report", &error))?;
-    whole_file::write(&page, |partial| fs::write(partial, html))
-        .map_err(|error| Failure::system(page.display(), &error))?;
-    if let Some(path) = &args.json {
+    write_own(&page, html)?;
+    if let Some(json) = json {
         let value = serde_json::json!({"summary": summary, "logs": traced});
-        whole_file::write_json(path, &value)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+        outputs.stage_json(json, &value)?;
     }
+    outputs.commit()?;
     let mut text = summary.text();
     text += &format!(
         "\n{} logs in {:.0} s\nreport   {}\n",

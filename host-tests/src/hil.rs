@@ -1,6 +1,5 @@
 //! Plain `cargo hil`: the control loop on the emulated board, its log, and the loop closed on it.
 
-use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 
@@ -13,6 +12,7 @@ use crate::log::Log;
 use crate::machine::Machine;
 use crate::on_target_run;
 use crate::onboard::outcome::Onboard;
+use crate::outputs::write_own;
 use crate::workspace;
 
 /// The machine file that declares the emulated actuator, from the workspace's root.
@@ -36,13 +36,10 @@ pub fn run() -> Result<(), Failure> {
     announce("instruction counts");
     let counts = on_target_run::run(&run.toolchain)?.counts;
     let directory = workspace::results();
-    let written = fs::create_dir_all(&directory)
-        .and_then(|()| fs::write(directory.join("emulated.defmt"), &run.sent))
-        .and_then(|()| {
-            let mut recordings = run.log.recordings().into_iter();
-            recordings.try_for_each(|recording| recording.write_csv(&csv(recording.name)))
-        });
-    written.map_err(|error| Failure::system(directory.display(), &error))?;
+    write_own(&directory.join("emulated.defmt"), &run.sent)?;
+    for recording in run.log.recordings() {
+        write_own(&csv(recording.name), recording.to_csv())?;
+    }
     announce("tracing the residual of the board's log");
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
     let log = Log {
@@ -51,8 +48,8 @@ pub fn run() -> Result<(), Failure> {
         ..Log::read(&csv(UNDECLARED.name))?
     };
     let found = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ())?;
-    report::write(&found, &directory)
-        .map_err(|error| Failure::system(directory.display(), &error))?;
+    let page = report::page(&found).map_err(|error| Failure::system("the report", &error))?;
+    write_own(&directory.join("index.html"), page)?;
     let mut text = gap::table::render(&found, io::stdout().is_terminal());
     text.push_str("\nThe emulated board, by itself\n");
     text += &Onboard::read(&run, None, &counts)?.table();

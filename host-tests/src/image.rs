@@ -7,8 +7,8 @@ use std::path::Path;
 use object::elf::{SHF_ALLOC, SHF_WRITE};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
-use crate::board_log;
-use crate::error::InputError;
+use crate::board_log::IMAGE;
+use crate::error::{InputError, LARGEST_DATA, read_bytes};
 use crate::failure::Failure;
 use crate::figures::Figures;
 
@@ -45,7 +45,7 @@ impl Size {
     /// # Errors
     /// No such file, no ELF file, or one with a section where the parameters are stored.
     pub fn read(elf: &Path) -> Result<Self, InputError> {
-        let bytes = board_log::read(elf, "the board's image (ELF)")?;
+        let bytes = read_bytes(elf, IMAGE, LARGEST_DATA)?;
         let file = object::File::parse(&*bytes).map_err(|error| {
             InputError::new(
                 elf,

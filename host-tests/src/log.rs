@@ -18,12 +18,13 @@
 //! Columns stand in any order; others are ignored. Blank lines, spaces around a field, CRLF and a
 //! byte order mark do no harm. Everything else that is not such a log is an [`InputError`].
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use self::resample::{Instants, Resampling};
-use crate::error::{InputError, line_ends, read_text, text_of};
+use crate::error::{InputError, LARGEST_DATA, line_ends, read_text, text_of};
 
 pub mod resample;
 
@@ -131,7 +132,7 @@ impl Log {
     /// # Errors
     /// The first fault found, with its line.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        Self::of_text(path, &read_text(path, EXPECTED)?)
+        Self::of_text(path, &read_text(path, EXPECTED, LARGEST_DATA)?)
     }
 
     /// As [`Log::read`], of what a file holds.
@@ -265,31 +266,40 @@ impl Log {
     /// # Panics
     /// If the series differ in length.
     pub fn write(&self, path: &Path) -> io::Result<()> {
+        fs::write(path, self.to_csv())
+    }
+
+    /// The log as CSV, as [`Log::write`] writes it.
+    ///
+    /// # Panics
+    /// If the series differ in length.
+    pub fn to_csv(&self) -> String {
         let series = self.series();
         for column in series.into_iter().flatten() {
             assert_eq!(column.len(), self.samples(), "series of unequal length");
         }
-        let mut out = BufWriter::new(File::create(path)?);
-        write!(out, "{}", COLUMNS[TIME].0)?;
+        let mut text = COLUMNS[TIME].0.to_owned();
         for ((name, _), column) in COLUMNS[TIME + 1..].iter().zip(series) {
             if column.is_some() {
-                write!(out, ",{name}")?;
+                text.push(',');
+                text += name;
             }
         }
-        writeln!(out)?;
+        text.push('\n');
+        // A string takes everything.
         for row in 0..self.samples() {
             // Fifteen digits spare the reader 0.30000000000000004. The start is the user's own.
             let time_s = match row {
                 0 => self.start_s,
                 _ => rounded(self.time_s(row), 15),
             };
-            write!(out, "{time_s:?}")?;
+            let _ = write!(text, "{time_s:?}");
             for column in series.into_iter().flatten() {
-                write!(out, ",{:?}", column[row])?;
+                let _ = write!(text, ",{:?}", column[row]);
             }
-            writeln!(out)?;
+            text.push('\n');
         }
-        out.flush()
+        text
     }
 
     /// Whether the other log has the same samples, under whatever name.

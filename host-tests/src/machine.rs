@@ -12,7 +12,7 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use toml::Spanned;
 
-use crate::error::{InputError, line_of, read_text, text_of};
+use crate::error::{InputError, LARGEST_DECLARATION, line_of, read_text, text_of};
 
 /// A declared actuator. Numbers are SI, finite, within their ranges in [`PARAMETERS`], and neither
 /// over- nor underflow in single precision. Motor-side values are referred to the coordinate.
@@ -258,7 +258,7 @@ impl Machine {
     /// # Errors
     /// The first fault found, with its line. A missing section is reported at the file's last line.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        Self::of_text(path, &read_text(path, EXPECTED)?)
+        Self::of_text(path, &read_text(path, EXPECTED, LARGEST_DECLARATION)?)
     }
 
     /// As [`Machine::read`], of what a file holds.

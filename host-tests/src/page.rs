@@ -1,5 +1,7 @@
 //! One HTML file that needs nothing beside it: its frame, its figures and how they are drawn.
 
+use crate::outputs::MARK;
+
 pub(crate) mod heat_map;
 pub(crate) mod plot;
 pub(crate) mod series;
@@ -14,7 +16,7 @@ pub(crate) fn page(title: &str, body: &str, foot: &[String]) -> String {
         .map(|text| format!("<p>{}</p>", escape(text)))
         .collect();
     format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta \
+        "<!DOCTYPE html>\n<!-- {MARK} -->\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta \
          name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n\
          <style>\n{}{STYLE}</style>\n</head>\n<body>\n<main>\n{body}\
          <footer>{foot}</footer>\n</main>\n</body>\n</html>\n",

@@ -20,8 +20,9 @@ use crate::gap::command::{read_train, read_validate};
 use crate::gap::engine;
 use crate::gap::outcome::{ErrorSet, Outcome, Resampled, Stages};
 use crate::machine::Machine;
+use crate::outputs::{Kind, Outputs};
 use crate::quantity::significant;
-use crate::{whole_file, workspace};
+use crate::workspace;
 
 pub mod judgement;
 pub mod manifest;
@@ -81,7 +82,8 @@ pub struct Judged {
 /// # Errors
 /// No directory of logs; a machine file of the project that is refused; a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    whole_file::check_place(args.json.as_deref())?;
+    let mut outputs = Outputs::reading([]);
+    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
     let directory = match &args.directory {
         Some(directory) => directory.clone(),
         None => workspace::root().join(LOGS),
@@ -103,10 +105,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         judged.push(trace(row, &directory)?);
     }
     progress.finish_and_clear();
-    if let Some(path) = &args.json {
-        whole_file::write_json(path, &judged)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &judged)?;
     }
+    outputs.commit()?;
     io::stdout()
         .write_all(table(&judged).as_bytes())
         .map_err(|error| Failure::system("standard output", &error))

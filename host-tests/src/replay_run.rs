@@ -1,7 +1,6 @@
 //! A recorded drive replayed by the firmware's plant interrupt: on the emulated board, in real time,
 //! and on this host.
 
-use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
@@ -18,6 +17,7 @@ use crate::board_run::BOARD;
 use crate::emulator;
 use crate::failure::Failure;
 use crate::image::Size;
+use crate::outputs::write_own;
 use crate::toolchain::Toolchain;
 use crate::workspace;
 
@@ -109,7 +109,7 @@ pub struct OnBoard {
 pub fn on_board(toolchain: &Toolchain, tape: &[u8], file: &Path) -> Result<OnBoard, Failure> {
     let build = toolchain.build_program(BOARD, PROGRAM)?;
     let size = Size::read(&build.elf)?.fitting()?;
-    fs::write(file, tape).map_err(|error| Failure::system(file.display(), &error))?;
+    write_own(file, tape)?;
     let log = emulator::run_with(&build.elf, (file, TAPE_ADDRESS), TIME_LIMIT)?.log;
     let (rows, ticks) = read(&log).map_err(Failure::Other)?;
     Ok(OnBoard { rows, ticks, size })
@@ -153,7 +153,6 @@ pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
     };
     let tape = drive.tape()?;
     let directory = workspace::results();
-    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
     let board = on_board(toolchain, &tape, &directory.join("check.tape"))?;
     match differing_bits(&board.rows, &on_host(&tape)?) {
         0 => Ok(board),

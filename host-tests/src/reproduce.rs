@@ -6,7 +6,6 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::whole_file;
 
 pub mod bench;
 pub mod prognostics;
@@ -71,7 +70,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let message = "--repeat is for `reproduce throttle` alone; leave it out";
         return Err(Failure::Usage(message.to_owned()));
     }
-    whole_file::check_place(args.json.as_deref())?;
     match args.paper {
         Paper::Bench => bench::run(args.json.as_deref()),
         Paper::Prognostics => prognostics::run(args.json.as_deref()),

@@ -19,5 +19,3 @@ pub mod gap {
 pub mod log;
 #[path = "../../src/machine.rs"]
 pub mod machine;
-#[path = "../../src/whole_file.rs"]
-pub mod whole_file;

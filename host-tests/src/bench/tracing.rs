@@ -2,7 +2,7 @@
 //! some effects that cost more than others, and with friction in a band of speeds, which the catalogue
 //! does not have.
 
-use std::fs;
+use std::path::PathBuf;
 
 use rig::{Effect, EffectKind};
 use serde::Serialize;
@@ -46,10 +46,14 @@ pub struct Tracing {
     pub found: Vec<String>,
 }
 
+/// Where the machine files are left.
+pub(super) fn directory() -> PathBuf {
+    workspace::results().join("bench-gap")
+}
+
 /// Traces every log once.
 pub(super) fn measure(extent: Extent) -> Result<Vec<Tracing>, Failure> {
-    let directory = workspace::results().join("bench-gap");
-    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
+    let directory = directory();
     let mut tracings = Vec::new();
     for rig in cases::machines() {
         for kinds in EFFECTS {

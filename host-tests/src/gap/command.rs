@@ -8,13 +8,13 @@ use std::time::Duration;
 use indicatif::ProgressBar;
 
 use super::engine::Answer;
-use super::experiment::{self, NextExperiment};
+use super::experiment::{self, Plan};
 use super::{engine, report, table};
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::whole_file;
+use crate::outputs::{Kind, Outputs};
 
 /// What `cargo hil gap` takes.
 #[derive(Debug, clap::Args)]
@@ -49,13 +49,13 @@ const NEXT_EXPERIMENT: &str = "next-experiment.csv";
 /// # Errors
 /// A wrong file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    whole_file::check_place(args.json.as_deref())?;
-    whole_file::check_place(args.experiment.as_deref())?;
-    whole_file::check_directory(args.report.as_deref())?;
-    let inputs = args.train.iter().chain(&args.validate);
-    whole_file::check_apart(
-        args.json.iter().chain(&args.experiment),
-        inputs.chain([&args.machine]),
+    let logs = args.train.iter().chain(&args.validate);
+    let mut outputs = Outputs::reading(logs.chain([&args.machine]));
+    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
+    let experiment = outputs.file(args.experiment.as_deref(), Kind::Input)?;
+    let report = outputs.directory(
+        args.report.as_deref(),
+        [("index.html", Kind::Marked), (NEXT_EXPERIMENT, Kind::Input)],
     )?;
     let machine = Machine::read(&args.machine)?;
     let train = read_train(&args.train)?;
@@ -90,17 +90,33 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Ok((found.report, next))
     });
     progress.finish_and_clear();
-    let (mut found, next) = result?;
-    found.outcome.next_experiment = write_input(args, next)?;
+    let (mut found, mut next) = result?;
+    let input = next.as_ref().and_then(|next| next.plan.as_ref());
+    let input = input.map(Plan::to_csv);
+    if let (Some(next), Some(_)) = (&mut next, &input) {
+        let beside = args.report.as_ref();
+        let beside = beside.map(|directory| directory.join(NEXT_EXPERIMENT));
+        let file = args.experiment.as_ref().or(beside.as_ref());
+        next.file = file.map(|file| file.display().to_string());
+    }
+    found.outcome.next_experiment = next;
 
-    if let Some(path) = &args.json {
-        whole_file::write_json(path, &found.outcome)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &found.outcome)?;
     }
-    if let Some(directory) = &args.report {
-        report::write(&found, directory)
-            .map_err(|error| Failure::system(directory.display(), &error))?;
+    if let (Some(experiment), Some(input)) = (experiment, &input) {
+        outputs.stage(experiment, input.as_str())?;
     }
+    if let Some([page, next_experiment]) = report {
+        match &input {
+            Some(input) => outputs.stage(next_experiment, input.as_str())?,
+            // A report without one keeps none from before.
+            None => outputs.stage_removal(next_experiment),
+        }
+        let text = report::page(&found).map_err(|error| Failure::system("the report", &error))?;
+        outputs.stage(page, text)?;
+    }
+    outputs.commit()?;
     let mut out = io::stdout();
     let mut text = table::render(&found, out.is_terminal());
     let next = found.outcome.next_experiment.as_ref();
@@ -114,34 +130,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     out.write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
-}
-
-/// Writes the next experiment's input into the report and where it was asked for. A report without one
-/// keeps none from before.
-fn write_input(
-    args: &Args,
-    mut next: Option<NextExperiment>,
-) -> Result<Option<NextExperiment>, Failure> {
-    let planned = next.as_mut().filter(|next| next.plan.is_some());
-    let beside = args.report.as_ref();
-    let beside = beside.map(|directory| directory.join(NEXT_EXPERIMENT));
-    let failed = |path: &Path| {
-        let name = path.display().to_string();
-        move |error: io::Error| Failure::system(name, &error)
-    };
-    let Some(next_one) = planned else {
-        if let Some(old) = beside.filter(|old| old.exists()) {
-            fs::remove_file(&old).map_err(failed(&old))?;
-        }
-        return Ok(next);
-    };
-    if let Some(directory) = &args.report {
-        fs::create_dir_all(directory).map_err(failed(directory))?;
-    }
-    for path in beside.iter().chain(&args.experiment) {
-        next_one.write(path).map_err(failed(path))?;
-    }
-    Ok(next)
 }
 
 /// Refuses a path that leads to nothing, or to a directory.

@@ -33,9 +33,6 @@ mod separation;
 mod variants;
 
 use std::fmt::Write as _;
-use std::fs;
-use std::io;
-use std::path::Path;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -50,8 +47,8 @@ use super::metrics::decimal;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::outputs::INPUT_HEADER;
 use crate::quantity::{Scale, significant};
-use crate::whole_file;
 
 /// Steady trials of which linear theory judges the candidates as they are fitted: those that set them
 /// furthest apart before anything is refitted. Of these, those that are judged by all variants; and of
@@ -151,7 +148,7 @@ pub struct Plan {
 impl Plan {
     /// The input as CSV with the columns `time_s` and `input`.
     pub fn to_csv(&self) -> String {
-        let mut text = String::from("time_s,input\n");
+        let mut text = format!("{INPUT_HEADER}\n");
         for (row, input) in self.input.iter().enumerate() {
             // Twelve decimals spare the reader 0.30000000000000004.
             let time_s = (row as f64 * self.period_s * 1e12).round() / 1e12;
@@ -162,18 +159,6 @@ impl Plan {
 }
 
 impl NextExperiment {
-    /// Writes the input to a file and remembers its name; nothing where there is no input.
-    ///
-    /// # Errors
-    /// Those of writing the file.
-    pub fn write(&mut self, path: &Path) -> io::Result<()> {
-        if let Some(plan) = &self.plan {
-            whole_file::write(path, |partial| fs::write(partial, plan.to_csv()))?;
-            self.file = Some(path.display().to_string());
-        }
-        Ok(())
-    }
-
     /// What is in doubt and what would settle it. `unit`: that of positions.
     pub fn sentences(&self, unit: &str) -> String {
         let doubt = self.doubt();

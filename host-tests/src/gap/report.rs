@@ -6,7 +6,6 @@ mod figures;
 
 use std::fmt::Write as _;
 use std::io;
-use std::path::Path;
 
 use super::component;
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
@@ -21,18 +20,11 @@ use crate::quantity::{
 };
 use model_core::gap::verdict::Verdict;
 
-/// Writes `index.html` into `directory`, which is created where it is missing. The page holds its
-/// style and its drawings; it asks for no script, font or other file.
+/// The page, HTML. It holds its style and its drawings, and asks for no script, font or other file.
 ///
 /// # Errors
-/// Those of creating the directory and of writing the file.
-pub fn write(report: &Report, directory: &Path) -> io::Result<()> {
-    let page = page(report)?;
-    std::fs::create_dir_all(directory)?;
-    std::fs::write(directory.join("index.html"), page)
-}
-
-fn page(report: &Report) -> io::Result<String> {
+/// Those of drawing.
+pub fn page(report: &Report) -> io::Result<String> {
     let outcome = &report.outcome;
     let mut body = header(report);
     if outcome.verdict == Verdict::LogAndMachineDisagree {

@@ -1,7 +1,6 @@
 //! What is traced: machines, what they have beyond their machine file, how they move.
 
 use std::f64::consts::TAU;
-use std::fs;
 use std::path::Path;
 
 use rig::{Effect, EffectKind, Experiment, Motor, Move, Noise, PidGains, Random, Sine, Trajectory};
@@ -10,6 +9,7 @@ use serde::{Serialize, Serializer};
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::outputs::write_own;
 
 /// Length of a log, s.
 const SECONDS: f64 = 12.0;
@@ -309,7 +309,7 @@ impl Case {
             let listed = "parameters = [\"resistance\", \"torque_constant\", ";
             text = text.replace("parameters = [", listed);
         }
-        fs::write(&path, text).map_err(|error| Failure::system(path.display(), &error))?;
+        write_own(&path, text)?;
         Ok(Machine::read(&path)?)
     }
 

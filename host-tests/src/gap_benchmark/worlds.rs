@@ -7,7 +7,6 @@
 //! An effect is *visible* where a fit that is told the truth is better by [`VISIBLE`] than one that is not, on
 //! a log of the same machine under another drive ([`told`]). Where it is not visible, only a wrong name counts.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -16,7 +15,8 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use crate::failure::Failure;
-use crate::{whole_file, workspace};
+use crate::outputs::{Kind, Outputs};
+use crate::workspace;
 
 mod details;
 mod summary;
@@ -69,6 +69,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Every world, several at once; the same whatever the number of threads, but for the seconds.
 fn all(args: &Args) -> Result<String, Failure> {
+    let mut outputs = Outputs::reading([]);
+    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
     let started = Instant::now();
     // Hidden by itself where standard error is no terminal.
     let progress = ProgressBar::new(args.count);
@@ -82,10 +84,10 @@ fn all(args: &Args) -> Result<String, Failure> {
         .collect();
     progress.finish_and_clear();
     let summary = Summary::of(args.seed, &judged);
-    if let Some(path) = &args.json {
-        whole_file::write_json(path, &summary)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &summary)?;
     }
+    outputs.commit()?;
     Ok(summary.text()
         + &format!(
             "\n{} worlds in {:.0} s\n",
@@ -95,11 +97,6 @@ fn all(args: &Args) -> Result<String, Failure> {
 }
 
 /// Where the files of single worlds are left.
-///
-/// # Errors
-/// A directory that cannot be made.
-fn directory() -> Result<PathBuf, Failure> {
-    let directory = workspace::results().join("worlds");
-    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
-    Ok(directory)
+fn directory() -> PathBuf {
+    workspace::results().join("worlds")
 }

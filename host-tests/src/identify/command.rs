@@ -1,8 +1,7 @@
 //! The command line of `cargo hil identify`.
 
-use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use model_core::identify::characteristic::{Direction, Kind, Side};
 use serde_json::{Value, json};
@@ -14,7 +13,7 @@ use crate::failure::Failure;
 use crate::free_run::Errors;
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::whole_file;
+use crate::outputs::{self, MARK, Output, Outputs};
 
 /// What `cargo hil identify` takes.
 #[derive(Debug, clap::Args)]
@@ -48,13 +47,12 @@ pub struct Args {
 /// # Errors
 /// A wrong file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    whole_file::check_place(args.json.as_deref())?;
-    whole_file::check_directory(args.report.as_deref())?;
     let inputs = [&args.machine, &args.slow, &args.fast];
-    whole_file::check_apart(
-        args.json.iter().chain(&args.machine_out),
-        inputs.into_iter().chain(&args.validate),
-    )?;
+    let mut outputs = Outputs::reading(inputs.into_iter().chain(&args.validate));
+    let machine_out = outputs.file(args.machine_out.as_deref(), outputs::Kind::Marked)?;
+    let json = outputs.file(args.json.as_deref(), outputs::Kind::Json)?;
+    let files = REPORT.map(|name| (name, outputs::Kind::Marked));
+    let files = outputs.directory(args.report.as_deref(), files)?;
     let start = Start::new(Machine::read(&args.machine)?)?;
     let (slow, fast) = (Log::read(&args.slow)?, Log::read(&args.fast)?);
     let identified = identify(&start, &slow, &fast)?;
@@ -63,23 +61,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None => None,
     };
     let machine = &start.machine;
-    if let Some(path) = &args.machine_out {
+    if let Some(machine_out) = machine_out {
         let note = if identified.polished.is_some() {
             "six numbers polished on both logs"
         } else {
             "lines and b0"
         };
         let text = machine_file::text(machine, &identified.best().parameters, note);
-        write(path, &text)?;
+        outputs.stage(machine_out, text)?;
     }
-    if let Some(path) = &args.json {
-        let value = outcome(machine, &identified, validation.as_ref());
-        whole_file::write_json(path, &value)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &outcome(machine, &identified, validation.as_ref()))?;
     }
-    if let Some(directory) = &args.report {
-        report(directory, machine, &identified, &slow)?;
+    if let Some(files) = files {
+        report(&mut outputs, files, machine, &identified, &slow)?;
     }
+    outputs.commit()?;
     let text = table::render(machine, &identified, validation.as_ref());
     io::stdout()
         .write_all(text.as_bytes())
@@ -96,13 +93,17 @@ fn validate(identified: &Identified, log: &Log) -> Result<Validation, InputError
         .map_err(|message| InputError::new(&log.path, None, message))
 }
 
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    whole_file::write(path, |partial| fs::write(partial, text))
-        .map_err(|error| Failure::system(path.display(), &error))
-}
+/// What a report's directory holds: the plot, and a machine file of each model.
+const REPORT: [&str; 4] = [
+    "characteristic.svg",
+    "reduced.toml",
+    "full.toml",
+    "polished.toml",
+];
 
 fn report(
-    directory: &Path,
+    outputs: &mut Outputs,
+    [plot, files @ ..]: [Output; REPORT.len()],
     machine: &Machine,
     identified: &Identified,
     slow: &Log,
@@ -115,12 +116,16 @@ fn report(
     let units = [machine.coordinate.unit(), "V"];
     let svg = figure::draw(&slow, &identified.characteristic, units)
         .map_err(|error| Failure::system("the plot", &error))?;
-    fs::create_dir_all(directory).map_err(|error| Failure::system(directory.display(), &error))?;
-    write(&directory.join("characteristic.svg"), &svg)?;
-    let files = ["reduced.toml", "full.toml", "polished.toml"];
-    for (file, (name, model)) in files.iter().zip(table::models(identified)) {
-        let text = machine_file::text(machine, &model.parameters, name);
-        write(&directory.join(file), &text)?;
+    outputs.stage(plot, format!("<!-- {MARK} -->\n{svg}"))?;
+    let mut models = table::models(identified).into_iter();
+    for file in files {
+        match models.next() {
+            Some((name, model)) => {
+                outputs.stage(file, machine_file::text(machine, &model.parameters, name))?;
+            }
+            // A report without this model keeps none from before.
+            None => outputs.stage_removal(file),
+        }
     }
     Ok(())
 }

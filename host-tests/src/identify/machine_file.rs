@@ -3,6 +3,7 @@
 use model_core::plant::parameters::{Drive, Parameters};
 
 use crate::machine::{Coordinate, Machine};
+use crate::outputs::MARK;
 
 /// What the six numbers say, to be fitted again before an effect is looked for.
 const IDENTIFIED: [&str; 6] = [
@@ -28,7 +29,7 @@ pub(crate) fn text(declared: &Machine, parameters: &Parameters, note: &str) -> S
         },
     );
     let mut lines = vec![
-        format!("# Identified: {note}."),
+        format!("# {MARK} identify: {note}."),
         format!("name = {:?}", declared.name),
         format!("coordinate = {coordinate:?}"),
         String::new(),

@@ -7,7 +7,7 @@ use super::outcome::Onboard;
 use crate::board_run;
 use crate::failure::Failure;
 use crate::on_target_run;
-use crate::whole_file;
+use crate::outputs::{Kind, Outputs};
 
 /// What `cargo hil onboard` takes.
 #[derive(Debug, clap::Args)]
@@ -23,7 +23,8 @@ pub struct Args {
 /// What is missing on this machine; a board that differs from this host, once that is reported; a
 /// result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    whole_file::check_place(args.json.as_deref())?;
+    let mut outputs = Outputs::reading([]);
+    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
     let on_terminal = io::stderr().is_terminal();
     let mut announce = |step: &str| {
         if on_terminal {
@@ -36,10 +37,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     announce("instruction counts");
     let counts = on_target_run::run(&run.toolchain)?.counts;
     let onboard = Onboard::read(&run, Some(&verdicts), &counts)?;
-    if let Some(path) = &args.json {
-        whole_file::write_json(path, &onboard)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &onboard)?;
     }
+    outputs.commit()?;
     io::stdout()
         .write_all(onboard.table().as_bytes())
         .map_err(|error| Failure::system("standard output", &error))?;

@@ -10,14 +10,13 @@
 //! growth = { position = -0.007, change = 0.77, input = 0.005, constant = 0.013 }
 //! ```
 
-use std::io::Write;
 use std::path::Path;
 
 use model_core::plant::piecewise_affine::{Parameters, PiecewiseAffine};
 
-use crate::error::{InputError, line_of, read_text};
+use crate::error::{InputError, LARGEST_DECLARATION, line_of, read_text};
 use crate::failure::Failure;
-use crate::whole_file;
+use crate::outputs::write_own;
 
 /// What the numbers are, for whoever opens the file.
 const HEAD: &str = "\
@@ -33,12 +32,7 @@ const HEAD: &str = "\
 pub fn write(model: &PiecewiseAffine, path: &Path) -> Result<(), Failure> {
     let text =
         toml::to_string(model.parameters()).map_err(|error| Failure::other(error.to_string()))?;
-    whole_file::write(path, |partial| {
-        let mut file = std::fs::File::create(partial)?;
-        file.write_all(HEAD.as_bytes())?;
-        file.write_all(text.as_bytes())
-    })
-    .map_err(|error| Failure::system(path.display(), &error))
+    write_own(path, HEAD.to_owned() + &text)
 }
 
 /// Reads a model.
@@ -46,7 +40,7 @@ pub fn write(model: &PiecewiseAffine, path: &Path) -> Result<(), Failure> {
 /// # Errors
 /// What is wrong with the file, and where.
 pub fn read(path: &Path) -> Result<PiecewiseAffine, InputError> {
-    let text = read_text(path, "a piecewise affine model (TOML)")?;
+    let text = read_text(path, "a piecewise affine model (TOML)", LARGEST_DECLARATION)?;
     let parameters: Parameters = toml::from_str(&text).map_err(|error: toml::de::Error| {
         let start = error.span().map_or(0, |span| span.start);
         let line = line_of(text.as_bytes(), start);

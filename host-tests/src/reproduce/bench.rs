@@ -5,15 +5,15 @@
 //! topic of the paper and gives a section: its tables, its figures and its entries of the JSON. A
 //! further topic is a module and a line of `TOPICS`.
 
-use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 use self::section::Section;
 use crate::failure::Failure;
+use crate::outputs::{Kind, Outputs, write_own};
 use crate::page::{self, escape};
 use crate::reproduce::Entry;
-use crate::{whole_file, workspace};
+use crate::workspace;
 
 pub mod backlash_map;
 pub mod consistency;
@@ -55,7 +55,9 @@ const FINDING: &str = "Maps, harmonics, stick-slip and data sheets, worked out a
 /// A file that cannot be written; parameters that the core does not take.
 pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     let directory = workspace::results().join("bench");
-    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
+    let mut outputs = Outputs::reading([]);
+    outputs.fills(&directory);
+    let json = outputs.file(json, Kind::Json)?;
     let on_terminal = io::stderr().is_terminal();
     let mut sections = Vec::new();
     for (step, topic) in TOPICS {
@@ -65,13 +67,12 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
         sections.push(topic()?);
     }
     let index = directory.join("index.html");
-    fs::write(&index, report(&sections))
-        .map_err(|error| Failure::system(index.display(), &error))?;
-    if let Some(path) = json {
+    write_own(&index, report(&sections))?;
+    if let Some(json) = json {
         let entries: Vec<&Entry> = sections.iter().flat_map(|it| &it.entries).collect();
-        whole_file::write_json(path, &entries)
-            .map_err(|error| Failure::system(path.display(), &error))?;
+        outputs.stage_json(json, &entries)?;
     }
+    outputs.commit()?;
     let mut text: String = sections.iter().map(Section::text).collect();
     text += &format!("report   {}\n", workspace::shown(&index));
     io::stdout()

@@ -8,7 +8,6 @@
 //! coefficient fell by 53 % at the same time (section VI). What is set beside it here is the Coulomb level:
 //! the sliding friction that a brake adds, which is what the 0.779 N·m are.
 
-use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::Instant;
@@ -22,7 +21,8 @@ use self::estimate::{Estimate, Options};
 use self::stand::{Friction, Input, Recorded, Stand};
 use super::Entry;
 use crate::failure::Failure;
-use crate::{whole_file, workspace};
+use crate::outputs::{Kind, Outputs, write_own};
+use crate::workspace;
 
 pub mod anti_windup;
 pub mod calibration;
@@ -226,7 +226,9 @@ impl Results {
 /// A file that cannot be read or written; a log from which nothing follows.
 pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     let directory = workspace::results().join("prognostics");
-    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
+    let mut outputs = Outputs::reading([]);
+    outputs.fills(&directory);
+    let json = outputs.file(json, Kind::Json)?;
     let on_terminal = io::stderr().is_terminal();
     let results = Results::of(Plan::FULL, |step| {
         if on_terminal {
@@ -235,14 +237,13 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     })?;
     let file = directory.join("sweep.csv");
     let log = results.case.log.file(&file);
-    log.write(&file)
-        .map_err(|error| Failure::system(file.display(), &error))?;
+    write_own(&file, log.to_csv())?;
     let index = directory.join("index.html");
-    fs::write(&index, results.page()?).map_err(|error| Failure::system(index.display(), &error))?;
-    if let Some(path) = json {
-        whole_file::write_json(path, &results.entries())
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    write_own(&index, results.page()?)?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &results.entries())?;
     }
+    outputs.commit()?;
     let mut text = results.text();
     text += &format!("report   {}\n", workspace::shown(&index));
     io::stdout()

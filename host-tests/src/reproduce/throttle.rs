@@ -4,7 +4,6 @@
 //! From the logs of a test stand to both models, to their errors on data that they had not seen
 //! (Table 1), and onto the chip (Table 2).
 
-use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -20,10 +19,11 @@ use crate::gap::{declared, engine};
 use crate::identify::{self, Identified, Start, machine_file};
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::outputs::{Kind, Outputs, write_own};
 use crate::pwa;
 use crate::replay_run::{self, OnBoard};
 use crate::toolchain::Toolchain;
-use crate::{whole_file, workspace};
+use crate::workspace;
 
 pub mod implementations;
 mod report;
@@ -107,7 +107,7 @@ pub fn models(logs: &stand::Logs, directory: &Path) -> Result<Models, Failure> {
         &identified.best().parameters,
         "throttle of the test stand",
     );
-    fs::write(&file, text).map_err(|error| Failure::system(file.display(), &error))?;
+    write_own(&file, text)?;
     let machine = Machine::read(&file)?;
     let fitted = declared::model(&machine)?;
     let physical = Model {
@@ -186,8 +186,6 @@ fn repeated(repeat: u64, mut announce: impl FnMut(&str)) -> Result<Vec<Vec<Judge
         .map(|number| {
             announce(&format!("stand {number} of {repeat}"));
             let directory = workspace::results().join(format!("throttle-{number}"));
-            fs::create_dir_all(&directory)
-                .map_err(|error| Failure::system(directory.display(), &error))?;
             let logs = stand::record(&directory, SEED + SEEDS_APART * number)?;
             judge_all(&models(&logs, &directory)?, &logs)
         })
@@ -200,7 +198,9 @@ fn repeated(repeat: u64, mut announce: impl FnMut(&str)) -> Result<Vec<Vec<Judge
 /// What is missing on this machine, or what is not in order with the run.
 pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     let directory = workspace::results().join("throttle");
-    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
+    let mut outputs = Outputs::reading([]);
+    outputs.fills(&directory);
+    let json = outputs.file(json, Kind::Json)?;
     let on_terminal = io::stderr().is_terminal();
     let announce = |step: &str| {
         if on_terminal {
@@ -228,11 +228,11 @@ pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     };
     let page = report::page(&results).map_err(|error| Failure::system("the plots", &error))?;
     let index = directory.join("index.html");
-    fs::write(&index, page).map_err(|error| Failure::system(index.display(), &error))?;
-    if let Some(path) = json {
-        whole_file::write_json(path, &results.entries())
-            .map_err(|error| Failure::system(path.display(), &error))?;
+    write_own(&index, page)?;
+    if let Some(json) = json {
+        outputs.stage_json(json, &results.entries())?;
     }
+    outputs.commit()?;
     let text = results.text(&directory);
     io::stdout()
         .write_all(text.as_bytes())

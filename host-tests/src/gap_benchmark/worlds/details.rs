@@ -1,13 +1,12 @@
 //! One world by itself, in numbers, with its files.
 
-use std::fs;
-
 use rig::world::{Record, World};
 
 use super::directory;
 use super::traced::{self, Judged, judge_world};
 use crate::failure::Failure;
 use crate::gap::outcome::Outcome;
+use crate::outputs::write_own;
 use crate::workspace::shown;
 
 /// Traces a world, leaves its files, and says all that is known of it.
@@ -16,11 +15,11 @@ use crate::workspace::shown;
 /// Files that cannot be written.
 pub(super) fn text(seed: u64, index: u64) -> Result<String, Failure> {
     let (world, records) = World::draw(seed, index);
-    let directory = directory()?;
+    let directory = directory();
     let name = traced::name_of(&world);
     let write = |suffix: &str, text: String| {
         let path = directory.join(format!("{name}{suffix}"));
-        fs::write(&path, text).map_err(|error| Failure::system(path.display(), &error))?;
+        write_own(&path, text)?;
         Ok::<_, Failure>(path)
     };
     let machine = write(".toml", world.to_toml())?;

@@ -248,7 +248,7 @@ fn deviations(world: &World, found: &Found) -> Vec<Deviation> {
 /// # Errors
 /// A file that is refused.
 pub fn machine_of(world: &World) -> Result<Machine, Failure> {
-    let path = directory()?.join(format!("{}.toml", name_of(world)));
+    let path = directory().join(format!("{}.toml", name_of(world)));
     Ok(Machine::of_bytes(&path, world.to_toml().into_bytes())?)
 }
 

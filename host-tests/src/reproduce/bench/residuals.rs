@@ -7,7 +7,6 @@
 //! into the model of the bench in place of Algorithm 1's backlash, and the closed loop is compared again, on
 //! logs that nothing was fitted on.
 
-use std::fs;
 use std::path::Path;
 
 use model_core::plant::bench::averaged::Averaged;
@@ -24,6 +23,7 @@ use crate::gap::engine;
 use crate::gap::outcome::Outcome;
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::outputs::write_own;
 use crate::workspace;
 
 pub(super) mod report;
@@ -112,7 +112,6 @@ fn ratio() -> f64 {
 pub fn run(loss: Loss, seed: u64) -> Result<Residuals, Failure> {
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
     let directory = workspace::results().join("bench");
-    fs::create_dir_all(&directory).map_err(|error| Failure::system(directory.display(), &error))?;
     let traced: Vec<Traced> = BacklashLevel::ALL
         .into_par_iter()
         .map(|backlash| {
@@ -204,8 +203,7 @@ fn record(
                 index + 1
             );
             let log = log(&directory.join(file), &recording, program.sample_rate)?;
-            log.write(&log.path)
-                .map_err(|error| Failure::system(log.path.display(), &error))?;
+            write_own(&log.path, log.to_csv())?;
             Ok(log)
         })
         .collect()

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::{InputError, read_text};
+use crate::error::{InputError, LARGEST_DATA, read_text};
 
 /// What the file should have been, for messages.
 const EXPECTED: &str = "a command (CSV with the columns time_s, command)";
@@ -12,7 +12,7 @@ const EXPECTED: &str = "a command (CSV with the columns time_s, command)";
 /// # Errors
 /// Columns that are missing, a field that is no finite number, times that do not rise, with the line.
 pub fn read(path: &Path, rate: f64, seconds: f64) -> Result<Vec<f64>, InputError> {
-    let text = read_text(path, EXPECTED)?;
+    let text = read_text(path, EXPECTED, LARGEST_DATA)?;
     let fault = |line, message: String| InputError::new(path, Some(line), message);
     let mut lines = text.lines().enumerate();
     let header: Vec<&str> = lines

@@ -14,6 +14,7 @@ use rig::{Effect, EffectKind, Experiment, Machine, Noise};
 
 use crate::failure::Failure;
 use crate::log::Log;
+use crate::outputs::write_own;
 
 /// Rows a second.
 pub const SAMPLE_RATE: f64 = 1000.0;
@@ -148,8 +149,7 @@ pub fn record(directory: &Path, seed: u64) -> Result<Logs, Failure> {
             .seeded(seed)
             .run();
         let path = directory.join(name).with_extension("csv");
-        std::fs::write(&path, recording.to_csv())
-            .map_err(|error| Failure::system(path.display(), &error))?;
+        write_own(&path, recording.to_csv())?;
         Ok(Log::read(&path)?)
     };
     Ok(Logs {

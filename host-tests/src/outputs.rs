@@ -1,0 +1,368 @@
+//! What a command reads and what it writes, known before it runs.
+//!
+//! A command names its inputs and each place that it may write to [`Outputs`] before any work. What
+//! cannot be written, what would replace an input, and two outputs at one place are refused then.
+//! Links count: a symbolic link is followed, hard links are told by their inode.
+//!
+//! A result is *staged*: written to a temporary file beside its place, and flushed to the disk.
+//! [`Outputs::commit`] renames all of them at the end. So every output of a command is there whole, or
+//! none is: an error, SIGINT and SIGTERM remove what was staged. Devices, pipes and descriptors
+//! (`/dev/stdout`) are written to, and never replaced.
+//!
+//! A file that is there already is replaced only if this program wrote it; see [`Kind`].
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::error::InputError;
+use crate::failure::Failure;
+
+use self::part::{Unfinished, probe, rename, unfinished, write_part};
+use self::place::{Identity, Target, cannot_write, directory_at, located, send};
+
+mod part;
+mod place;
+
+/// What the help of every command with outputs says about them.
+pub const HELP: &str = "\
+Files: what is read is never written, and no two outputs may be one file. Outputs are written whole or
+not at all. A file that is there already is replaced only if it is empty or this program wrote it:
+  JSON         a result of one of these commands
+  TOML, pages  \"Written by cargo hil\" stands in the beginning; delete that line to keep what you edited
+  input CSV    has the columns time_s,input and no other
+  log CSV      only if nothing changes
+Other files in a report's directory are left alone. Devices, pipes and /dev/stdout are written to.";
+
+/// Stands in the beginning of a page, a drawing or a machine file that this program wrote.
+pub const MARK: &str = "Written by cargo hil";
+
+/// The first line of an experiment's input. A measured log has more columns.
+pub const INPUT_HEADER: &str = "time_s,input";
+
+/// Where [`MARK`] has to be, in bytes from the start.
+const BEGINNING: usize = 1000;
+
+/// A key that each result in JSON has at its top, or in the first entry of its list.
+const RESULT_KEYS: [&str; 9] = [
+    "verdict", "models", "parity", "fault", "plants", "worlds", "summary", "judged", "ours",
+];
+
+/// Largest file that is looked into for what it is, bytes. This program writes none that is larger.
+const LARGEST_RESULT: u64 = 256 << 20;
+
+/// What an output holds, which decides what file of the same name it may replace. An empty file is
+/// always replaced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A result in JSON: replaces one.
+    Json,
+    /// Text with [`MARK`] in its beginning: replaces such text.
+    Marked,
+    /// An experiment's input, CSV: replaces a file with the columns of [`INPUT_HEADER`] alone.
+    Input,
+    /// A log, CSV. Nothing tells it from one that a user measured: it replaces its like only.
+    Log,
+}
+
+impl Kind {
+    /// Whether this program wrote these bytes, as far as that can be said before the work is done.
+    fn wrote(self, bytes: &[u8]) -> bool {
+        if bytes.trim_ascii().is_empty() {
+            return true;
+        }
+        match self {
+            Self::Json => serde_json::from_slice(bytes).is_ok_and(|value| is_result(&value)),
+            Self::Marked => {
+                let beginning = &bytes[..bytes.len().min(BEGINNING)];
+                String::from_utf8_lossy(beginning).contains(MARK)
+            }
+            Self::Input => {
+                let line = bytes.split(|byte| *byte == b'\n').next();
+                line.is_some_and(|line| line.trim_ascii() == INPUT_HEADER.as_bytes())
+            }
+            Self::Log => true,
+        }
+    }
+}
+
+fn is_result(value: &Value) -> bool {
+    match value {
+        Value::Object(entries) => RESULT_KEYS.iter().any(|key| entries.contains_key(*key)),
+        Value::Array(entries) => entries.first().is_none_or(is_result),
+        _ => false,
+    }
+}
+
+/// One place of a command's [`Outputs`].
+#[derive(Debug, Clone, Copy)]
+pub struct Output(usize);
+
+/// The inputs and outputs of one run of a command.
+#[derive(Debug)]
+pub struct Outputs {
+    /// The file that standard output was redirected to: device and inode.
+    printed: Option<(u64, u64)>,
+    taken: Vec<Taken>,
+    places: Vec<Place>,
+    changes: Vec<Change>,
+    /// Temporary files and new directories, in the order in which they were made.
+    unfinished: Vec<Unfinished>,
+}
+
+/// A file or directory that no output may touch.
+#[derive(Debug)]
+struct Taken {
+    identity: Identity,
+    /// What it is, and what the remedy is.
+    because: &'static str,
+}
+
+#[derive(Debug)]
+struct Place {
+    /// As the user named it.
+    shown: PathBuf,
+    target: Target,
+    kind: Kind,
+}
+
+/// What is done at the end.
+#[derive(Debug)]
+enum Change {
+    Rename { part: PathBuf, to: PathBuf },
+    Send { to: usize, bytes: Vec<u8> },
+    Remove(PathBuf),
+}
+
+impl Outputs {
+    /// The outputs of a command that reads these files.
+    pub fn reading<'a>(inputs: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+        let printed = fs::metadata("/dev/stdout").ok();
+        let printed = printed.filter(fs::Metadata::is_file);
+        let taken = |input: &PathBuf| Taken {
+            identity: Identity::of(input),
+            because: "is read by this command, and would be replaced; name another place for the \
+                      output",
+        };
+        Self {
+            printed: printed.map(|file| (file.dev(), file.ino())),
+            taken: inputs.into_iter().map(taken).collect(),
+            places: Vec::new(),
+            changes: Vec::new(),
+            unfinished: Vec::new(),
+        }
+    }
+
+    /// Keeps other outputs out of a directory of the program's own that the command fills itself.
+    pub fn fills(&mut self, directory: &Path) {
+        self.taken.push(Taken {
+            identity: Identity {
+                path: located(directory).ok(),
+                inode: None,
+            },
+            because: "is in a directory that this command fills itself, and would be replaced; name \
+                      another place",
+        });
+    }
+
+    /// An output that the user named; none where none was asked for.
+    ///
+    /// # Errors
+    /// A place at which no file can be written; an input, another output, or a file that this program
+    /// did not write.
+    pub fn file(&mut self, path: Option<&Path>, kind: Kind) -> Result<Option<Output>, Failure> {
+        let Some(path) = path else { return Ok(None) };
+        self.declare(path, kind).map(Some)
+    }
+
+    /// Outputs of these names in a directory that the user named, which is made at the end where it is
+    /// missing; none where none was asked for.
+    ///
+    /// # Errors
+    /// A directory that is none or cannot be made, and what [`Outputs::file`] refuses.
+    pub fn directory<const N: usize>(
+        &mut self,
+        directory: Option<&Path>,
+        files: [(&str, Kind); N],
+    ) -> Result<Option<[Output; N]>, Failure> {
+        let Some(directory) = directory else {
+            return Ok(None);
+        };
+        let place = directory_at(directory).map_err(|reason| unwritable(directory, &reason))?;
+        let mut outputs = [Output(0); N];
+        for (output, (name, kind)) in outputs.iter_mut().zip(files) {
+            let shown = directory.join(name);
+            *output = if place.is_dir() {
+                self.declare(&shown, kind)?
+            } else {
+                self.keep(shown, Target::File(place.join(name)), kind)?
+            };
+        }
+        Ok(Some(outputs))
+    }
+
+    fn declare(&mut self, path: &Path, kind: Kind) -> Result<Output, Failure> {
+        let refuse = |reason: String| unwritable(path, &reason);
+        let target = Target::of(path).map_err(refuse)?;
+        if let Target::File(file) = &target {
+            probe(file).map_err(|error| refuse(cannot_write(&error)))?;
+        }
+        self.keep(path.to_owned(), target, kind)
+    }
+
+    fn keep(&mut self, shown: PathBuf, target: Target, kind: Kind) -> Result<Output, Failure> {
+        let refuse = |message: &str| Err(InputError::new(&shown, None, message).into());
+        let identity = target.identity();
+        let touched = |taken: &&Taken| taken.identity.meets(&identity);
+        if let Some(taken) = self.taken.iter().find(touched) {
+            return refuse(taken.because);
+        }
+        if let Target::File(path) = &target
+            && path.exists()
+        {
+            if identity.inode.is_some() && identity.inode == self.printed {
+                return refuse(
+                    "takes standard output, and would be replaced; name another file, or /dev/stdout",
+                );
+            }
+            let bytes = read_result(path)
+                .map_err(|error| unwritable(&shown, &format!("cannot be read ({error})")))?;
+            if !bytes.is_some_and(|bytes| kind.wrote(&bytes)) {
+                return refuse(
+                    "is there already and is no result of this program, so it is not replaced; name \
+                     another place, or move it away",
+                );
+            }
+        }
+        self.taken.push(Taken {
+            identity,
+            because: "is another output of this command, and would be replaced; name a place for each",
+        });
+        self.places.push(Place {
+            shown,
+            target,
+            kind,
+        });
+        Ok(Output(self.places.len() - 1))
+    }
+
+    /// Prepares an output. Nothing is at its place before [`Outputs::commit`].
+    ///
+    /// # Errors
+    /// What the file system reports; a log that would replace another one.
+    pub fn stage(&mut self, output: Output, bytes: impl Into<Vec<u8>>) -> Result<(), Failure> {
+        let (bytes, place) = (bytes.into(), &self.places[output.0]);
+        let Target::File(path) = &place.target else {
+            let to = output.0;
+            self.changes.push(Change::Send { to, bytes });
+            return Ok(());
+        };
+        let path = path.clone();
+        if place.kind == Kind::Log && differs(&path, &bytes) {
+            let message =
+                "holds another log, which is not replaced; name a new file, or move it away";
+            return Err(InputError::new(&place.shown, None, message).into());
+        }
+        match write_part(&path, &bytes, &mut self.unfinished) {
+            Ok(part) => {
+                self.changes.push(Change::Rename { part, to: path });
+                Ok(())
+            }
+            Err(error) => Err(unwritable(&place.shown, &cannot_write(&error))),
+        }
+    }
+
+    /// Prepares an output as indented JSON with a newline at its end.
+    ///
+    /// # Errors
+    /// As [`Outputs::stage`].
+    pub fn stage_json(&mut self, output: Output, value: &impl Serialize) -> Result<(), Failure> {
+        let failed = |error: serde_json::Error| Failure::other(error.to_string());
+        let mut text = serde_json::to_string_pretty(value).map_err(failed)?;
+        text.push('\n');
+        debug_assert!(Kind::Json.wrote(text.as_bytes()), "a key of RESULT_KEYS");
+        self.stage(output, text)
+    }
+
+    /// Removes an earlier run's file at the end: this run has none. [`Kind`] says whose file it is.
+    pub fn stage_removal(&mut self, output: Output) {
+        if let Target::File(path) = &self.places[output.0].target
+            && self.places[output.0].kind != Kind::Log
+        {
+            self.changes.push(Change::Remove(path.clone()));
+        }
+    }
+
+    /// Puts every staged output in its place.
+    ///
+    /// # Errors
+    /// What the file system reports. Then no file is there that was not, but a pipe may have got its part.
+    pub fn commit(mut self) -> Result<(), Failure> {
+        let changes = std::mem::take(&mut self.changes);
+        // Streams first: these fail, or wait for a reader, while nothing is in place yet.
+        for change in &changes {
+            if let Change::Send { to, bytes } = change {
+                let place = &self.places[*to];
+                if let Target::Stream(path) = &place.target {
+                    send(path, bytes)
+                        .map_err(|error| unwritable(&place.shown, &cannot_write(&error)))?;
+                }
+            }
+        }
+        // A signal waits until all are in place.
+        let _all = unfinished();
+        for change in &changes {
+            match change {
+                Change::Rename { part, to } => {
+                    rename(part, to).map_err(|error| unwritable(to, &cannot_write(&error)))?;
+                }
+                Change::Remove(path) if path.exists() => fs::remove_file(path)
+                    .map_err(|error| unwritable(path, &format!("cannot be removed ({error})")))?,
+                Change::Remove(_) | Change::Send { .. } => (),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Outputs {
+    fn drop(&mut self) {
+        // The last first: a directory has to be empty.
+        while self.unfinished.pop().is_some() {}
+    }
+}
+
+/// Writes a file of the program's own, in `target/hil` or beside its sources, whole or not at all. Its
+/// directory is made where it is missing.
+///
+/// # Errors
+/// What the file system reports.
+pub fn write_own(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
+    let mut left = Vec::new();
+    let written = write_part(path, bytes.as_ref(), &mut left).and_then(|part| rename(&part, path));
+    while left.pop().is_some() {}
+    written.map_err(|error| Failure::system(path.display(), error))
+}
+
+fn unwritable(path: &Path, reason: &str) -> Failure {
+    Failure::system(path.display(), reason)
+}
+
+/// Whether there is a file with other bytes, of which some are no white space.
+fn differs(path: &Path, bytes: &[u8]) -> bool {
+    let there = fs::read(path).unwrap_or_default();
+    !there.trim_ascii().is_empty() && there != bytes
+}
+
+/// What a file holds; none if it is too large to be a result.
+fn read_result(path: &Path) -> io::Result<Option<Vec<u8>>> {
+    let mut bytes = Vec::new();
+    let read = File::open(path)?
+        .take(LARGEST_RESULT + 1)
+        .read_to_end(&mut bytes)?;
+    Ok((read as u64 <= LARGEST_RESULT).then_some(bytes))
+}
