@@ -1,7 +1,7 @@
 //! What is wrong with a file that the user gave, and where.
 
 use std::fmt;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -98,26 +98,12 @@ pub const LIMITS: &str =
 /// # Errors
 /// A file that is not there, cannot be read, or is larger.
 pub(crate) fn read_bytes(path: &Path, expected: &str, largest: u64) -> Result<Vec<u8>, InputError> {
-    let read = || {
-        let mut bytes = Vec::new();
-        let file = File::open(path)?;
-        // A pipe or a device has no length beforehand, and may have no end.
-        if file.metadata()?.len() <= largest {
-            file.take(largest + 1).read_to_end(&mut bytes)?;
-            if bytes.len() as u64 <= largest {
-                return Ok(bytes);
-            }
-        }
-        Err(io::ErrorKind::FileTooLarge.into())
-    };
-    read().map_err(|error: io::Error| {
+    load(path, largest).map_err(|error| {
         let reason = match error.kind() {
-            io::ErrorKind::NotFound => format!("no such file; expected {expected}"),
-            io::ErrorKind::IsADirectory => format!("is a directory; expected {expected}"),
-            io::ErrorKind::FileTooLarge => format!(
-                "is larger than {} MB; expected {expected} of that size at most: cut it into several",
-                largest >> 20
-            ),
+            io::ErrorKind::FileTooLarge => {
+                let most = largest >> 20;
+                format!("is larger than {most} MB; expected {expected} of that size at most")
+            }
             _ => format!("cannot be read ({error}); expected {expected}"),
         };
         InputError::new(path, None, reason)
@@ -127,7 +113,30 @@ pub(crate) fn read_bytes(path: &Path, expected: &str, largest: u64) -> Result<Ve
 /// The text of a user's file of at most `largest` bytes, without its byte order mark. `expected` as for
 /// [`read_bytes`].
 pub(crate) fn read_text(path: &Path, expected: &str, largest: u64) -> Result<String, InputError> {
-    text_of(path, read_bytes(path, expected, largest)?, expected)
+    let there = fs::metadata(path);
+    let reason = match &there {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => "no such file",
+        Ok(there) if there.is_dir() => "is a directory",
+        _ => return text_of(path, read_bytes(path, expected, largest)?, expected),
+    };
+    Err(InputError::new(
+        path,
+        None,
+        format!("{reason}; expected {expected}"),
+    ))
+}
+
+fn load(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let mut bytes = Vec::new();
+    // A pipe or a device has no length beforehand, and may have no end.
+    if file.metadata()?.len() <= largest {
+        file.take(largest + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 <= largest {
+            return Ok(bytes);
+        }
+    }
+    Err(io::ErrorKind::FileTooLarge.into())
 }
 
 /// As [`read_text`], of what a file holds.

@@ -18,6 +18,7 @@
 //! Columns stand in any order; others are ignored. Blank lines, spaces around a field, CRLF and a
 //! byte order mark do no harm. Everything else that is not such a log is an [`InputError`].
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
@@ -110,6 +111,20 @@ const MOST_UNTIMED: f64 = 0.1;
 /// jitter just reaches [`JITTER`] must not fail for that.
 const GRID_MARGIN: f64 = 1.05;
 
+/// Greatest credible value of a column other than the time, SI: beyond it the sample is damaged, or in
+/// another unit. Counts of 30 bits are below.
+const GREATEST_VALUE: f64 = 1e9;
+
+/// How many times as large as the steps of the position around it a jump there and back has to be, to be
+/// a damaged sample: a position that oscillates makes equal steps.
+const SPIKE: f64 = 10.0;
+
+/// How much of such a jump may be left after it, as a share of it.
+const SPIKE_LEFT: f64 = 0.1;
+
+/// Most damaged samples that a log is looked through for; where more jump, that is how it moves.
+const MOST_SPIKES: usize = 10;
+
 /// Shortest credible period, s; below it the column is not in seconds.
 const MIN_PERIOD_S: f64 = 1e-9;
 
@@ -144,7 +159,9 @@ impl Log {
     }
 
     fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
+        check_quotes(path, text)?;
         let table = Table::parse(path, text)?;
+        table.check_spikes(path)?;
         let rows = table.lines.len();
         let table = table.merge_repeats(path)?;
         let repeated = rows - table.lines.len();
@@ -396,6 +413,43 @@ impl Table {
             Log::MIN_SAMPLES
         );
         Err(InputError::new(path, Some(line), message))
+    }
+
+    /// Refuses a position that jumps for one sample in a log that is smooth otherwise: no machine moves
+    /// there and back between two samples, many times as fast as ever else.
+    fn check_spikes(&self, path: &Path) -> Result<(), InputError> {
+        let position = self.columns[POSITION].as_deref().unwrap_or_default();
+        let steps: Vec<f64> = position.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
+        // Each damaged sample makes two steps.
+        let (_, usual, _) = sizes.select_nth_unstable_by(2 * MOST_SPIKES, |a, b| b.total_cmp(a));
+        // At rest nothing but the last digit changes, seldom: no jump of that is one.
+        let digit = (steps.iter().map(|step| step.abs()))
+            .filter(|size| *size > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let limit = SPIKE * usual.max(digit);
+        let large: Vec<usize> = (0..steps.len())
+            .filter(|&at| steps[at].abs() > limit)
+            .collect();
+        let back = |pair: &[usize]| {
+            let [there, back] = [steps[pair[0]], steps[pair[1]]];
+            pair[1] == pair[0] + 1 && (there + back).abs() <= SPIKE_LEFT * there.abs()
+        };
+        // A jump that stays is an angle that wraps, or a gap: others know better what to say of it.
+        let (pairs, rest) = large.as_chunks::<2>();
+        if pairs.is_empty() || !rest.is_empty() || !pairs.iter().all(|pair| back(pair)) {
+            return Ok(());
+        }
+        let row = pairs[0][1];
+        let message = format!(
+            "`position` is {:?} in this sample alone, {:?} before and {:?} after it, and no other steps \
+             are nearly as large; expected a smooth position: replace the sample by the mean of its \
+             neighbours, or remove the row",
+            position[row],
+            position[row - 1],
+            position[row + 1]
+        );
+        Err(InputError::new(path, Some(self.lines[row]), message))
     }
 
     fn time(&self) -> &[f64] {
@@ -655,8 +709,9 @@ fn find_columns(
             "the first row holds numbers, not column names; expected {EXPECTED}"
         ));
     }
-    for (place, name) in header.iter().enumerate() {
-        if !name.is_empty() && header.iter().take(place).any(|earlier| earlier == name) {
+    let mut names = HashSet::new();
+    for name in header {
+        if !name.is_empty() && !names.insert(name) {
             return Err(format!(
                 "the column {} is there twice; keep one",
                 quoted(name)
@@ -731,8 +786,37 @@ fn describe_width(fields: usize, width: usize) -> String {
     format!("{fields}, the header has {width}: {remedy}")
 }
 
-/// Refuses what no brake and no switch can be, whichever column it is.
+/// Refuses a quotation mark that nothing closes: the rest of the file would be one field.
+fn check_quotes(path: &Path, text: &str) -> Result<(), InputError> {
+    // As the reader takes them: a mark opens at the start of a field, and a double one inside is text.
+    let (mut open, mut starts) = (None, true);
+    let mut bytes = text.bytes().enumerate().peekable();
+    while let Some((at, byte)) = bytes.next() {
+        match (open, byte) {
+            (None, b'"') if starts => open = Some(at),
+            (Some(_), b'"') if bytes.next_if(|(_, next)| *next == b'"').is_none() => open = None,
+            _ => (),
+        }
+        starts = open.is_none() && matches!(byte, b',' | b'\n' | b'\r');
+    }
+    let Some(at) = open else { return Ok(()) };
+    let line = 1 + line_ends(text.as_bytes(), 0, at);
+    let rest = text[at..].lines().next().unwrap_or_default();
+    let message = format!(
+        "the quotation mark of {} is not closed; close it, or remove it",
+        quoted(rest)
+    );
+    Err(InputError::new(path, Some(line), message))
+}
+
+/// Refuses what no measurement, no brake and no switch can be, whichever column it is.
 fn check_value(name: &str, value: f64) -> Result<(), String> {
+    if name != COLUMNS[TIME].0 && value.abs() > GREATEST_VALUE {
+        return Err(format!(
+            "`{name}` is {value:?}, which no machine does; expected SI units, at most {GREATEST_VALUE:e}: \
+             cut the log here, mend the sample, or convert the unit"
+        ));
+    }
     if name == COLUMNS[BRAKE].0 && value < 0.0 {
         return Err(format!(
             "`brake` is {value:?}, expected 0 or more: the level of the friction that the brake adds, \

@@ -5,7 +5,9 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
-use host_tests::{bench, check, decode, ecu, gap, hil, identify, onboard, reproduce};
+use host_tests::{
+    bench, check, decode, ecu, error, gap, hil, identify, onboard, outputs, reproduce,
+};
 
 /// Firmware and model of an electromechanical actuator, closed on each other
 ///
@@ -16,13 +18,19 @@ use host_tests::{bench, check, decode, ecu, gap, hil, identify, onboard, reprodu
 #[command(
     name = "cargo hil",
     bin_name = "cargo hil",
-    after_help = "Example: cargo hil"
+    after_help = "Example: cargo hil",
+    after_long_help = with_files("Example: cargo hil")
 )]
 struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
 }
 
+const IDENTIFY_EXAMPLE: &str = "Example: cargo hil identify --machine \
+     host-tests/machines/intake-throttle-12v.toml --slow triangle.csv --fast steps.csv --machine-out \
+     identified.toml";
+const DECODE_EXAMPLE: &str = "Example: cargo hil decode \
+     target/firmware/thumbv7em-none-eabihf/release/emulated target/hil/emulated.defmt --csv board.csv";
 const GAP_EXAMPLE: &str =
     "Example: cargo hil gap --machine ema.toml --train a.csv --validate b.csv";
 
@@ -34,12 +42,13 @@ enum Command {
     /// Find the effects that a measured log has and a declared machine lacks
     #[command(
         after_help = GAP_EXAMPLE,
-        after_long_help = format!("{}\n\n{GAP_EXAMPLE}", gap::catalogue::text())
+        after_long_help = format!("{}\n\n{}", gap::catalogue::text(), with_files(GAP_EXAMPLE))
     )]
     Gap(gap::command::Args),
     /// Identify an actuator with friction and a return spring from a slow and a fast log
     #[command(
-        after_help = "Example: cargo hil identify --machine host-tests/machines/intake-throttle-12v.toml --slow triangle.csv --fast steps.csv --machine-out identified.toml"
+        after_help = IDENTIFY_EXAMPLE,
+        after_long_help = with_files(IDENTIFY_EXAMPLE)
     )]
     Identify(identify::command::Args),
     /// Reproduce the results of a paper, ours beside them
@@ -53,12 +62,18 @@ enum Command {
     Ecu(ecu::Args),
     /// Turn a board's defmt log into lines, and its samples into CSV
     #[command(
-        after_help = "Example: cargo hil decode target/firmware/thumbv7em-none-eabihf/release/emulated target/hil/emulated.defmt --csv board.csv"
+        after_help = DECODE_EXAMPLE,
+        after_long_help = with_files(DECODE_EXAMPLE)
     )]
     Decode(decode::Args),
     /// Measure the speed on this host
     #[command(after_help = "Example: cargo hil bench --json bench.json")]
     Bench(bench::Args),
+}
+
+/// What is done with files, and then the example that every help ends with.
+fn with_files(example: &str) -> String {
+    format!("{}\n{}\n\n{example}", error::LIMITS, outputs::HELP)
 }
 
 fn main() -> ExitCode {
@@ -112,6 +127,6 @@ fn usage(error: &clap::Error) -> ExitCode {
             line.push_str(part);
         }
     }
-    eprintln!("{line}; see cargo hil help");
+    eprintln!("{}; see cargo hil help", error::one_line(&line));
     ExitCode::from(2)
 }

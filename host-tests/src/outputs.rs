@@ -35,7 +35,7 @@ not at all. A file that is there already is replaced only if it is empty or this
   JSON         a result of one of these commands
   TOML, pages  \"Written by cargo hil\" stands in the beginning; delete that line to keep what you edited
   input CSV    has the columns time_s,input and no other
-  log CSV      only if nothing changes
+  log CSV      begins with the column time_s
 Other files in a report's directory are left alone. Devices, pipes and /dev/stdout are written to.";
 
 /// Stands in the beginning of a page, a drawing or a machine file that this program wrote.
@@ -43,6 +43,9 @@ pub const MARK: &str = "Written by cargo hil";
 
 /// The first line of an experiment's input. A measured log has more columns.
 pub const INPUT_HEADER: &str = "time_s,input";
+
+/// What every log begins with that this program writes.
+const LOG_BEGINNING: &str = "time_s,";
 
 /// Where [`MARK`] has to be, in bytes from the start.
 const BEGINNING: usize = 1000;
@@ -65,7 +68,7 @@ pub enum Kind {
     Marked,
     /// An experiment's input, CSV: replaces a file with the columns of [`INPUT_HEADER`] alone.
     Input,
-    /// A log, CSV. Nothing tells it from one that a user measured: it replaces its like only.
+    /// A log, CSV, which nothing tells from one that a user measured: replaces any log.
     Log,
 }
 
@@ -85,7 +88,7 @@ impl Kind {
                 let line = bytes.split(|byte| *byte == b'\n').next();
                 line.is_some_and(|line| line.trim_ascii() == INPUT_HEADER.as_bytes())
             }
-            Self::Log => true,
+            Self::Log => bytes.starts_with(LOG_BEGINNING.as_bytes()),
         }
     }
 }
@@ -127,7 +130,6 @@ struct Place {
     /// As the user named it.
     shown: PathBuf,
     target: Target,
-    kind: Kind,
 }
 
 /// What is done at the end.
@@ -242,18 +244,14 @@ impl Outputs {
             identity,
             because: "is another output of this command, and would be replaced; name a place for each",
         });
-        self.places.push(Place {
-            shown,
-            target,
-            kind,
-        });
+        self.places.push(Place { shown, target });
         Ok(Output(self.places.len() - 1))
     }
 
     /// Prepares an output. Nothing is at its place before [`Outputs::commit`].
     ///
     /// # Errors
-    /// What the file system reports; a log that would replace another one.
+    /// What the file system reports.
     pub fn stage(&mut self, output: Output, bytes: impl Into<Vec<u8>>) -> Result<(), Failure> {
         let (bytes, place) = (bytes.into(), &self.places[output.0]);
         let Target::File(path) = &place.target else {
@@ -262,11 +260,6 @@ impl Outputs {
             return Ok(());
         };
         let path = path.clone();
-        if place.kind == Kind::Log && differs(&path, &bytes) {
-            let message =
-                "holds another log, which is not replaced; name a new file, or move it away";
-            return Err(InputError::new(&place.shown, None, message).into());
-        }
         match write_part(&path, &bytes, &mut self.unfinished) {
             Ok(part) => {
                 self.changes.push(Change::Rename { part, to: path });
@@ -290,9 +283,7 @@ impl Outputs {
 
     /// Removes an earlier run's file at the end: this run has none. [`Kind`] says whose file it is.
     pub fn stage_removal(&mut self, output: Output) {
-        if let Target::File(path) = &self.places[output.0].target
-            && self.places[output.0].kind != Kind::Log
-        {
+        if let Target::File(path) = &self.places[output.0].target {
             self.changes.push(Change::Remove(path.clone()));
         }
     }
@@ -350,12 +341,6 @@ pub fn write_own(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
 
 fn unwritable(path: &Path, reason: &str) -> Failure {
     Failure::system(path.display(), reason)
-}
-
-/// Whether there is a file with other bytes, of which some are no white space.
-fn differs(path: &Path, bytes: &[u8]) -> bool {
-    let there = fs::read(path).unwrap_or_default();
-    !there.trim_ascii().is_empty() && there != bytes
 }
 
 /// What a file holds; none if it is too large to be a result.

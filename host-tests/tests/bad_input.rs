@@ -515,6 +515,99 @@ mod log {
     }
 
     #[test]
+    fn a_quotation_mark_that_nothing_closes_is_refused() {
+        row_refused(5, "0.0050,\"5,2.5", &["\"5,2.5", "is not closed"]);
+        let header = text("\"time_s,input,position", &rows());
+        refused(header, 1, &["quotation mark", "is not closed"]);
+        let mut remarked: Vec<String> = rows().iter().map(|row| row.to_owned() + ",").collect();
+        remarked[7] += "\"two\nlines, a \"\"word\"\" and 2\"\" more\"";
+        remarked[9] += "5\" wide";
+        read(text("time_s,input,position,remark", &remarked));
+    }
+
+    #[test]
+    fn a_file_that_is_too_large_is_refused() {
+        let file = given("log.csv", "");
+        let hole = fs::File::options().write(true).open(&file.path).unwrap();
+        hole.set_len((512 << 20) + 1).unwrap();
+        let error = Log::read(&file.path).expect_err("a log that is too large");
+        assert_error(&error, &file.path, None, &["larger than 512 MB", "a log"]);
+        let endless = Path::new("/dev/zero");
+        let error = Machine::read(endless).expect_err("a machine file that never ends");
+        assert_error(
+            &error,
+            endless,
+            None,
+            &["larger than 1 MB", "a machine file"],
+        );
+    }
+
+    #[test]
+    fn an_impossible_sample_is_refused() {
+        row_refused(
+            5,
+            "0.0050,1e10,2.5",
+            &["`input` is 10000000000.0", "at most 1e9"],
+        );
+        row_refused(5, "0.0050,5,-2e9", &["`position`", "mend the sample"]);
+    }
+
+    /// A swing of 0.4 rad, once in 100 s; `edit` gets its positions.
+    fn swing(edit: impl Fn(&mut [f64])) -> String {
+        let time = |row: usize| row as f64 * 1e-2;
+        let mut positions: Vec<f64> = (0..1000).map(|row| 0.4 * (time(row) * 0.6).sin()).collect();
+        edit(&mut positions);
+        let rows: Vec<String> = positions
+            .iter()
+            .enumerate()
+            .map(|(row, position)| format!("{:?},0,{position:?}", time(row)))
+            .collect();
+        text(HEADER, &rows)
+    }
+
+    #[test]
+    fn a_position_that_jumps_for_one_sample_is_refused() {
+        read(swing(|_| ()));
+        refused(
+            swing(|it| it[500] += 1.0),
+            502,
+            &["`position`", "in this sample alone"],
+        );
+        refused(swing(|it| it[500] -= 1.0), 502, &["mean of its neighbours"]);
+        let twice = swing(|it| {
+            it[300] -= 1.0;
+            it[700] += 2.0;
+        });
+        refused(twice, 302, &["in this sample alone"]);
+    }
+
+    #[test]
+    fn what_a_sensor_does_is_no_jump() {
+        // An angle that wraps, also there and back.
+        read(swing(|it| {
+            it.iter_mut().for_each(|it| *it = it.rem_euclid(0.5))
+        }));
+        // A last digit that toggles at rest.
+        read(swing(|it| {
+            it.fill(0.25);
+            it[400] = 0.251;
+        }));
+        // A step to another place.
+        read(swing(|it| it[500..].iter_mut().for_each(|it| *it += 1.0)));
+        // Steps of an encoder, and noise.
+        read(swing(|it| {
+            it.iter_mut()
+                .for_each(|it| *it = (*it * 50.0).round() / 50.0)
+        }));
+        let noise = |row: usize| 0.05 * ((row * row) as f64 * 0.7).sin();
+        read(swing(|it| {
+            it.iter_mut()
+                .enumerate()
+                .for_each(|(row, it)| *it += noise(row))
+        }));
+    }
+
+    #[test]
     fn the_public_benchmark_is_read() {
         let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/emps");
         if !directory.is_dir() {
@@ -535,10 +628,16 @@ mod log {
             -1e3..1e3,
             Just(0.0),
             Just(-0.0),
-            any::<f32>().prop_map(f64::from)
+            // Up to what a sample may be.
+            any::<f32>().prop_map(|value| f64::from(value) % 1e9)
         ]
         .prop_filter("finite", |value: &f64| value.is_finite());
         prop::collection::vec(value, samples)
+    }
+
+    /// Positions none of which stands out.
+    fn positions(samples: usize) -> impl Strategy<Value = Vec<f64>> {
+        prop::collection::vec(-1e3..1e3, samples)
     }
 
     prop_compose! {
@@ -546,7 +645,7 @@ mod log {
             start_us in -1_000_000_000_i64..1_000_000_000,
             period_us in 10_u32..100_000,
             input in series(samples),
-            position in series(samples),
+            position in positions(samples),
             command in prop::option::of(series(samples)),
             current in prop::option::of(series(samples)),
             velocity in prop::option::of(series(samples)),
