@@ -159,7 +159,6 @@ impl Log {
     }
 
     fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
-        check_quotes(path, text)?;
         let table = Table::parse(path, text)?;
         table.check_spikes(path)?;
         let rows = table.lines.len();
@@ -366,6 +365,7 @@ impl Table {
             return Err(fail(1, format!("the file is empty; expected {EXPECTED}")));
         };
         let width = record.len();
+        rows.check_quotes(path, "")?;
         let places = find_columns(path, &record).map_err(|message| fail(header_line, message))?;
 
         let mut table = Self {
@@ -376,6 +376,7 @@ impl Table {
         let mut last_line = header_line;
         let mut last_time = f64::NEG_INFINITY;
         while let Some(line) = rows.read(&mut record) {
+            rows.check_quotes(path, &describe_fields(record.len(), width))?;
             if record.len() != width {
                 return Err(fail(line, describe_width(record.len(), width)));
             }
@@ -659,6 +660,8 @@ struct Rows<'t> {
     reader: csv::Reader<&'t [u8]>,
     offset: usize,
     line: usize,
+    /// Where a quotation mark opens that nothing closes.
+    unclosed: Option<usize>,
 }
 
 impl<'t> Rows<'t> {
@@ -672,7 +675,25 @@ impl<'t> Rows<'t> {
                 .from_reader(text.as_bytes()),
             offset: 0,
             line: 1,
+            unclosed: unclosed_quote(text),
         }
+    }
+
+    /// Refuses the row that was just read if a quotation mark in it is not closed. `finding` begins the
+    /// message: what else is wrong with the row.
+    fn check_quotes(&self, path: &Path, finding: &str) -> Result<(), InputError> {
+        let end = self.reader.position().byte() as usize;
+        let Some(at) = self.unclosed.filter(|at| *at < end) else {
+            return Ok(());
+        };
+        let line = 1 + line_ends(self.text, 0, at);
+        let rest = String::from_utf8_lossy(&self.text[at..]);
+        let rest = rest.lines().next().unwrap_or_default();
+        let message = format!(
+            "{finding}the quotation mark of {} is not closed; close it, or remove it",
+            quoted(rest)
+        );
+        Err(InputError::new(path, Some(line), message))
     }
 
     /// Reads the next row and returns its line, or `None` at the end.
@@ -782,12 +803,19 @@ fn describe_width(fields: usize, width: usize) -> String {
     } else {
         "write decimal points, not decimal commas, and one sample a row"
     };
-    let fields = counted(fields, "field");
-    format!("{fields}, the header has {width}: {remedy}")
+    describe_fields(fields, width) + remedy
 }
 
-/// Refuses a quotation mark that nothing closes: the rest of the file would be one field.
-fn check_quotes(path: &Path, text: &str) -> Result<(), InputError> {
+/// That a row has other than the right number of fields, and nothing where it has that.
+fn describe_fields(fields: usize, width: usize) -> String {
+    if fields == width {
+        return String::new();
+    }
+    format!("{}, the header has {width}: ", counted(fields, "field"))
+}
+
+/// Where a quotation mark opens that nothing closes: the rest of the file is one field then.
+fn unclosed_quote(text: &str) -> Option<usize> {
     // As the reader takes them: a mark opens at the start of a field, and a double one inside is text.
     let (mut open, mut starts) = (None, true);
     let mut bytes = text.bytes().enumerate().peekable();
@@ -799,14 +827,7 @@ fn check_quotes(path: &Path, text: &str) -> Result<(), InputError> {
         }
         starts = open.is_none() && matches!(byte, b',' | b'\n' | b'\r');
     }
-    let Some(at) = open else { return Ok(()) };
-    let line = 1 + line_ends(text.as_bytes(), 0, at);
-    let rest = text[at..].lines().next().unwrap_or_default();
-    let message = format!(
-        "the quotation mark of {} is not closed; close it, or remove it",
-        quoted(rest)
-    );
-    Err(InputError::new(path, Some(line), message))
+    open
 }
 
 /// Refuses what no measurement, no brake and no switch can be, whichever column it is.
