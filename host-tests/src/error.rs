@@ -49,6 +49,13 @@ impl fmt::Display for InputError {
 
 impl std::error::Error for InputError {}
 
+/// Says on standard error what is doubtful in the user's files, a line each.
+pub(crate) fn warn(doubts: &[InputError]) {
+    for doubt in doubts {
+        eprintln!("warning: {doubt}");
+    }
+}
+
 /// Most characters of a name or a message that are shown. What is wrong stands at the beginning, the
 /// remedy at the end: a longer one is cut in the middle.
 const SHOWN: usize = 1000;

@@ -147,7 +147,16 @@ impl Log {
     /// # Errors
     /// The first fault found, with its line.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        Self::of_text(path, &read_text(path, EXPECTED, LARGEST_DATA)?)
+        Self::read_with_doubts(path, &mut Vec::new())
+    }
+
+    /// As [`Log::read`], and adds to `doubts` what can be read but hardly be so: a position that jumps for
+    /// one sample in a log that is smooth otherwise, with its line.
+    ///
+    /// # Errors
+    /// As [`Log::read`].
+    pub fn read_with_doubts(path: &Path, doubts: &mut Vec<InputError>) -> Result<Self, InputError> {
+        Self::of_text(path, &read_text(path, EXPECTED, LARGEST_DATA)?, doubts)
     }
 
     /// As [`Log::read`], of what a file holds.
@@ -155,12 +164,12 @@ impl Log {
     /// # Errors
     /// As [`Log::read`].
     pub fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, InputError> {
-        Self::of_text(path, &text_of(path, bytes, EXPECTED)?)
+        Self::of_text(path, &text_of(path, bytes, EXPECTED)?, &mut Vec::new())
     }
 
-    fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
+    fn of_text(path: &Path, text: &str, doubts: &mut Vec<InputError>) -> Result<Self, InputError> {
         let table = Table::parse(path, text)?;
-        table.check_spikes(path)?;
+        doubts.extend(table.spikes(path));
         let rows = table.lines.len();
         let table = table.merge_repeats(path)?;
         let repeated = rows - table.lines.len();
@@ -416,9 +425,9 @@ impl Table {
         Err(InputError::new(path, Some(line), message))
     }
 
-    /// Refuses a position that jumps for one sample in a log that is smooth otherwise: no machine moves
-    /// there and back between two samples, many times as fast as ever else.
-    fn check_spikes(&self, path: &Path) -> Result<(), InputError> {
+    /// Positions that jump for one sample in a log that is smooth otherwise: no machine moves there and
+    /// back between two samples, many times as fast as ever else.
+    fn spikes(&self, path: &Path) -> Vec<InputError> {
         let position = self.columns[POSITION].as_deref().unwrap_or_default();
         let steps: Vec<f64> = position.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
@@ -439,18 +448,20 @@ impl Table {
         // A jump that stays is an angle that wraps, or a gap: others know better what to say of it.
         let (pairs, rest) = large.as_chunks::<2>();
         if pairs.is_empty() || !rest.is_empty() || !pairs.iter().all(|pair| back(pair)) {
-            return Ok(());
+            return Vec::new();
         }
-        let row = pairs[0][1];
-        let message = format!(
-            "`position` is {:?} in this sample alone, {:?} before and {:?} after it, and no other steps \
-             are nearly as large; expected a smooth position: replace the sample by the mean of its \
-             neighbours, or remove the row",
-            position[row],
-            position[row - 1],
-            position[row + 1]
-        );
-        Err(InputError::new(path, Some(self.lines[row]), message))
+        let doubt = |pair: &[usize; 2]| {
+            let row = pair[1];
+            let message = format!(
+                "`position` is {:?} in this sample alone, {:?} before and {:?} after it, and no other steps \
+             are nearly as large: replace the sample by the mean of its neighbours, or remove the row",
+                position[row],
+                position[row - 1],
+                position[row + 1]
+            );
+            InputError::new(path, Some(self.lines[row]), message)
+        };
+        pairs.iter().map(doubt).collect()
     }
 
     fn time(&self) -> &[f64] {

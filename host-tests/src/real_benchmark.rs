@@ -122,10 +122,16 @@ fn trace(row: &Row, directory: &Path) -> Result<Judged, Failure> {
         let inside = names.iter().map(|name| directory.join(row.log).join(name));
         inside.collect()
     };
-    let traced = read_train(&paths(row.train))
+    let traced = read_train(&paths(row.train), &mut Vec::new())
         .map_err(Failure::from)
         .and_then(|train| {
-            let validate = || Ok(read_validate(&paths(row.validate), &train)?);
+            let validate = || {
+                Ok(read_validate(
+                    &paths(row.validate),
+                    &train,
+                    &mut Vec::new(),
+                )?)
+            };
             engine::run(&machine, &train, validate, |_| ())
         });
     let seconds = started.elapsed().as_secs_f64();

@@ -486,6 +486,27 @@ fn a_header_of_many_columns_is_read() {
 }
 
 #[test]
+fn a_position_that_jumps_for_one_sample_is_said_with_its_line() {
+    let bench = Bench::new();
+    let log = bench.read(TRAIN);
+    let mut rows: Vec<String> = log.lines().map(str::to_owned).collect();
+    let mut fields: Vec<&str> = rows[1000].split(',').collect();
+    fields[2] = "1e6";
+    rows[1000] = fields.join(",");
+    bench.write(TRAIN, rows.join("\n"));
+    let output = bench.run(GAP);
+    assert!(output.status.success());
+    let warning = text(&output.stderr);
+    assert!(
+        warning
+            .starts_with("warning: train.csv:1001: `position` is 1000000.0 in this sample alone")
+    );
+    assert_eq!(warning.lines().count(), 1, "{warning}");
+    bench.write(TRAIN, log);
+    assert!(bench.run(GAP).stderr.is_empty());
+}
+
+#[test]
 fn an_error_is_one_short_line_without_control_characters() {
     let bench = Bench::new();
     let long = "x".repeat(100_000);

@@ -1,5 +1,6 @@
 //! The command line of `cargo hil gap`.
 
+use std::cell::RefCell;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use indicatif::ProgressBar;
 use super::engine::Answer;
 use super::experiment::{self, Plan};
 use super::{engine, report, table};
-use crate::error::InputError;
+use crate::error::{InputError, warn};
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
@@ -58,7 +59,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         [("index.html", Kind::Marked), (NEXT_EXPERIMENT, Kind::Input)],
     )?;
     let machine = Machine::read(&args.machine)?;
-    let train = read_train(&args.train)?;
+    let mut doubts = Vec::new();
+    let train = read_train(&args.train, &mut doubts)?;
     // A name that is wrong is better said now than after the fit; what is inside stays unread.
     for path in &args.validate {
         check_there(path)?;
@@ -70,10 +72,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     progress.enable_steady_tick(Duration::from_millis(100));
     progress.set_message("tracing the residual");
+    let late_doubts = RefCell::new(Vec::new());
     let result = engine::trace(
         &machine,
         &train,
-        || Ok(read_validate(&args.validate, &train)?),
+        || {
+            Ok(read_validate(
+                &args.validate,
+                &train,
+                &mut late_doubts.borrow_mut(),
+            )?)
+        },
         |message| progress.set_message(message.to_owned()),
     )
     .and_then(|answer| {
@@ -91,6 +100,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     });
     progress.finish_and_clear();
     let (mut found, mut next) = result?;
+    doubts.append(&mut late_doubts.into_inner());
+    warn(&doubts);
     let input = next.as_ref().and_then(|next| next.plan.as_ref());
     let input = input.map(Plan::to_csv);
     if let (Some(next), Some(_)) = (&mut next, &input) {
@@ -146,29 +157,33 @@ fn check_there(path: &Path) -> Result<(), InputError> {
 }
 
 /// Training logs, all at the longest of their sampling periods: what a slower one did between its samples
-/// nobody knows.
+/// nobody knows. What can hardly be so in them is added to `doubts`.
 ///
 /// # Errors
 /// The first fault found in one of them.
-pub fn read_train(paths: &[PathBuf]) -> Result<Vec<Log>, InputError> {
+pub fn read_train(paths: &[PathBuf], doubts: &mut Vec<InputError>) -> Result<Vec<Log>, InputError> {
     let logs = paths
         .iter()
-        .map(|path| Log::read(path))
+        .map(|path| Log::read_with_doubts(path, doubts))
         .collect::<Result<Vec<_>, _>>()?;
     let longest = logs.iter().map(|log| log.period_s).fold(0.0, f64::max);
     logs.into_iter().map(|log| log.at_period(longest)).collect()
 }
 
-/// Validation logs, at the sampling period of the training logs.
+/// Validation logs, at the sampling period of the training logs; `doubts` as for [`read_train`].
 ///
 /// # Errors
 /// The first fault found in one of them.
-pub fn read_validate(paths: &[PathBuf], train: &[Log]) -> Result<Vec<Log>, InputError> {
+pub fn read_validate(
+    paths: &[PathBuf],
+    train: &[Log],
+    doubts: &mut Vec<InputError>,
+) -> Result<Vec<Log>, InputError> {
     let period = train.first().map(|log| log.period_s);
     paths
         .iter()
         .map(|path| {
-            let log = Log::read(path)?;
+            let log = Log::read_with_doubts(path, doubts)?;
             period.map_or(Ok(log.clone()), |period| log.at_period(period))
         })
         .collect()

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::table::{self, Validation};
 use super::{Identified, Series, Start, figure, identify, machine_file};
-use crate::error::InputError;
+use crate::error::{InputError, warn};
 use crate::failure::Failure;
 use crate::free_run::Errors;
 use crate::log::Log;
@@ -54,12 +54,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let files = REPORT.map(|name| (name, outputs::Kind::Marked));
     let files = outputs.directory(args.report.as_deref(), files)?;
     let start = Start::new(Machine::read(&args.machine)?)?;
-    let (slow, fast) = (Log::read(&args.slow)?, Log::read(&args.fast)?);
+    let mut doubts = Vec::new();
+    let mut read = |path: &PathBuf| Log::read_with_doubts(path, &mut doubts);
+    let (slow, fast) = (read(&args.slow)?, read(&args.fast)?);
     let identified = identify(&start, &slow, &fast)?;
     let validation = match &args.validate {
-        Some(path) => Some(validate(&identified, &Log::read(path)?)?),
+        Some(path) => Some(validate(&identified, &read(path)?)?),
         None => None,
     };
+    warn(&doubts);
     let machine = &start.machine;
     if let Some(machine_out) = machine_out {
         let note = if identified.polished.is_some() {
