@@ -123,6 +123,8 @@ fn difference(expected: &Figures, measured: &Figures) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn figures(pairs: &[(&str, u64)]) -> Figures {

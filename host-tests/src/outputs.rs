@@ -130,6 +130,7 @@ struct Place {
     /// As the user named it.
     shown: PathBuf,
     target: Target,
+    kind: Kind,
 }
 
 /// What is done at the end.
@@ -244,7 +245,11 @@ impl Outputs {
             identity,
             because: "is another output of this command, and would be replaced; name a place for each",
         });
-        self.places.push(Place { shown, target });
+        self.places.push(Place {
+            shown,
+            target,
+            kind,
+        });
         Ok(Output(self.places.len() - 1))
     }
 
@@ -254,6 +259,7 @@ impl Outputs {
     /// What the file system reports.
     pub fn stage(&mut self, output: Output, bytes: impl Into<Vec<u8>>) -> Result<(), Failure> {
         let (bytes, place) = (bytes.into(), &self.places[output.0]);
+        debug_assert!(place.kind.wrote(&bytes), "the next run would not know it");
         let Target::File(path) = &place.target else {
             let to = output.0;
             self.changes.push(Change::Send { to, bytes });
@@ -277,7 +283,6 @@ impl Outputs {
         let failed = |error: serde_json::Error| Failure::other(error.to_string());
         let mut text = serde_json::to_string_pretty(value).map_err(failed)?;
         text.push('\n');
-        debug_assert!(Kind::Json.wrote(text.as_bytes()), "a key of RESULT_KEYS");
         self.stage(output, text)
     }
 
@@ -291,7 +296,8 @@ impl Outputs {
     /// Puts every staged output in its place.
     ///
     /// # Errors
-    /// What the file system reports. Then no file is there that was not, but a pipe may have got its part.
+    /// What the file system reports. A pipe may have got its part then; files are as before, unless the disk
+    /// failed between two renames.
     pub fn commit(mut self) -> Result<(), Failure> {
         let changes = std::mem::take(&mut self.changes);
         // Streams first: these fail, or wait for a reader, while nothing is in place yet.

@@ -192,11 +192,7 @@ pub(super) fn send(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Some("2") => io::stderr().write_all(bytes),
         _ => {
             let mut options = OpenOptions::new();
-            options
-                .write(true)
-                .append(true)
-                .open(path)?
-                .write_all(bytes)
+            options.append(true).open(path)?.write_all(bytes)
         }
     }
 }

@@ -56,7 +56,7 @@ pub fn draw(identified: &Identified, logs: &[&Log]) -> Result<String, Failure> {
     let dots: Vec<Dot> = dots.into_iter().step_by(every).collect();
     let mut svg = String::new();
     paint(&mut svg, &dots, identified)
-        .map_err(|error| Failure::system("the partition's drawing", &io::Error::other(error)))?;
+        .map_err(|error| Failure::system("the partition's drawing", io::Error::other(error)))?;
     Ok(svg)
 }
 
