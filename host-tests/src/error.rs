@@ -1,7 +1,7 @@
 //! What is wrong with a file that the user gave, and where.
 
 use std::fmt;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -88,16 +88,15 @@ pub fn one_line(text: &str) -> String {
     line
 }
 
-/// Largest log, board's log or image that is read, bytes: some ten million rows. Larger ones are cut
-/// before.
+/// Largest log, logger's file, board's log or image that is read, bytes: some ten million rows. Larger ones
+/// are cut before.
 pub const LARGEST_DATA: u64 = 512 << 20;
 
 /// Largest file of declarations (TOML) that is read, bytes.
 pub const LARGEST_DECLARATION: u64 = 1 << 20;
 
 /// What the help of every command with inputs says about their size.
-pub const LIMITS: &str =
-    "Inputs: a log, a board's log or an image may have 512 MB, a machine file 1 MB.";
+pub const LIMITS: &str = "Inputs: a log, a logger's file, a board's log or an image may have 512 MB, a machine file 1 MB.";
 
 /// The bytes of a user's file of at most `largest` bytes. `expected` ends the messages for a file that
 /// cannot be one: "a log (CSV)".
@@ -105,45 +104,55 @@ pub const LIMITS: &str =
 /// # Errors
 /// A file that is not there, cannot be read, or is larger.
 pub(crate) fn read_bytes(path: &Path, expected: &str, largest: u64) -> Result<Vec<u8>, InputError> {
-    load(path, largest).map_err(|error| {
-        let reason = match error.kind() {
-            io::ErrorKind::FileTooLarge => {
-                let most = largest >> 20;
-                format!("is larger than {most} MB; expected {expected} of that size at most")
-            }
-            _ => format!("cannot be read ({error}); expected {expected}"),
-        };
-        InputError::new(path, None, reason)
-    })
+    load(path, largest).map_err(|error| unreadable(path, &error, expected, largest))
+}
+
+/// What is said of a user's file that could not be read. `expected` and `largest` as for [`read_bytes`].
+pub(crate) fn unreadable(
+    path: &Path,
+    error: &io::Error,
+    expected: &str,
+    largest: u64,
+) -> InputError {
+    let reason = match error.kind() {
+        io::ErrorKind::NotFound => format!("no such file; expected {expected}"),
+        io::ErrorKind::IsADirectory => format!("is a directory; expected {expected}"),
+        io::ErrorKind::FileTooLarge => {
+            let most = largest >> 20;
+            format!("is larger than {most} MB; expected {expected} of that size at most")
+        }
+        _ => format!("cannot be read ({error}); expected {expected}"),
+    };
+    InputError::new(path, None, reason)
 }
 
 /// The text of a user's file of at most `largest` bytes, without its byte order mark. `expected` as for
 /// [`read_bytes`].
 pub(crate) fn read_text(path: &Path, expected: &str, largest: u64) -> Result<String, InputError> {
-    let there = fs::metadata(path);
-    let reason = match &there {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => "no such file",
-        Ok(there) if there.is_dir() => "is a directory",
-        _ => return text_of(path, read_bytes(path, expected, largest)?, expected),
-    };
-    Err(InputError::new(
-        path,
-        None,
-        format!("{reason}; expected {expected}"),
-    ))
+    text_of(path, read_bytes(path, expected, largest)?, expected)
 }
 
 fn load(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
-    let mut bytes = Vec::new();
     // A pipe or a device has no length beforehand, and may have no end.
-    if file.metadata()?.len() <= largest {
-        file.take(largest + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 <= largest {
-            return Ok(bytes);
-        }
+    if file.metadata()?.len() > largest {
+        return Err(io::ErrorKind::FileTooLarge.into());
     }
-    Err(io::ErrorKind::FileTooLarge.into())
+    read_at_most(file, largest)
+}
+
+/// All that there is to read, if it is at most `largest` bytes.
+///
+/// # Errors
+/// What reading reports; [`io::ErrorKind::FileTooLarge`] where there is more.
+pub(crate) fn read_at_most(from: impl Read, largest: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    from.take(largest + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 <= largest {
+        Ok(bytes)
+    } else {
+        Err(io::ErrorKind::FileTooLarge.into())
+    }
 }
 
 /// As [`read_text`], of what a file holds.

@@ -24,6 +24,7 @@ pub mod gap_benchmark;
 pub mod hil;
 pub mod identify;
 pub mod image;
+pub mod import;
 pub mod log;
 pub mod machine;
 pub mod measured;

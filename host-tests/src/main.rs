@@ -6,7 +6,7 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
 use host_tests::{
-    bench, check, decode, ecu, error, gap, hil, identify, onboard, outputs, reproduce,
+    bench, check, decode, ecu, error, gap, hil, identify, import, onboard, outputs, reproduce,
 };
 
 /// Firmware and model of an electromechanical actuator, closed on each other
@@ -34,6 +34,8 @@ const DECODE_EXAMPLE: &str = "Example: cargo hil decode \
 const GAP_EXAMPLE: &str =
     "Example: cargo hil gap --machine ema.toml --train a.csv --validate b.csv";
 
+const IMPORT_EXAMPLE: &str = "Example: cargo hil import run.csv --time t:ms --position pos:deg --input \"duty:%*12\" --current i:mA --out log.csv";
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Check everything: formatting, lints, firmware, emulated run, host tests
@@ -45,6 +47,12 @@ enum Command {
         after_long_help = format!("{}\n\n{}", gap::catalogue::text(), with_files(GAP_EXAMPLE))
     )]
     Gap(gap::command::Args),
+    /// Make a log of any logger's file: columns by name, units, signs, a rate
+    #[command(
+        after_help = IMPORT_EXAMPLE,
+        after_long_help = format!("{}\n\n{}", import::command::COLUMN_HELP, with_files(IMPORT_EXAMPLE))
+    )]
+    Import(import::command::Args),
     /// Identify an actuator with friction and a return spring from a slow and a fast log
     #[command(
         after_help = IDENTIFY_EXAMPLE,
@@ -95,6 +103,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         None => hil::run(),
         Some(Command::Test(args)) => check::run(&args),
         Some(Command::Gap(args)) => gap::command::run(&args),
+        Some(Command::Import(args)) => import::command::run(&args),
         Some(Command::Identify(args)) => identify::command::run(&args),
         Some(Command::Onboard(args)) => onboard::command::run(&args),
         Some(Command::Ecu(args)) => ecu::run(&args),

@@ -31,7 +31,8 @@ mod place;
 /// What the help of every command with outputs says about them.
 pub const HELP: &str = "\
 Files: what is read is never written, and no two outputs may be one file. Outputs are written whole or
-not at all. A file that is there already is replaced only if it is empty or this program wrote it:
+not at all. A file that is there already is replaced only if it is empty or this program wrote it, and
+by `import` never:
   JSON         a result of one of these commands
   TOML, pages  \"Written by cargo hil\" stands in the beginning; delete that line to keep what you edited
   input CSV    has the columns time_s,input and no other
@@ -111,6 +112,8 @@ pub struct Outputs {
     /// The file that standard output was redirected to: device and inode.
     printed: Option<(u64, u64)>,
     taken: Vec<Taken>,
+    /// Whether a result of this program is replaced; else nothing is.
+    replaces: bool,
     places: Vec<Place>,
     changes: Vec<Change>,
     /// Temporary files and new directories, in the order in which they were made.
@@ -154,10 +157,18 @@ impl Outputs {
         Self {
             printed: printed.map(|file| (file.dev(), file.ino())),
             taken: inputs.into_iter().map(taken).collect(),
+            replaces: true,
             places: Vec::new(),
             changes: Vec::new(),
             unfinished: Vec::new(),
         }
+    }
+
+    /// Outputs that replace no file at all, whoever wrote it.
+    #[must_use]
+    pub fn replacing_nothing(mut self) -> Self {
+        self.replaces = false;
+        self
     }
 
     /// Keeps other outputs out of a directory of the program's own that the command fills itself.
@@ -223,6 +234,11 @@ impl Outputs {
         let touched = |taken: &&Taken| taken.identity.meets(&identity);
         if let Some(taken) = self.taken.iter().find(touched) {
             return refuse(taken.because);
+        }
+        if !self.replaces && matches!(target, Target::File(_)) && is_there(&shown) {
+            return refuse(
+                "is there already and is not replaced; name a new file, or remove it first",
+            );
         }
         if let Target::File(path) = &target
             && path.exists()
@@ -310,6 +326,18 @@ impl Outputs {
                 }
             }
         }
+        if !self.replaces {
+            for change in &changes {
+                if let Change::Rename { to, .. } = change
+                    && is_there(to)
+                {
+                    return Err(unwritable(
+                        to,
+                        "has come up meanwhile and is not replaced; name a new file, or remove it first",
+                    ));
+                }
+            }
+        }
         // A signal waits until all are in place.
         let _all = unfinished();
         for change in &changes {
@@ -343,6 +371,11 @@ pub fn write_own(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
     let written = write_part(path, bytes.as_ref(), &mut left).and_then(|part| rename(&part, path));
     while left.pop().is_some() {}
     written.map_err(|error| Failure::system(path.display(), error))
+}
+
+/// Whether there is anything of this name, a link that leads nowhere too.
+fn is_there(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
 }
 
 fn unwritable(path: &Path, reason: &str) -> Failure {

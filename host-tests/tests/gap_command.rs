@@ -397,7 +397,11 @@ mod bad_logs {
         fs::remove_file(bench.path(JSON)).unwrap();
         bench.write("turned.csv", turned.join("\n") + "\n");
         let what = "current_a has the wrong sign";
-        bench.disagrees(&["--train", "turned.csv"], what, "--current current_a:A*-1");
+        bench.disagrees(
+            &["--train", "turned.csv"],
+            what,
+            "--current \"current_a:A*-1\"",
+        );
     }
 
     #[test]

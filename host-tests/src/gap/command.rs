@@ -179,12 +179,14 @@ pub fn read_validate(
     train: &[Log],
     doubts: &mut Vec<InputError>,
 ) -> Result<Vec<Log>, InputError> {
-    let period = train.first().map(|log| log.period_s);
     paths
         .iter()
         .map(|path| {
             let log = Log::read_with_doubts(path, doubts)?;
-            period.map_or(Ok(log.clone()), |period| log.at_period(period))
+            match train.first() {
+                Some(first) => log.at_period_of(first),
+                None => Ok(log),
+            }
         })
         .collect()
 }

@@ -366,7 +366,7 @@ pub(super) fn whiteness(outcome: &Outcome) -> String {
 }
 
 /// What putting a log on a grid has changed.
-pub(super) fn resampled_line(log: &Resampled, coordinate: &str) -> String {
+pub(crate) fn resampled_line(log: &Resampled, coordinate: &str) -> String {
     let change = &log.change;
     let period = Scale::of("s", [log.period_s]).quantity(log.period_s);
     let percent = Scale::percent();

@@ -3,7 +3,8 @@
 //! A position, a velocity, a command, a current or a measured load is a course that was looked at: it is
 //! interpolated linearly, which is right to the second order in the distance between the rows. A
 //! current belongs to these because what was logged is a reading at its instant, of a winding whose
-//! inductance does not let it jump.
+//! inductance does not let it jump. At a clearly lower rate than that of its rows it is averaged over a
+//! period around each sample, lest the ripple between them is taken for a slow current.
 //!
 //! What the drive was told holds from its row to the next. A new interval that straddles rows gets the
 //! mean over its time, which conserves the impulse: a machine with an inertia then has the speed that it
@@ -168,6 +169,29 @@ impl Instants {
             }
         };
         self.times().map(value).collect()
+    }
+
+    /// The mean of a course that was looked at in the rows, over a period around each sample: what a
+    /// slower logger with a filter would have seen. Nothing is delayed by it.
+    pub fn averaged(&self, time: &[f64], values: &[f64]) -> Vec<f64> {
+        let rows = time.len();
+        let mut integral = vec![0.0; rows];
+        for row in 1..rows {
+            let mean = 0.5 * (values[row - 1] + values[row]);
+            integral[row] = integral[row - 1] + mean * (time[row] - time[row - 1]);
+        }
+        let until = |instant: f64| {
+            let row = time.partition_point(|t| *t <= instant).clamp(1, rows - 1) - 1;
+            let since = instant - time[row];
+            let slope = (values[row + 1] - values[row]) / (time[row + 1] - time[row]);
+            integral[row] + since * (values[row] + 0.5 * slope * since)
+        };
+        let mean = |instant: f64| {
+            let from = (instant - self.period / 2.0).max(time[0]);
+            let to = (instant + self.period / 2.0).min(time[rows - 1]);
+            (until(to) - until(from)) / (to - from)
+        };
+        self.times().map(mean).collect()
     }
 
     /// The mean over each sample's time of what holds from its row to the next.
@@ -406,6 +430,23 @@ mod tests {
                 assert!((sum - expected).abs() < 1e-9, "{sample}: {sum} {expected}");
             }
         }
+    }
+
+    /// The mean of a straight line is its middle, and that of a ripple of one period is nothing.
+    #[test]
+    fn a_current_loses_its_ripple_and_keeps_its_time() {
+        let time: Vec<f64> = (0..2_001).map(|row| f64::from(row) * 1e-4).collect();
+        let course: Vec<f64> = (0..2_001)
+            .map(|row| 3.0 * f64::from(row) * 1e-4 + if row % 10 < 5 { 1.0 } else { -1.0 })
+            .collect();
+        let instants = Instants::with_period(&time, 1e-3);
+        let averaged = instants.averaged(&time, &course);
+        // At both ends half a period is missing.
+        for (t, value) in instants.times().zip(&averaged).skip(1).take(198) {
+            assert!((value - 3.0 * t).abs() < 1e-9, "{t}: {value}");
+        }
+        let looked_at = instants.interpolated(&time, &course);
+        assert!((looked_at[100] - averaged[100]).abs() > 0.9);
     }
 
     #[test]

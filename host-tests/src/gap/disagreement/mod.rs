@@ -15,7 +15,7 @@ pub mod limits;
 mod measure;
 mod reading;
 mod regression;
-mod units;
+pub(crate) mod units;
 mod words;
 
 pub(super) use answer::{failure, report};

@@ -7,6 +7,7 @@ use super::channels::Column;
 use super::limits::LONGEST_PERIOD;
 use super::measure::{Clue, Subject};
 use super::reading::{Correction, Reading};
+use crate::import::call::{Call, out_beside};
 use crate::log::{Log, rounded};
 use crate::machine::{Machine, PARAMETERS};
 use crate::quantity::significant;
@@ -263,9 +264,7 @@ fn line(machine: &Machine, name: &str, value: f64) -> String {
 /// The import that mends a log.
 fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String {
     let voltage = declared.machine.motor.is_some();
-    let shown = log.path.display().to_string();
-    let stem = shown.strip_suffix(".csv").unwrap_or(&shown).to_owned();
-    let mut text = format!("cargo hil import {}", quoted(&shown));
+    let mut call = Call::new(&log.path);
     let columns = [
         (Column::Time, "--time", "s"),
         (
@@ -294,19 +293,33 @@ fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String 
         let has =
             column == Column::Time || declared.logs.iter().all(|log| log.column(column).is_some());
         if has {
-            text += &format!(
-                " {flag} {}",
-                source(column, unit, corrections, declared.machine.gain)
-            );
+            let source = source(column, unit, corrections, declared.machine.gain);
+            call.option(flag, &source);
         }
     }
-    if corrections
-        .iter()
-        .any(|correction| matches!(correction, Correction::Wrapped(_)))
-    {
-        text += " --unwrap";
+    for (column, name, flag) in [
+        (&log.brake, "brake", "--brake"),
+        (&log.load_torque, "load_torque", "--load-torque"),
+        (&log.enabled, "enabled", "--enabled"),
+    ] {
+        if column.is_some() {
+            call.option(flag, name);
+        }
     }
-    format!("{text} --out {}", quoted(&format!("{stem}-corrected.csv")))
+    let wrapped = corrections.iter().find_map(|correction| match correction {
+        Correction::Wrapped(turn) => Some(*turn),
+        _ => None,
+    });
+    match wrapped {
+        None => {}
+        // A turn of the unit that the column is given in says itself.
+        Some(turn) if [TAU, 360.0].iter().any(|known| (turn - known).abs() < 1e-6) => {
+            call.flag("--unwrap");
+        }
+        Some(turn) => call.option("--unwrap", &rounded(turn, 9).to_string()),
+    }
+    call.option("--out", &out_beside(&log.path));
+    call.to_string()
 }
 
 /// A column of the new log as `cargo hil import` takes it: name, unit, factor.
@@ -350,13 +363,5 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
         format!("{name}{unit}")
     } else {
         format!("{name}{unit}*{}", rounded(factor, 6))
-    }
-}
-
-fn quoted(path: &str) -> String {
-    if path.contains(' ') {
-        format!("\"{path}\"")
-    } else {
-        path.to_owned()
     }
 }

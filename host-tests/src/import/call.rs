@@ -1,0 +1,162 @@
+//! The `cargo hil import` call that makes a log of a file. All such calls that are printed are made here.
+
+use std::fmt;
+use std::path::Path;
+
+use super::convert::convert;
+use super::guess;
+use super::layout::Reading;
+use super::raw::Raw;
+use super::recipe::Recipe;
+use crate::error::InputError;
+use crate::log::fault::Mend;
+
+/// A call, to be copied into a shell.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Call {
+    words: Vec<String>,
+}
+
+impl Call {
+    /// The import of this file.
+    pub fn new(raw: &Path) -> Self {
+        let shown = raw.display().to_string();
+        // What begins like an option is none in a directory.
+        let is_option = shown.starts_with('-') && shown != "-";
+        let shown = if is_option {
+            format!("./{shown}")
+        } else {
+            shown
+        };
+        Self {
+            words: ["cargo".into(), "hil".into(), "import".into(), shown].into(),
+        }
+    }
+
+    /// Adds an option and its value.
+    pub fn option(&mut self, name: &str, value: &str) {
+        self.words.extend([name.to_owned(), value.to_owned()]);
+    }
+
+    /// Adds a word.
+    pub fn flag(&mut self, name: &str) {
+        self.words.push(name.to_owned());
+    }
+}
+
+impl fmt::Display for Call {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words: Vec<String> = self.words.iter().map(|word| quoted(word)).collect();
+        f.write_str(&words.join(" "))
+    }
+}
+
+/// A word as a shell takes it unchanged.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=+,%@°".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else if word.contains(['"', '$', '`', '\\', '!']) {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    } else {
+        format!("\"{word}\"")
+    }
+}
+
+/// A name for the corrected log beside the file, that no file has yet.
+pub(crate) fn out_beside(path: &Path) -> String {
+    let shown = path.display().to_string();
+    if shown == "-" {
+        return "log.csv".to_owned();
+    }
+    let plain = shown.strip_suffix(".gz").unwrap_or(&shown);
+    let name_starts = plain.rfind(['/', '\\']).map_or(0, |at| at + 1);
+    let stem = match plain[name_starts..].rfind('.') {
+        Some(dot) if dot > 0 => &plain[..name_starts + dot],
+        _ => plain,
+    };
+    let names = (1..100).map(|number| match number {
+        1 => format!("{stem}-corrected.csv"),
+        number => format!("{stem}-corrected-{number}.csv"),
+    });
+    let mut free = names.filter(|name| Path::new(name).symlink_metadata().is_err());
+    free.next()
+        .unwrap_or_else(|| format!("{stem}-corrected.csv"))
+}
+
+/// The error of a log, with the call that would mend it where there is one: an import of the file at
+/// `path`, which holds `bytes`. A call is printed only if it has been followed and made a log.
+pub(crate) fn mended(
+    error: InputError,
+    path: &Path,
+    bytes: &[u8],
+    mend: Option<Mend>,
+) -> InputError {
+    match mend.and_then(|mend| mending(path, bytes, &mend)) {
+        Some(call) => {
+            let message = format!("{}: {call}", error.message);
+            InputError::new(&error.file, error.line, message)
+        }
+        None => error,
+    }
+}
+
+/// The call that mends what the file holds, tried out.
+fn mending(path: &Path, bytes: &[u8], mend: &Mend) -> Option<Call> {
+    let raw = Raw::read(path, bytes.to_vec(), &Reading::default()).ok()?;
+    let mut recipe = guess::recipe(&raw)?;
+    recipe.mend(mend, &raw).then_some(())?;
+    tried(path, &raw, recipe)
+}
+
+/// The call of a recipe, mended until it makes a log.
+pub(super) fn tried(path: &Path, raw: &Raw, mut recipe: Recipe) -> Option<Call> {
+    const MOST: usize = 6;
+    for _ in 0..MOST {
+        let sources = recipe.parsed(raw).ok()?;
+        match convert(path, raw, &recipe, &sources) {
+            Ok(_) => return Some(recipe.call(path, &out_beside(path))),
+            Err(fault) => {
+                let mend = fault.mend?;
+                if mend == Mend::Read || !recipe.mend(&mend, raw) {
+                    return None;
+                }
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_survive_a_shell() {
+        let mut call = Call::new("my log.csv".as_ref());
+        call.option("--input", "duty:%*12");
+        call.option("--time", "t:ms");
+        call.option("--position", "a$b");
+        assert_eq!(
+            call.to_string(),
+            "cargo hil import \"my log.csv\" --input \"duty:%*12\" --time t:ms --position 'a$b'"
+        );
+        assert_eq!(
+            Call::new("-x".as_ref()).to_string(),
+            "cargo hil import ./-x"
+        );
+    }
+
+    #[test]
+    fn the_output_stands_beside_the_input() {
+        for (raw, out) in [
+            ("a.csv", "a-corrected.csv"),
+            ("no/where.d/a.b.csv.gz", "no/where.d/a.b-corrected.csv"),
+            ("no/where.d/a", "no/where.d/a-corrected.csv"),
+            ("no/.hidden", "no/.hidden-corrected.csv"),
+            ("-", "log.csv"),
+        ] {
+            assert_eq!(out_beside(raw.as_ref()), out);
+        }
+    }
+}

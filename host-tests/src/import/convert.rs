@@ -1,0 +1,236 @@
+//! From the columns of a file to a log.
+
+use std::path::Path;
+
+use super::raw::{Raw, is_good};
+use super::recipe::{Recipe, Turn};
+use super::source::Source;
+use crate::log::fault::{Fault, Mend};
+use crate::log::rows::check_value;
+use crate::log::table::{PrintedDigits, Table, disordered};
+use crate::log::{COLUMNS, Columns, Course, Log, POSITION, TIME, quoted, rounded};
+
+/// A log, and what was done for it.
+#[derive(Debug)]
+pub(super) struct Converted {
+    /// The log.
+    pub log: Log,
+    /// Rows that were looked at.
+    pub rows: usize,
+    /// Rows that were left out for want of a number.
+    pub left_out: usize,
+    /// Rows that were earlier than one before them, and were moved.
+    pub sorted: usize,
+    /// Turns that were added or taken off, all together.
+    pub turns: usize,
+    /// The first time stamp, s, where it was made zero.
+    pub zero: Option<f64>,
+    /// Of each column of the log the rows before they are resampled.
+    pub columns: Columns,
+}
+
+/// A clock that reads more than this counts from some year, s: a log starts at zero then.
+const CALENDAR_S: f64 = 1e6;
+
+/// Digits of a time stamp that `f64` surely holds.
+const DIGITS: usize = 15;
+
+const COMMAND: usize = 3;
+
+/// Follows a recipe, whose sources have been read.
+///
+/// # Errors
+/// The first row that cannot be in a log, or what cannot be mended about how the rows lie in time.
+pub(super) fn convert(
+    path: &Path,
+    raw: &Raw,
+    recipe: &Recipe,
+    sources: &[(usize, Source)],
+) -> Result<Converted, Fault> {
+    let length = raw.columns[sources[0].1.column].values.len();
+    let (first, last) = recipe.lines.unwrap_or((1, usize::MAX));
+    let kept = |row: &usize| (first..=last).contains(&raw.lines[*row]);
+    let all: Vec<usize> = (0..length).filter(kept).collect();
+    let rows = all.len();
+    if rows == 0 {
+        return Err(Fault::new(1, "no row is left; expected at least 100"));
+    }
+    let start = all[0];
+    let (mut chosen, left_out) = good_rows(raw, sources, all, recipe.skip_bad)?;
+    let time = |row: usize| match sources.iter().find(|(index, _)| *index == TIME) {
+        Some((_, source)) => source.apply(raw.columns[source.column].values[row]),
+        None => (row - start) as f64 / recipe.rate.unwrap_or(1.0),
+    };
+    let mut sorted = 0;
+    if recipe.sort {
+        let stamps: Vec<f64> = chosen.iter().map(|&row| time(row)).collect();
+        sorted = disordered(&stamps);
+        chosen.sort_by(|&a, &b| time(a).total_cmp(&time(b)));
+    }
+    let mut columns = Columns::default();
+    let stamps: Vec<f64> = chosen.iter().map(|&row| time(row)).collect();
+    let zero = stamps
+        .first()
+        .copied()
+        .filter(|first| first.abs() > CALENDAR_S);
+    columns[TIME] = Some(stamps.iter().map(|&stamp| stamped(stamp, zero)).collect());
+    let mut turns = 0;
+    for (index, source) in sources.iter().filter(|(index, _)| *index != TIME) {
+        let read = &raw.columns[source.column].values;
+        let mut values: Vec<f64> = chosen.iter().map(|&row| read[row]).collect();
+        if let Some(turn) = recipe
+            .unwrap
+            .filter(|_| [POSITION, COMMAND].contains(index))
+        {
+            turns += unwrapped(&mut values, turn_of(source, turn)?);
+        }
+        for (value, &row) in values.iter_mut().zip(&chosen) {
+            *value = checked(source.apply(*value), *index, raw.lines[row])?;
+        }
+        columns[*index] = Some(values);
+    }
+    if recipe.unwrap.is_some() {
+        bring_to_position(&mut columns, sources, recipe.unwrap);
+    }
+    let table = Table {
+        lines: chosen.iter().map(|&row| raw.lines[row]).collect(),
+        digits: digits(columns[TIME].as_deref().unwrap_or_default()),
+        columns: columns.clone(),
+    };
+    table.check_order()?;
+    table.check_length(rows - left_out, table.last_line())?;
+    let timed = recipe.sources[TIME].is_some();
+    let log = Log::of_table(path, table, recipe.rate.filter(|_| timed))?;
+    Ok(Converted {
+        log,
+        rows,
+        left_out,
+        sorted,
+        turns,
+        zero,
+        columns,
+    })
+}
+
+/// The rows in which every column has a number, and how many have not.
+fn good_rows(
+    raw: &Raw,
+    sources: &[(usize, Source)],
+    rows: Vec<usize>,
+    skip_bad: bool,
+) -> Result<(Vec<usize>, usize), Fault> {
+    let bad = |row: usize| {
+        let mut sources = sources.iter();
+        sources.find(|(_, source)| raw.columns[source.column].values[row].is_nan())
+    };
+    let before = rows.len();
+    let mut good = Vec::with_capacity(before);
+    for row in rows {
+        let Some((index, source)) = bad(row) else {
+            good.push(row);
+            continue;
+        };
+        if !skip_bad {
+            let what = match &raw.columns[source.column].bad {
+                Some((first, what)) if *first == row => what.clone(),
+                _ => "none".to_owned(),
+            };
+            let message = format!(
+                "the number for `{}` is {what}, in column {}; leave such rows out",
+                COLUMNS[*index].0,
+                quoted(&raw.name(source.column))
+            );
+            return Err(Fault::mended_by(raw.lines[row], message, Mend::SkipBad));
+        }
+    }
+    let left_out = before - good.len();
+    Ok((good, left_out))
+}
+
+/// A time stamp without what calculating has added to its digits.
+fn stamped(stamp: f64, zero: Option<f64>) -> f64 {
+    match zero {
+        // A tenth of a microsecond is what f64 holds of the seconds of a calendar.
+        Some(zero) => ((stamp - zero) * 1e7).round() / 1e7,
+        None => rounded(stamp, DIGITS),
+    }
+}
+
+fn digits(time: &[f64]) -> PrintedDigits {
+    let mut digits = PrintedDigits::default();
+    for stamp in time {
+        digits.see(&format!("{stamp:?}"));
+    }
+    digits
+}
+
+fn checked(value: f64, index: usize, line: usize) -> Result<f64, Fault> {
+    let name = COLUMNS[index].0;
+    // A state word is on wherever it is not zero.
+    let value = match COLUMNS[index].1 {
+        Course::Switched => f64::from(u8::from(value != 0.0)),
+        Course::Seen | Course::Held => value,
+    };
+    if !is_good(value) {
+        let message = format!("`{name}` becomes {value:e}, more than single precision holds");
+        return Err(Fault::new(line, message));
+    }
+    check_value(line, name, value)?;
+    Ok(value)
+}
+
+/// Length of a turn in the file's numbers.
+fn turn_of(source: &Source, turn: Turn) -> Result<f64, Fault> {
+    match turn {
+        Turn::Of(turn) => Ok(turn),
+        Turn::OfUnit => source.turn().ok_or_else(|| {
+            let message = format!(
+                "{} is no angle: --unwrap has to say at how many of the file's numbers it starts again, \
+                 as in --unwrap 65536",
+                quoted(&source.text)
+            );
+            Fault::new(1, message)
+        }),
+    }
+}
+
+/// Takes out the jumps by a turn, and counts them.
+fn unwrapped(values: &mut [f64], turn: f64) -> usize {
+    let mut offset = 0.0;
+    let mut jumps = 0;
+    let mut before = values[0];
+    for value in values {
+        let turns = ((*value - before) / turn).round();
+        before = *value;
+        if turns != 0.0 {
+            offset -= turns * turn;
+            jumps += 1;
+        }
+        *value += offset;
+    }
+    jumps
+}
+
+/// A command that starts on another turn than the position is brought to it.
+fn bring_to_position(columns: &mut Columns, sources: &[(usize, Source)], turn: Option<Turn>) {
+    let command = sources.iter().find(|(index, _)| *index == COMMAND);
+    let first = |column: &Option<Vec<f64>>| column.as_ref().map(|values| values[0]);
+    let (Some((_, source)), Some(turn)) = (command, turn) else {
+        return;
+    };
+    let (Some(position), Some(asked)) = (first(&columns[POSITION]), first(&columns[COMMAND]))
+    else {
+        return;
+    };
+    let Ok(turn) = turn_of(source, turn) else {
+        return;
+    };
+    let turn = (source.apply(turn) - source.apply(0.0)).abs();
+    let offset = ((position - asked) / turn).round() * turn;
+    if offset.is_finite() && offset != 0.0 {
+        columns[COMMAND]
+            .iter_mut()
+            .flatten()
+            .for_each(|value| *value += offset);
+    }
+}

@@ -1,0 +1,21 @@
+//! `cargo hil import`: any logger's file to a log.
+//!
+//! A file becomes columns of numbers ([`raw`], from text or MATLAB arrays), a [`recipe`] says which of
+//! them is which column of the log, in which unit and with what done to it, [`convert`] follows it.
+//! How rows lie in time is judged and mended by the code that reads a log. Where a log is refused for
+//! its form, [`call`] finds the recipe that would mend it, and prints it as a command.
+
+pub(crate) mod call;
+pub mod command;
+mod convert;
+mod guess;
+mod layout;
+mod mat;
+mod page;
+mod raw;
+mod recipe;
+mod source;
+mod summary;
+mod suspect;
+mod text;
+mod unit;

@@ -1,0 +1,155 @@
+//! A file of any kind as columns of numbers.
+
+use std::io;
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+
+use super::layout::Reading;
+use super::{mat, text};
+use crate::error::{InputError, LARGEST_DATA, read_at_most};
+
+/// What a file holds, before anybody said what it means.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Raw {
+    /// How it is laid out, in words.
+    pub layout: String,
+    /// Names of the columns, empty where there is none.
+    pub names: Vec<String>,
+    /// The unit that the file itself gives a column, as it is spelled there.
+    pub units: Vec<Option<String>>,
+    /// The columns, in the order of their names.
+    pub columns: Vec<Column>,
+    /// The line of each row in the file; of arrays its number.
+    pub lines: Vec<usize>,
+}
+
+/// One column of a file.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Column {
+    /// Row by row; NaN where there is no finite number.
+    pub values: Vec<f64>,
+    /// The first cell that is none: its row from 0, and what stands there.
+    pub bad: Option<(usize, String)>,
+}
+
+/// First bytes of formats that are known and not read, and what to do with such a file.
+const FOREIGN: [(&[u8], &str); 6] = [
+    (
+        b"\x89HDF",
+        "is HDF5 (a MATLAB file of version 7.3, perhaps); save it by save('F.mat', '-v7') or as CSV",
+    ),
+    (
+        b"MATLAB 7.3",
+        "is a MATLAB file of version 7.3; save it by save('F.mat', '-v7')",
+    ),
+    (
+        b"PK\x03\x04",
+        "is a spreadsheet or an archive; save the sheet as CSV, or unpack it",
+    ),
+    (b"\x89MCAP0", "is MCAP; export its topic as CSV"),
+    (
+        b"MDF ",
+        "is MDF; export its channels as CSV, or as MAT of version 5",
+    ),
+    (b"PAR1", "is Parquet; write its columns as CSV"),
+];
+
+impl Column {
+    /// The column of these values.
+    pub fn of(mut values: Vec<f64>) -> Self {
+        let mut bad = None;
+        for (row, value) in values.iter_mut().enumerate() {
+            if !is_good(*value) {
+                bad.get_or_insert_with(|| (row, format!("{value:?}")));
+                *value = f64::NAN;
+            }
+        }
+        Self { values, bad }
+    }
+}
+
+/// Whether a log may have this number: it is finite, and single precision holds it.
+pub(super) fn is_good(value: f64) -> bool {
+    value.abs() <= f64::from(f32::MAX)
+}
+
+/// Why something packed cannot be read.
+pub(super) fn not_unpacked(what: &str, error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::FileTooLarge => {
+            let most = LARGEST_DATA >> 20;
+            format!("unpacks to more than {most} MB; cut it into shorter files")
+        }
+        _ => format!("is cut short or damaged {what} ({error})"),
+    }
+}
+
+impl Raw {
+    /// Reads what a file holds, unpacked if it is compressed by gzip.
+    ///
+    /// # Errors
+    /// A format that is not known, with what to do about it.
+    pub fn read(path: &Path, bytes: Vec<u8>, reading: &Reading) -> Result<Self, InputError> {
+        let fail = |message: String| InputError::new(path, None, message);
+        let compressed = bytes.starts_with(b"\x1f\x8b");
+        let bytes = if compressed {
+            let unpacked = read_at_most(MultiGzDecoder::new(&bytes[..]), LARGEST_DATA);
+            unpacked.map_err(|error| fail(not_unpacked("gzip", &error)))?
+        } else {
+            bytes
+        };
+        let foreign = FOREIGN.iter().find(|(start, _)| bytes.starts_with(start));
+        if let Some((_, remedy)) = foreign {
+            return Err(fail((*remedy).to_owned()));
+        }
+        let mut raw = if mat::is_it(&bytes) {
+            mat::read(&bytes).map_err(fail)?
+        } else {
+            text::read(path, &bytes, reading)?
+        };
+        if compressed {
+            raw.layout = format!("gzip, {}", raw.layout);
+        }
+        Ok(raw)
+    }
+
+    /// The columns for a message: names, or how many there are.
+    pub fn listed(&self) -> String {
+        const SHOWN: usize = 20;
+        let names: Vec<String> = (0..self.names.len().min(SHOWN))
+            .map(|at| self.name(at))
+            .collect();
+        let rest = if self.names.len() > SHOWN {
+            ", …"
+        } else {
+            ""
+        };
+        if self.names.iter().all(String::is_empty) {
+            format!("1 to {}, for the columns have no names", self.names.len())
+        } else {
+            format!("{}{rest}, or a column's number", names.join(", "))
+        }
+    }
+
+    /// What a column is called where it is asked for: its name, or its number if it has none of its own.
+    pub fn name(&self, column: usize) -> String {
+        let name = &self.names[column];
+        let first = self.names.iter().position(|other| other == name);
+        if name.is_empty() || first != Some(column) {
+            (column + 1).to_string()
+        } else {
+            name.clone()
+        }
+    }
+
+    #[cfg(test)]
+    pub fn named<const N: usize>(names: [&str; N]) -> Self {
+        Self {
+            names: names.map(str::to_owned).to_vec(),
+            units: vec![None; N],
+            columns: vec![Column::default(); N],
+            ..Self::default()
+        }
+    }
+}

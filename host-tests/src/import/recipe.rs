@@ -1,0 +1,148 @@
+//! What becomes of the columns of a file.
+
+use std::path::Path;
+
+use super::call::Call;
+use super::raw::Raw;
+use super::source::Source;
+use crate::log::fault::Mend;
+use crate::log::{COLUMNS, TIME};
+
+/// The options that say where a column of the log comes from, in the order of the log's columns.
+pub(super) const FLAGS: [&str; COLUMNS.len()] = [
+    "--time",
+    "--input",
+    "--position",
+    "--command",
+    "--current",
+    "--velocity",
+    "--brake",
+    "--load-torque",
+    "--enabled",
+];
+
+/// At what a reading of an angle starts again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Turn {
+    /// At a turn of its unit.
+    OfUnit,
+    /// At so many of the file's numbers.
+    Of(f64),
+}
+
+/// How a file becomes a log.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Recipe {
+    /// Where each column of the log comes from, as a user writes it.
+    pub sources: [Option<String>; COLUMNS.len()],
+    /// Whether the jumps of a position that starts again are taken out.
+    pub unwrap: Option<Turn>,
+    /// The rate of the log, Hz; where no column is the time, that of the rows.
+    pub rate: Option<f64>,
+    /// The first and the last line that are kept.
+    pub lines: Option<(usize, usize)>,
+    /// The rows are put into the order of their time.
+    pub sort: bool,
+    /// Rows without a number where one has to be are left out.
+    pub skip_bad: bool,
+    /// What the user said about the layout of the file, as options.
+    pub layout: Vec<String>,
+}
+
+impl Recipe {
+    /// The sources, with the columns of the log that they are for.
+    ///
+    /// # Errors
+    /// The first that cannot be read, with its option.
+    pub fn parsed(&self, raw: &Raw) -> Result<Vec<(usize, Source)>, String> {
+        let given = self.sources.iter().enumerate();
+        let sources = given
+            .filter_map(|(index, text)| Some((index, text.as_ref()?)))
+            .map(|(index, text)| {
+                let source = Source::parse(text, raw, COLUMNS[index].0);
+                let source = source.map_err(|reason| format!("{} {reason}", FLAGS[index]))?;
+                Ok((index, source))
+            })
+            .collect::<Result<Vec<_>, String>>()?;
+        let length = |source: &Source| raw.columns[source.column].values.len();
+        let (first, others) = sources.split_first().ok_or("no column is asked for")?;
+        if let Some((_, odd)) = others
+            .iter()
+            .find(|(_, other)| length(other) != length(&first.1))
+        {
+            return Err(format!(
+                "{} has {} values, {} has {}; expected columns of one length",
+                raw.name(first.1.column),
+                length(&first.1),
+                raw.name(odd.column),
+                length(odd)
+            ));
+        }
+        Ok(sources)
+    }
+
+    /// Adds what mends a fault. Whether there was anything to add.
+    pub fn mend(&mut self, mend: &Mend, raw: &Raw) -> bool {
+        let before = self.clone();
+        match mend {
+            Mend::Read => return true,
+            Mend::SkipBad => self.skip_bad = true,
+            Mend::Sort => self.sort = true,
+            Mend::Lines(first, last) => self.lines = Some((*first, *last)),
+            Mend::Even(rate) => {
+                self.sources[TIME] = None;
+                self.rate = Some(*rate);
+            }
+            Mend::Rate(rate) => self.rate = Some(*rate),
+            Mend::TimeUnit(unit) => {
+                let time = self.sources[TIME].as_deref().unwrap_or_default();
+                if let Ok(source) = Source::parse(time, raw, COLUMNS[TIME].0) {
+                    self.sources[TIME] = Some(format!("{}:{unit}", raw.name(source.column)));
+                }
+            }
+            Mend::Reverse(name) => {
+                let index = COLUMNS.iter().position(|(known, _)| known == name);
+                if let Some(text) = index.and_then(|index| self.sources[index].as_mut()) {
+                    // Reversed twice is as before: nothing would be mended.
+                    if text.ends_with("*-1") {
+                        return false;
+                    }
+                    text.push_str("*-1");
+                }
+            }
+        }
+        *self != before
+    }
+
+    /// The command that follows this recipe.
+    pub fn call(&self, path: &Path, out: &str) -> Call {
+        let mut call = Call::new(path);
+        for (flag, source) in FLAGS.iter().zip(&self.sources) {
+            if let Some(source) = source {
+                call.option(flag, source);
+            }
+        }
+        match self.unwrap {
+            None => {}
+            Some(Turn::OfUnit) => call.flag("--unwrap"),
+            Some(Turn::Of(turn)) => call.option("--unwrap", &turn.to_string()),
+        }
+        if let Some(rate) = self.rate {
+            call.option("--rate", &rate.to_string());
+        }
+        if let Some((first, last)) = self.lines {
+            call.option("--lines", &format!("{first}-{last}"));
+        }
+        if self.sort {
+            call.flag("--sort");
+        }
+        if self.skip_bad {
+            call.flag("--skip-bad");
+        }
+        for word in &self.layout {
+            call.flag(word);
+        }
+        call.option("--out", out);
+        call
+    }
+}

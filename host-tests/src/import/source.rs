@@ -1,0 +1,287 @@
+//! Where a column of the log comes from: a column of the file, its unit, and what is done to it.
+//!
+//! `NAME`, then in any order and worked from left to right `:UNIT`, `*NUMBER`, `/NUMBER`, `+NUMBER`,
+//! `-NUMBER`; a `-` in front reverses the sign at the end. So `duty:%*12` takes per cent to volts of a
+//! supply of 12 V, and `angle-90:deg` takes 90 off before degrees become radians.
+
+use std::f64::consts::TAU;
+
+use super::raw::Raw;
+use super::unit::{Kind, Unit, kinds};
+use crate::log::quoted;
+
+/// A column of the file with what is done to its values.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Source {
+    /// Its place in the file, from 0.
+    pub column: usize,
+    /// As the user gave it.
+    pub text: String,
+    /// The unit that was given.
+    pub unit: Option<(String, Unit)>,
+    /// Multiplications and additions in their order, the unit among them.
+    steps: Vec<Step>,
+    /// Which of them is the unit.
+    unit_at: Option<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Step {
+    Times(f64),
+    Plus(f64),
+}
+
+impl Source {
+    /// Reads `text` for a column of the log.
+    ///
+    /// # Errors
+    /// The end of a sentence that says what is wrong and what was expected.
+    pub fn parse(text: &str, raw: &Raw, log_column: &str) -> Result<Self, String> {
+        let (column, mut rest, reversed) = match find(text, raw) {
+            Some((column, rest)) => (column, rest, false),
+            None => match text.strip_prefix('-').and_then(|text| find(text, raw)) {
+                Some((column, rest)) => (column, rest, true),
+                None => return Err(describe_absent(text, raw)),
+            },
+        };
+        let mut source = Self {
+            column,
+            text: text.to_owned(),
+            unit: None,
+            steps: Vec::new(),
+            unit_at: None,
+        };
+        while let Some(sign) = rest.chars().next() {
+            let after = &rest[sign.len_utf8()..];
+            if sign == ':' {
+                rest = source.take_unit(after, log_column)?;
+                continue;
+            }
+            let end = number_end(after);
+            let number = after[..end].parse::<f64>().ok().filter(|n| n.is_finite());
+            let Some(number) = number else {
+                return Err(format!(
+                    "{} has no number after `{sign}`; expected as in duty:%*12",
+                    quoted(text)
+                ));
+            };
+            source.steps.push(match sign {
+                '*' => Step::Times(number),
+                '/' if number != 0.0 => Step::Times(1.0 / number),
+                '+' => Step::Plus(number),
+                '-' => Step::Plus(-number),
+                _ => return Err(format!("{} divides by zero", quoted(text))),
+            });
+            rest = &after[end..];
+        }
+        if reversed {
+            source.steps.push(Step::Times(-1.0));
+        }
+        Ok(source)
+    }
+
+    fn take_unit<'t>(&mut self, after: &'t str, log_column: &str) -> Result<&'t str, String> {
+        // The longest known unit: `deg/s*2`, `counts/4096*-1`, `N·m`.
+        let ends = after.char_indices().map(|(at, c)| at + c.len_utf8());
+        let fits = |end: &usize| {
+            let next = after[*end..].chars().next();
+            next.is_none_or(|c| ":*+-/".contains(c)) && Unit::find(&after[..*end]).is_some()
+        };
+        let end = ends.filter(fits).max().unwrap_or(0);
+        let allowed = kinds(log_column);
+        let expected = || match allowed {
+            [] => format!("`{log_column}` has no unit"),
+            kinds => format!("expected one of {}", Unit::known(kinds)),
+        };
+        let Some(unit) = Unit::find(&after[..end]) else {
+            let word: String = after.chars().take_while(|c| !"*+".contains(*c)).collect();
+            return Err(format!(
+                "does not know the unit {}; {}",
+                quoted(&word),
+                expected()
+            ));
+        };
+        let name = &after[..end];
+        let mut unit = unit;
+        // Counts of so many a turn are an angle, and a second of them a velocity.
+        if name.starts_with("counts/") && log_column == "velocity" {
+            unit.kind = Kind::AngularVelocity;
+        }
+        if !allowed.contains(&unit.kind) {
+            return Err(format!("cannot be in {}; {}", quoted(name), expected()));
+        }
+        if self.unit.is_some() {
+            return Err(format!(
+                "{} has two units; expected one",
+                quoted(&self.text)
+            ));
+        }
+        self.unit = Some((name.to_owned(), unit));
+        self.unit_at = Some(self.steps.len());
+        self.steps.push(Step::Times(unit.factor));
+        Ok(&after[end..])
+    }
+
+    /// A value of the file as the log has it.
+    pub fn apply(&self, value: f64) -> f64 {
+        self.steps.iter().fold(value, |value, step| match step {
+            Step::Times(factor) => value * factor,
+            Step::Plus(offset) => value + offset,
+        })
+    }
+
+    /// Whether nothing is done to the values.
+    pub fn is_plain(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    /// Length of a turn in the file's numbers, where these are an angle; without a unit they are taken
+    /// for what becomes rad.
+    pub fn turn(&self) -> Option<f64> {
+        let gain = |steps: &[Step]| -> f64 {
+            let factors = steps.iter().map(|step| match step {
+                Step::Times(factor) => *factor,
+                Step::Plus(_) => 1.0,
+            });
+            factors.product::<f64>().abs()
+        };
+        let turn = match self.unit_at {
+            // What is done behind the unit, a gear perhaps, is not in the reading.
+            Some(at) => TAU / gain(&self.steps[..=at]),
+            None => TAU / gain(&self.steps),
+        };
+        let angle = self
+            .unit
+            .as_ref()
+            .is_none_or(|(_, unit)| unit.kind == Kind::Angle);
+        (angle && turn.is_finite()).then_some(turn)
+    }
+}
+
+/// The column that the text begins with, and what follows its name: the longest name that fits, then a
+/// number that counts columns from 1.
+fn find<'t>(text: &'t str, raw: &Raw) -> Option<(usize, &'t str)> {
+    let ends = |rest: &str| rest.chars().next().is_none_or(|c| ":*+-/".contains(c));
+    let named = |alike: fn(&str, &str) -> bool| {
+        let names = raw.names.iter().enumerate();
+        let fits = names.filter(|(_, name)| {
+            !name.is_empty()
+                && text.is_char_boundary(name.len().min(text.len()))
+                && text.len() >= name.len()
+                && alike(&text[..name.len()], name)
+                && ends(&text[name.len()..])
+        });
+        let longest = fits.map(|(column, name)| (name.len(), usize::MAX - column));
+        let longest = longest.max();
+        longest.map(|(length, column)| (usize::MAX - column, &text[length..]))
+    };
+    let numbered = || {
+        let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+        let number: usize = text[..digits].parse().ok()?;
+        let rest = &text[digits..];
+        (number >= 1 && number <= raw.names.len() && ends(rest)).then(|| (number - 1, rest))
+    };
+    named(|text, name| text == name)
+        .or_else(numbered)
+        .or_else(|| named(|text, name| text.eq_ignore_ascii_case(name)))
+}
+
+fn describe_absent(text: &str, raw: &Raw) -> String {
+    let end = text.find([':', '*']).unwrap_or(text.len());
+    let wanted = quoted(&text[..end]);
+    format!(
+        "is to be {wanted}, which is not there; expected one of {}",
+        raw.listed()
+    )
+}
+
+/// Where the number ends that the text begins with.
+fn number_end(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    (0..bytes.len())
+        .find(|&at| match bytes[at] {
+            b'0'..=b'9' | b'.' | b'e' | b'E' => false,
+            b'+' | b'-' => at > 0 && !matches!(bytes[at - 1], b'e' | b'E'),
+            _ => true,
+        })
+        .unwrap_or(bytes.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    fn raw() -> Raw {
+        Raw::named(["t", "pos", "pos-act", "Duty [%]", "", "a:b"])
+    }
+
+    #[track_caller]
+    fn applied(text: &str, column: &str, value: f64) -> f64 {
+        Source::parse(text, &raw(), column).unwrap().apply(value)
+    }
+
+    #[test]
+    fn a_source_does_what_it_says_from_left_to_right() {
+        assert_eq!(applied("t:ms", "time_s", 250.0), 0.25);
+        assert_eq!(applied("Duty [%]:%*12", "input", 50.0), 6.0);
+        assert_eq!(applied("pos:deg*-1", "position", 180.0), -PI);
+        assert_eq!(applied("-pos:deg", "position", 180.0), -PI);
+        assert_eq!(applied("pos-90:deg", "position", 180.0), PI / 2.0);
+        assert_eq!(applied("pos:counts/4096", "position", 1024.0), TAU / 4.0);
+        assert_eq!(applied("pos:counts/4096*2+1", "position", 1024.0), 1.0 + PI);
+        assert_eq!(applied("pos:deg/s/2", "velocity", 360.0), PI);
+        assert_eq!(applied("pos*1e-3+2", "position", 500.0), 2.5);
+        assert_eq!(applied("pos/4", "position", 2.0), 0.5);
+    }
+
+    #[test]
+    fn a_turn_is_that_of_the_reading() {
+        for (text, turn) in [
+            ("pos", TAU),
+            ("pos:deg", 360.0),
+            ("pos:deg/10", 360.0),
+            ("-pos:rev", 1.0),
+            ("pos:counts/4096", 4096.0),
+        ] {
+            let found = Source::parse(text, &raw(), "position").unwrap().turn();
+            assert!(
+                found.is_some_and(|found| (found / turn - 1.0).abs() < 1e-12),
+                "{text}"
+            );
+        }
+        assert_eq!(
+            Source::parse("pos:mm", &raw(), "position").unwrap().turn(),
+            None
+        );
+    }
+
+    #[test]
+    fn a_column_is_found_by_name_before_number() {
+        let column = |text| Source::parse(text, &raw(), "position").map(|source| source.column);
+        assert_eq!(column("pos"), Ok(1));
+        assert_eq!(column("pos-act"), Ok(2));
+        assert_eq!(column("POS"), Ok(1));
+        assert_eq!(column("5"), Ok(4));
+        assert_eq!(column("a:b:deg"), Ok(5));
+        for absent in ["7", "0", "position", "", "--input", "po"] {
+            let error = column(absent).unwrap_err();
+            assert!(error.contains("t, pos, pos-act"), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_source_is_refused() {
+        let refused = |text, column, words: &str| {
+            let error = Source::parse(text, &raw(), column).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        };
+        refused("t:deg", "time_s", "expected one of s, ms");
+        refused("pos:furlong", "position", "\"furlong\"");
+        refused("pos:deg:rad", "position", "two units");
+        refused("pos*", "position", "no number after `*`");
+        refused("pos*x", "position", "no number after `*`");
+        refused("pos/0", "position", "divides by zero");
+        refused("pos*1e999", "position", "no number");
+    }
+}

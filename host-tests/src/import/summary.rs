@@ -1,0 +1,166 @@
+//! What an import has found and done, for the terminal.
+
+use std::path::Path;
+
+use super::convert::Converted;
+use super::raw::Raw;
+use super::source::Source;
+use super::suspect::suspicions;
+use super::unit::Kind;
+use crate::cells::{self, Cells, row};
+use crate::gap::outcome::Resampled;
+use crate::gap::table::resampled_line;
+use crate::log::{COLUMNS, POSITION, TIME, counted};
+use crate::page::series::extent;
+use crate::quantity::{Scale, given, significant};
+
+/// The unit of a column of the log, as far as it is known.
+pub(super) fn unit_of(index: usize, sources: &[(usize, Source)]) -> &'static str {
+    let kind = |index: usize| {
+        let source = sources.iter().find(|(known, _)| *known == index);
+        source
+            .and_then(|(_, source)| source.unit.as_ref())
+            .map(|(_, unit)| unit.kind)
+    };
+    let linear = kind(POSITION) == Some(Kind::Length);
+    match COLUMNS[index].0 {
+        "time_s" => "s",
+        "current_a" => "A",
+        "position" | "command" if linear => "m",
+        "velocity" if linear => "m/s",
+        "brake" | "load_torque" if linear => "N",
+        "position" | "command" => "rad",
+        "velocity" => "rad/s",
+        "brake" | "load_torque" => "N·m",
+        "input" => match kind(index) {
+            Some(Kind::Voltage) => "V",
+            Some(Kind::Current) => "A",
+            Some(Kind::Torque) => "N·m",
+            Some(Kind::Force) => "N",
+            _ => "",
+        },
+        _ => "",
+    }
+}
+
+/// The table and what follows it.
+pub(super) fn render(
+    name: &str,
+    raw: &Raw,
+    sources: &[(usize, Source)],
+    converted: &Converted,
+    out: &Path,
+) -> String {
+    let log = &converted.log;
+    let mut text = format!(
+        "{name}: {}, {}\n",
+        raw.layout,
+        counted(converted.rows, "row")
+    );
+    let seconds = (log.samples() - 1) as f64 * log.period_s;
+    text += &format!(
+        "{}: {} at {} Hz, {} s\n\n",
+        out.display(),
+        counted(log.samples(), "sample"),
+        given(1.0 / log.period_s),
+        significant(seconds, 4)
+    );
+    text += &cells::render(&table(raw, sources, converted));
+    text.push('\n');
+    for line in done(sources, converted) {
+        text += &line;
+        text.push('\n');
+    }
+    let taken = |column: &usize| sources.iter().any(|(_, source)| source.column == *column);
+    let others: Vec<String> = (0..raw.names.len())
+        .filter(|column| !taken(column))
+        .map(|column| raw.name(column))
+        .collect();
+    if !others.is_empty() {
+        text += &format!("Columns that were not asked for: {}.\n", others.join(", "));
+    }
+    for suspicion in suspicions(raw, sources, &converted.columns) {
+        text += &format!("Look again: {suspicion}.\n");
+    }
+    text
+}
+
+fn table(raw: &Raw, sources: &[(usize, Source)], converted: &Converted) -> Cells {
+    let mut cells = vec![row([
+        "column",
+        "from",
+        "unit given",
+        "smallest",
+        "largest",
+        "in",
+    ])];
+    let timed = sources.iter().any(|(index, _)| *index == TIME);
+    if !timed {
+        cells.push(row(["time_s", "the rate", "", "", "", "s"]));
+    }
+    for (index, source) in sources {
+        let values = converted.columns[*index].as_deref().unwrap_or_default();
+        let (low, high) = extent(values.iter().copied()).unwrap_or((0.0, 0.0));
+        let unit = source
+            .unit
+            .as_ref()
+            .map_or("none", |(name, _)| name.as_str());
+        cells.push(vec![
+            COLUMNS[*index].0.to_owned(),
+            raw.name(source.column),
+            unit.to_owned(),
+            significant(low, 4),
+            significant(high, 4),
+            unit_of(*index, sources).to_owned(),
+        ]);
+    }
+    cells
+}
+
+/// What was done to the rows, one sentence each.
+fn done(sources: &[(usize, Source)], converted: &Converted) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(zero) = converted.zero {
+        lines.push(format!(
+            "The time starts at zero: the first stamp was {zero:?} s."
+        ));
+    }
+    if converted.left_out > 0 {
+        let rows = counted(converted.left_out, "row");
+        lines.push(format!("{rows} without a number left out."));
+    }
+    if converted.sorted > 0 {
+        let rows = counted(converted.sorted, "row");
+        lines.push(format!(
+            "{rows} earlier than one before moved to their time."
+        ));
+    }
+    if converted.turns > 0 {
+        lines.push(format!(
+            "{} taken out (--unwrap).",
+            counted(converted.turns, "jump")
+        ));
+    }
+    match converted.log.resampling {
+        Some(change) => {
+            let resampled = Resampled {
+                log: "The log".into(),
+                period_s: converted.log.period_s,
+                change,
+            };
+            lines.push(resampled_line(&resampled, unit_of(POSITION, sources)));
+            lines.push(
+                "The input is held from row to row and averaged over each sample, position and velocity \
+                 are interpolated, a current is averaged where the rate falls."
+                    .into(),
+            );
+        }
+        None => {
+            let period = Scale::of("s", [converted.log.period_s]).quantity(converted.log.period_s);
+            lines.push(format!(
+                "The rows are even, a sample every {period}: none was resampled."
+            ));
+        }
+    }
+    lines
+}

@@ -1,0 +1,123 @@
+//! Units that a column looks like, where none was given for it.
+
+use super::raw::Raw;
+use super::source::Source;
+use super::unit::{Unit, kinds};
+use crate::log::{COLUMNS, Columns, POSITION, TIME, median};
+use crate::page::series::extent;
+use crate::quantity::significant;
+
+const INPUT: usize = 1;
+const CURRENT: usize = 4;
+const VELOCITY: usize = 5;
+
+/// Slowest step that a drive is logged with, s: a larger one is in another unit.
+const SLOWEST_S: f64 = 0.1;
+/// An angle beyond this, rad, is more than three turns either way: degrees, more likely.
+const FAR: f64 = 20.0;
+/// A current beyond this, A, is one in milliamperes of a small drive.
+const STRONG: f64 = 200.0;
+/// What the velocity may differ from the slope of the position by, as a share.
+const ALIKE: f64 = 0.1;
+
+/// What to look at again, one sentence each: the column and the option that would read it otherwise.
+pub(super) fn suspicions(raw: &Raw, sources: &[(usize, Source)], columns: &Columns) -> Vec<String> {
+    let mut said = Vec::new();
+    for (index, source) in sources {
+        let Some(values) = &columns[*index] else {
+            continue;
+        };
+        if *index == POSITION && starts_again(values) {
+            said.push(
+                "`position` jumps by its whole range: if it starts again there, add --unwrap"
+                    .into(),
+            );
+        }
+        if source.unit.is_some() || !source.is_plain() {
+            continue;
+        }
+        let name = raw.name(source.column);
+        let own = raw.units[source.column].as_deref().filter(|unit| {
+            let allowed = kinds(COLUMNS[*index].0);
+            Unit::find(unit).is_some_and(|unit| allowed.contains(&unit.kind) && unit.factor != 1.0)
+        });
+        let (why, unit) = match (own, looks(*index, values, columns)) {
+            (Some(unit), _) => ("the file says so".to_owned(), unit.to_owned()),
+            (None, Some((why, unit))) => (why, unit.to_owned()),
+            (None, None) => continue,
+        };
+        let flag = super::recipe::FLAGS[*index];
+        said.push(format!(
+            "`{}` may be in {unit}, for {why}: then {flag} \"{name}:{unit}\"",
+            COLUMNS[*index].0
+        ));
+    }
+    said
+}
+
+/// The unit that the values look like, and why.
+fn looks(index: usize, values: &[f64], columns: &Columns) -> Option<(String, &'static str)> {
+    let (low, high) = extent(values.iter().copied())?;
+    let largest = high.abs().max(low.abs());
+    let whole = values.iter().all(|value| value.fract() == 0.0);
+    let reaches = |unit| Some((format!("it reaches {}", significant(largest, 3)), unit));
+    match index {
+        TIME => {
+            let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let step = median(&steps);
+            let unit = match step {
+                _ if step <= SLOWEST_S => return None,
+                _ if step <= 1e3 * SLOWEST_S => "ms",
+                _ if step <= 1e6 * SLOWEST_S => "us",
+                _ => "ns",
+            };
+            Some((format!("it steps by {}", significant(step, 3)), unit))
+        }
+        INPUT if largest > 1e3 => reaches("mV"),
+        INPUT if largest > 60.0 && largest <= 100.5 => reaches("%"),
+        INPUT if largest <= 1.001 && largest > 0.05 => reaches("duty"),
+        POSITION if whole && largest > FAR => Some(("its values are whole".into(), "counts/4096")),
+        POSITION if high - low > 2.0 * FAR => reaches("deg"),
+        CURRENT if largest > STRONG => reaches("mA"),
+        VELOCITY => {
+            let slope = slope_of(values, columns[TIME].as_ref()?, columns[POSITION].as_ref()?)?;
+            let units = ["rpm", "deg/s", "rev/s", "mm/s"].into_iter();
+            let mut units = units.filter_map(|name| Some((name, Unit::find(name)?.factor)));
+            let (unit, _) = units.find(|(_, factor)| (slope * factor - 1.0).abs() < ALIKE)?;
+            let why = format!(
+                "it is {} times the slope of `position`",
+                significant(slope, 3)
+            );
+            Some((why, unit))
+        }
+        _ => None,
+    }
+}
+
+/// How many times the slope of the position the velocity is, by least squares.
+fn slope_of(velocity: &[f64], time: &[f64], position: &[f64]) -> Option<f64> {
+    let (mut product, mut square) = (0.0, 0.0);
+    for row in 1..time.len() - 1 {
+        let step = time[row + 1] - time[row - 1];
+        if step > 0.0 {
+            let slope = (position[row + 1] - position[row - 1]) / step;
+            product += slope * velocity[row];
+            square += slope * slope;
+        }
+    }
+    (square > 0.0).then_some(product / square)
+}
+
+/// Whether single steps are as long as the whole range, and the others short.
+fn starts_again(values: &[f64]) -> bool {
+    let Some((low, high)) = extent(values.iter().copied()) else {
+        return false;
+    };
+    let range = high - low;
+    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let long = steps.clone().filter(|step| *step > 0.8 * range).count();
+    let middling = steps
+        .filter(|step| (0.2 * range..=0.8 * range).contains(step))
+        .count();
+    range > 0.0 && long > 0 && middling == 0 && 20 * long < values.len()
+}

@@ -1,0 +1,254 @@
+//! Columns of numbers from delimited text, whatever wrote it.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::layout::{Layout, Reading, number};
+use super::raw::{Column, Raw, is_good};
+use super::unit::Unit;
+use crate::error::InputError;
+use crate::log::counted;
+
+/// Reads a text.
+///
+/// # Errors
+/// It is none, or has no columns of numbers.
+pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, InputError> {
+    let (text, encoding) = decoded(bytes).ok_or_else(|| {
+        let message = "is neither text nor a MATLAB file of version 5; export it as CSV";
+        InputError::new(path, None, message)
+    })?;
+    let lines = lines(&text);
+    let Some(layout) = Layout::find(&lines, reading) else {
+        let message = "has no two columns of numbers; expected a row a sample, \
+                       its fields apart by commas, semicolons, tabs or spaces (--delimiter)";
+        return Err(InputError::new(path, None, message));
+    };
+    let mut raw = Raw {
+        layout: format!("{encoding}{}", layout.describe()),
+        ..Raw::default()
+    };
+    let head = |at: usize| {
+        let fields = layout.delimiter.split(layout.uncommented(lines[at]));
+        fields
+            .into_iter()
+            .map(Cow::into_owned)
+            .collect::<Vec<String>>()
+    };
+    raw.names = layout.names.map(head).unwrap_or_default();
+    raw.names.resize(layout.width, String::new());
+    let units = layout.units.map(head).unwrap_or_default();
+    raw.units = (0..layout.width)
+        .map(|column| {
+            let own = units.get(column).map(|unit| bare(unit).to_owned());
+            own.or_else(|| unit_in(&raw.names[column]))
+        })
+        .collect();
+    raw.columns = vec![Column::default(); layout.width];
+    let mut comments = 0;
+    for (at, line) in lines.iter().enumerate().skip(layout.start) {
+        if line.trim().is_empty() {
+            continue;
+        }
+        if layout.is_comment(line) {
+            comments += 1;
+            continue;
+        }
+        let fields = rejoined(layout.delimiter.split(line), &layout);
+        push(&mut raw, &fields, at + 1, layout.decimal_comma);
+    }
+    drop_empty_end(&mut raw);
+    if comments > 0 {
+        raw.layout += &format!(", {} left out", counted(comments, "comment line"));
+    }
+    Ok(raw)
+}
+
+fn push(raw: &mut Raw, fields: &[Cow<'_, str>], line: usize, decimal_comma: bool) {
+    let row = raw.lines.len();
+    let width = raw.columns.len();
+    // A delimiter at the end of the line adds an empty field.
+    let too_long = fields.len() > width && fields[width..].iter().any(|field| !field.is_empty());
+    for (place, column) in raw.columns.iter_mut().enumerate() {
+        let cell = fields.get(place);
+        let value = cell.and_then(|cell| number(cell, decimal_comma));
+        let good = value.filter(|value| is_good(*value) && !too_long);
+        column.values.push(good.unwrap_or(f64::NAN));
+        if good.is_none() && column.bad.is_none() {
+            let said = match cell {
+                _ if too_long => format!("in a row of {} fields instead of {width}", fields.len()),
+                Some(cell) if cell.is_empty() => "empty".to_owned(),
+                Some(cell) => crate::log::quoted(cell),
+                None => format!(
+                    "missing, for the row has {}",
+                    counted(fields.len(), "field")
+                ),
+            };
+            column.bad = Some((row, said));
+        }
+    }
+    raw.lines.push(line);
+}
+
+/// Two fields made one where the decimals are apart by what separates the fields.
+fn rejoined<'t>(fields: Vec<Cow<'t, str>>, layout: &Layout) -> Vec<Cow<'t, str>> {
+    if !layout.pairs || fields.len() != 2 * layout.width {
+        return fields;
+    }
+    let pair = |pair: &[Cow<'t, str>]| Cow::Owned(format!("{}.{}", pair[0], pair[1]));
+    fields.chunks(2).map(pair).collect()
+}
+
+/// A last column without a name and without a value comes from delimiters at the ends of the lines.
+fn drop_empty_end(raw: &mut Raw) {
+    let empty = raw
+        .columns
+        .last()
+        .is_some_and(|column| column.values.iter().all(|v| v.is_nan()));
+    if empty && raw.names.last().is_some_and(String::is_empty) {
+        raw.columns.pop();
+        raw.names.pop();
+        raw.units.pop();
+    }
+}
+
+/// The lines of a text; a lone carriage return ends one too.
+fn lines(text: &str) -> Vec<&str> {
+    let mut lines = Vec::new();
+    let mut rest = text;
+    while let Some(end) = rest.find(['\n', '\r']) {
+        lines.push(&rest[..end]);
+        let ending = if rest[end..].starts_with("\r\n") {
+            2
+        } else {
+            1
+        };
+        rest = &rest[end + ending..];
+    }
+    if !rest.is_empty() {
+        lines.push(rest);
+    }
+    lines
+}
+
+/// Bytes as text, and how they are encoded if that is worth saying.
+fn decoded(bytes: &[u8]) -> Option<(Cow<'_, str>, &'static str)> {
+    let wide = |of: fn([u8; 2]) -> u16| {
+        let units = bytes[2..]
+            .chunks_exact(2)
+            .map(|pair| of([pair[0], pair[1]]));
+        let text: Result<String, _> = char::decode_utf16(units).collect();
+        Some((Cow::Owned(text.ok()?), "UTF-16, "))
+    };
+    if bytes.starts_with(b"\xff\xfe") {
+        return wide(u16::from_le_bytes);
+    }
+    if bytes.starts_with(b"\xfe\xff") {
+        return wide(u16::from_be_bytes);
+    }
+    if bytes.contains(&0) {
+        return None;
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    Some(match std::str::from_utf8(bytes) {
+        Ok(text) => (Cow::Borrowed(text), ""),
+        // What western systems wrote before UTF-8, where ° and µ have the numbers that Unicode gives them.
+        Err(_) => (
+            Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+            "Latin-1, ",
+        ),
+    })
+}
+
+/// A unit without the brackets around it.
+fn bare(unit: &str) -> &str {
+    unit.trim_matches(|c: char| "[](){} ".contains(c))
+}
+
+/// Whether these are the units of columns.
+pub(super) fn are_units(fields: &[Cow<'_, str>]) -> bool {
+    let known = |field: &str| Unit::find(bare(field)).is_some();
+    let may_be = |field: &str| matches!(bare(field), "" | "-" | "1") || known(field);
+    fields.iter().all(|field| may_be(field)) && fields.iter().any(|field| known(field))
+}
+
+/// The unit that a name ends with: `time [ms]`, `angle (deg)`, `t_ms`, `current/mA`.
+fn unit_in(name: &str) -> Option<String> {
+    let end = name.trim_end();
+    let bracketed = [('[', ']'), ('(', ')'), ('{', '}')]
+        .into_iter()
+        .find_map(|(open, close)| {
+            let inside = end.strip_suffix(close)?;
+            Some(inside[inside.rfind(open)? + open.len_utf8()..].trim())
+        });
+    let suffixed = || end.rsplit_once(['_', '/', ' ']).map(|(_, unit)| unit);
+    let unit = bracketed.or_else(suffixed)?;
+    Unit::find(unit).map(|_| unit.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> Raw {
+        read(Path::new("a.txt"), text.as_bytes(), &Reading::default()).unwrap()
+    }
+
+    fn values(raw: &Raw) -> Vec<Vec<f64>> {
+        raw.columns
+            .iter()
+            .map(|column| column.values.clone())
+            .collect()
+    }
+
+    /// The same two rows, however they are written.
+    #[test]
+    fn the_layout_is_found() {
+        let expected = [[0.0, 0.25], [1.5, -2.5], [3e-3, 1000.0]].map(|column| column.to_vec());
+        for text in [
+            "t,u,x\n0,1.5,3e-3\n0.25,-2.5,1000\n",
+            "t;u;x\r\n0;1,5;0,003\r\n0,25;-2,5;1000\r\n",
+            "t\tu\tx\n0\t1,5\t3e-3\n0,25\t-2,5\t1000",
+            "  t   u   x\n  0 1.5 0.003\n 0.25  -2.5   1000\n",
+            "# made by a logger, 2026\n# t u x\n0 1.5 0.003\n0.25 -2.5 1000\n",
+            "Logger 7\nChannels: 3\n\nt,u,x\n[s],[V],[rad]\n0,1.5,0.003\n# pause\n0.25,-2.5,1000\n",
+            "t,u,x\n\"0\",\"1,5\",\"0,003\"\n\"0,25\",\"-2,5\",\"1000\"\n",
+            "t,u,x\n0,0,1,5,0,003\n0,25,-2,5,1000,0\n",
+            "\u{feff}t|u|x\n0|1.5|0.003\n0.25|-2.5|1000\n",
+            "t,u,x,\n0,1.5,0.003,\n0.25,-2.5,1000,\n",
+        ] {
+            let raw = read_text(text);
+            assert_eq!(raw.names, ["t", "u", "x"], "{text}");
+            assert_eq!(values(&raw), expected, "{text}");
+        }
+        let raw = read_text("0;1,5;0,003\n0,25;-2,5;1000\n");
+        assert_eq!((raw.names, raw.lines), (vec![String::new(); 3], vec![1, 2]));
+    }
+
+    #[test]
+    fn other_encodings_are_read() {
+        let text = "t [ms];Winkel [°]\n1;2\n3;4\n";
+        let latin: Vec<u8> = text.chars().map(|c| c as u8).collect();
+        let mut wide = vec![0xff, 0xfe];
+        wide.extend(text.encode_utf16().flat_map(u16::to_le_bytes));
+        for bytes in [text.as_bytes(), &latin, &wide] {
+            let raw = read(Path::new("a.txt"), bytes, &Reading::default()).unwrap();
+            assert_eq!(raw.names[1], "Winkel [°]");
+            assert_eq!(raw.units, [Some("ms".to_owned()), Some("°".to_owned())]);
+        }
+        assert!(read(Path::new("a.txt"), b"\x7fELF\0\0", &Reading::default()).is_err());
+    }
+
+    #[test]
+    fn a_cell_without_a_number_is_kept_apart() {
+        let raw = read_text("t,u\n0,1\n1,\n2,off\n3\n4,nan\n5,1,2\n");
+        let column = &raw.columns[1];
+        assert_eq!(column.bad, Some((1, "empty".to_owned())));
+        let good: Vec<bool> = column
+            .values
+            .iter()
+            .map(|value| value.is_finite())
+            .collect();
+        assert_eq!(good, [true, false, true, false, false, false]);
+    }
+}
