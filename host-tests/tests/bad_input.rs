@@ -357,7 +357,7 @@ mod log {
         ];
         refused(with_gap(0.25, &moving), 1_002, &words);
         // More than the log itself has, even at rest.
-        let words = ["a gap of 3000 samples", "more samples", "--rate HZ"];
+        let words = ["a gap of 3000 samples", "more samples", "--lines 2-1001"];
         refused(with_gap(3.0, &|t| t.min(0.5)), 1_002, &words);
         refused(
             timed(|i| i as f64 * 1e-3 + if i >= 60 { 5.0 } else { 0.0 }),

@@ -57,10 +57,18 @@ pub(super) fn convert(
     }
     let start = all[0];
     let (mut chosen, left_out) = good_rows(raw, sources, all, recipe.skip_bad)?;
+    if chosen.is_empty() {
+        let message = "no row has all the numbers; expected at least 100 that do";
+        return Err(Fault::new(raw.lines[start], message));
+    }
     let time = |row: usize| match sources.iter().find(|(index, _)| *index == TIME) {
         Some((_, source)) => source.apply(raw.columns[source.column].values[row]),
         None => (row - start) as f64 / recipe.rate.unwrap_or(1.0),
     };
+    if let Some(&row) = chosen.iter().find(|&&row| !is_good(time(row))) {
+        let message = "`time_s` becomes more than single precision holds";
+        return Err(Fault::new(raw.lines[row], message));
+    }
     let mut sorted = 0;
     if recipe.sort {
         let stamps: Vec<f64> = chosen.iter().map(|&row| time(row)).collect();

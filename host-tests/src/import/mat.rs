@@ -162,7 +162,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, String> {
     raw.units = vec![None; raw.names.len()];
     raw.layout = format!("MATLAB, {}", counted(arrays.len(), "array"));
     if others > 0 {
-        raw.layout += &format!(", {} left out", counted(others, "variable that is none"));
+        raw.layout += &format!(", {} left out", counted(others, "other variable"));
     }
     Ok(raw)
 }

@@ -1,9 +1,9 @@
 //! `cargo hil import`: any logger's file to a log.
 //!
-//! A file becomes columns of numbers ([`raw`], from text or MATLAB arrays), a [`recipe`] says which of
-//! them is which column of the log, in which unit and with what done to it, [`convert`] follows it.
+//! A file becomes columns of numbers (`raw`, from text or MATLAB arrays), a `recipe` says which of
+//! them is which column of the log, in which unit and with what done to it, `convert` follows it.
 //! How rows lie in time is judged and mended by the code that reads a log. Where a log is refused for
-//! its form, [`call`] finds the recipe that would mend it, and prints it as a command.
+//! its form, `call` finds the recipe that would mend it, and prints it as a command.
 
 pub(crate) mod call;
 pub mod command;

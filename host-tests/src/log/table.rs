@@ -255,7 +255,8 @@ impl Table {
             Err(Fault::mended_by(self.lines[interval + 1], fault, mend))
         };
         let off = |step: &&f64| (**step / period - 1.0).abs() > 0.5;
-        if resolution > period / 2.0
+        if rate.is_none()
+            && resolution > period / 2.0
             && steps.iter().filter(off).count() as f64 > MOST_UNTIMED * steps.len() as f64
             && let Some(first) = steps.iter().position(|step| off(&step))
         {

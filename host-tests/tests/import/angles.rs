@@ -1,0 +1,58 @@
+//! Readings of an angle that start again.
+
+use super::*;
+
+/// A steady turn that reads 0 to 360 comes out steady, whatever the unit of the reading.
+#[test]
+fn a_reading_that_starts_again_is_unwrapped() {
+    let turns = |k: usize| 0.03 * k as f64 - 2.0;
+    let wrapped = |k: usize, turn: f64| turns(k).rem_euclid(1.0) * turn;
+    let raw = rows("t,deg,count,rad,u,ref", 400, |k| {
+        let (degrees, counts) = (wrapped(k, 360.0), wrapped(k, 4096.0));
+        format!(
+            "{k},{degrees},{counts},{},1,{}",
+            wrapped(k, TAU),
+            (degrees + 20.0) % 360.0
+        )
+    });
+    let place = Place::with("raw.csv", raw);
+    for column in ["deg:deg", "count:counts/4096", "rad"] {
+        let words = format!("raw.csv --time t:ms --input u --position {column} --command ref:deg");
+        let (log, said) = place.import(&format!("{words} --unwrap"));
+        for (k, value) in log.position.iter().enumerate() {
+            assert!(
+                (value - log.position[0] - TAU * 0.03 * k as f64).abs() < 1e-9,
+                "{column} {k}"
+            );
+        }
+        assert!(said.contains("23 jumps taken out"), "{said}");
+        let apart = log.command.unwrap()[399] - log.position[399];
+        assert!(
+            (apart - 20.0 * PI / 180.0).abs() < 1e-9,
+            "{column}: {apart}"
+        );
+        let (log, said) = place.import(&words);
+        assert!(
+            log.position
+                .iter()
+                .all(|value| (0.0..TAU + 1e-9).contains(value))
+        );
+        assert!(said.contains("add --unwrap"), "{said}");
+    }
+}
+
+/// A counter of 16 bits behind a spindle of 2 µm a count.
+#[test]
+fn a_counter_says_at_what_it_starts_again() {
+    let raw = rows("t,n,u", 400, |k| {
+        format!("{k},{},1", (60_000 + 700 * k) % 65_536)
+    });
+    let place = Place::with("raw.csv", raw);
+    let words = "import raw.csv --time t:ms --input u --position n:um*2 --out log.csv";
+    place.refuses(
+        &format!("{words} --unwrap"),
+        &["no angle", "--unwrap 65536"],
+    );
+    let (log, _) = place.import("raw.csv --time t:ms --input u --position n:um*2 --unwrap 65536");
+    near(&log.position, |k| (60_000 + 700 * k) as f64 * 2e-6);
+}

@@ -1,0 +1,150 @@
+//! How a text may be laid out and encoded.
+
+use super::*;
+
+fn value(k: usize) -> (f64, f64, f64) {
+    let t = k as f64 * 2e-3;
+    (t, (3.0 * t).sin(), (5.0 * t).cos())
+}
+
+fn reference() -> Log {
+    let place = Place::with(
+        "raw.csv",
+        rows("t,u,x", 250, |k| {
+            let (t, u, x) = value(k);
+            format!("{t:.3},{u:.6},{x:.6}")
+        }),
+    );
+    place.import("raw.csv --time t --input u --position x").0
+}
+
+#[track_caller]
+fn reads(name: &str, content: impl AsRef<[u8]>, options: &str, said: &str) {
+    let place = Place::with(name, content);
+    let (log, printed) = place.import(&format!("{name} --time t --input u --position x{options}"));
+    let reference = reference();
+    assert_eq!(log.period_s, reference.period_s);
+    assert_eq!(log.input, reference.input);
+    assert_eq!(log.position, reference.position);
+    assert!(printed.contains(said), "{printed}");
+}
+
+fn written(header: &str, delimiter: &str, comma: bool) -> String {
+    rows(header, 250, |k| {
+        let (t, u, x) = value(k);
+        let row = [format!("{t:.3}"), format!("{u:.6}"), format!("{x:.6}")].join(delimiter);
+        if comma { row.replace('.', ",") } else { row }
+    })
+}
+
+#[test]
+fn delimiters_decimal_commas_and_preambles_are_found() {
+    reads(
+        "a.csv",
+        written("t;u;x", ";", true),
+        "",
+        "semicolons, decimal commas",
+    );
+    reads(
+        "a.csv",
+        written("t\tu\tx", "\t", true),
+        "",
+        "tabs, decimal commas",
+    );
+    reads(
+        "a.txt",
+        written("# t  u  x", "  ", false),
+        "",
+        "spaces, names in line 1",
+    );
+    reads(
+        "a.csv",
+        written("t,u,x", ",", true),
+        "",
+        "commas, decimal commas",
+    );
+    reads(
+        "a.csv",
+        format!("\u{feff}{}", written("t,u,x", ",", false)),
+        "",
+        "commas",
+    );
+    let preamble = "Logger 7\nStart: 1.2.2026\n\nt;u;x\n[s];[V];[rad]";
+    reads(
+        "a.csv",
+        written(preamble, ";", true),
+        "",
+        "names in line 4, units in line 5",
+    );
+    let commented = "% by a logger\n% 3 channels\nt,u,x";
+    reads(
+        "a.csv",
+        written(commented, ",", false),
+        "",
+        "names in line 3",
+    );
+}
+
+#[test]
+fn a_layout_can_be_set() {
+    reads(
+        "a.csv",
+        written("t/u/x", "/", false),
+        " --delimiter /",
+        "apart by `/`",
+    );
+    let two = "t,u,x\na,b,c";
+    reads(
+        "a.csv",
+        written(two, ",", false).replace("a,b,c\n", ""),
+        " --header 1",
+        "line 1",
+    );
+    let odd = written("t,u,x\n@ pause", ",", false);
+    reads("a.csv", odd, " --comment @", "1 comment line left out");
+    let place = Place::with("a.csv", written("t,u,x", ",", false));
+    place.refuses(
+        "import a.csv --time t --input u --position x --delimiter ab --out log.csv",
+        &["--delimiter", "one character"],
+    );
+}
+
+#[test]
+fn encodings_and_gzip_are_found() {
+    let text = written("# Winkel in °\nt;u;x", ";", true).replace('\n', "\r\n");
+    let latin: Vec<u8> = text.chars().map(|c| c as u8).collect();
+    reads("a.csv", latin, "", "Latin-1");
+    let mut wide = vec![0xff, 0xfe];
+    wide.extend(text.encode_utf16().flat_map(u16::to_le_bytes));
+    reads("a.csv", wide, "", "UTF-16");
+    let mut packed = GzEncoder::new(Vec::new(), Compression::default());
+    packed.write_all(text.as_bytes()).expect("memory");
+    let packed = packed.finish().expect("memory");
+    reads("a.csv.gz", &packed, "", "gzip, ");
+    let place = Place::with("a.csv.gz", &packed[..packed.len() / 2]);
+    place.refuses(
+        "import a.csv.gz --time t --input u --position x --out log.csv",
+        &["cut short or damaged gzip"],
+    );
+}
+
+#[test]
+fn standard_input_is_read() {
+    let place = Place::new();
+    let mut child = place
+        .command("import - --time t --input u --position x --out log.csv")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("hil starts");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    stdin
+        .write_all(written("t;u;x", ";", true).as_bytes())
+        .expect("a reader");
+    drop(stdin);
+    let output = child.wait_with_output().expect("an end");
+    assert!(output.status.success());
+    assert!(text(&output.stdout).starts_with("standard input: "));
+    let log = Log::read(&place.path("log.csv")).expect("a log");
+    assert_eq!(log.position, reference().position);
+}

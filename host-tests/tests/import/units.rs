@@ -1,0 +1,142 @@
+//! Units, factors, signs.
+
+use super::*;
+
+/// Every column of a log at once, each with a unit of its own.
+#[test]
+fn every_column_becomes_si() {
+    let raw = rows("t,pos,duty,i,w,soll,b,l,en", 200, |k| {
+        let k = k as f64;
+        let on = if k < 100.0 { "on" } else { "off" };
+        format!(
+            "{k},{},{},{},{},{},{k},{k},{on}",
+            0.9 * k,
+            k / 2.0,
+            10.0 * k,
+            3.0 * k,
+            k
+        )
+    });
+    let place = Place::with("raw.csv", raw);
+    let (log, said) = place.import(
+        "raw.csv --time t:ms --position pos:deg --input duty:%*12 --current i:mA --velocity w:rpm \
+         --command -soll:rev --brake b:mN·m --load-torque l:Ncm*-1+2 --enabled en",
+    );
+    assert_eq!((log.samples(), log.period_s, log.start_s), (200, 1e-3, 0.0));
+    near(&log.position, |k| 0.9 * k as f64 * PI / 180.0);
+    near(&log.input, |k| k as f64 / 200.0 * 12.0);
+    near(&log.current.unwrap(), |k| k as f64 / 100.0);
+    near(&log.velocity.unwrap(), |k| 3.0 * k as f64 * TAU / 60.0);
+    near(&log.command.unwrap(), |k| -TAU * k as f64);
+    near(&log.brake.unwrap(), |k| k as f64 * 1e-3);
+    near(&log.load_torque.unwrap(), |k| 2.0 - k as f64 * 1e-2);
+    near(&log.enabled.unwrap(), |k| f64::from(u8::from(k < 100)));
+    assert!(said.contains("200 samples at 1000 Hz"), "{said}");
+    assert!(said.contains("none was resampled"), "{said}");
+}
+
+#[test]
+fn units_of_time_counts_and_strokes_have_their_factors() {
+    let raw = rows("t,x,u", 200, |k| format!("{k},{},{}", 8 * k, k % 7));
+    let place = Place::with("raw.csv", raw);
+    for (unit, period) in [
+        ("s", 1.0),
+        ("ms", 1e-3),
+        ("us", 1e-6),
+        ("µs", 1e-6),
+        ("ns", 1e-9),
+    ] {
+        let (log, _) = place.import(&format!("raw.csv --time t:{unit} --position x --input u"));
+        assert!(
+            (log.period_s / period - 1.0).abs() < 1e-9,
+            "{unit}: {}",
+            log.period_s
+        );
+    }
+    for (unit, factor) in [
+        ("counts/4096", TAU / 4096.0),
+        ("counts*0.5", 0.5),
+        ("mm", 1e-3),
+        ("um", 1e-6),
+        ("rev", TAU),
+        ("rad", 1.0),
+        ("°", PI / 180.0),
+    ] {
+        let (log, _) = place.import(&format!(
+            "raw.csv --time 1:ms --position 2:{unit} --input 3:mV"
+        ));
+        near(&log.position, |k| 8.0 * k as f64 * factor);
+        near(&log.input, |k| (k % 7) as f64 * 1e-3);
+    }
+    for (unit, factor) in [("rev/s", TAU), ("deg/s", PI / 180.0), ("mm/s", 1e-3)] {
+        let words = "raw.csv --time t:ms --position x --input u --velocity x";
+        let (log, _) = place.import(&format!("{words}:{unit}"));
+        near(&log.velocity.unwrap(), |k| 8.0 * k as f64 * factor);
+    }
+}
+
+/// Nanoseconds since 1970 are more than a log's time can be.
+#[test]
+fn a_calendar_becomes_a_time_from_zero() {
+    let raw = rows("stamp,u,x", 300, |k| {
+        format!(
+            "{},{},{}",
+            1_790_000_000_000_000_000_u64 + 1_000_000 * k as u64,
+            k,
+            k * k
+        )
+    });
+    let place = Place::with("raw.csv", raw);
+    let (log, said) = place.import("raw.csv --time stamp:ns --input u --position x");
+    assert_eq!((log.start_s, log.samples()), (0.0, 300));
+    assert!((log.period_s / 1e-3 - 1.0).abs() < 1e-6);
+    assert!(said.contains("starts at zero"), "{said}");
+}
+
+#[test]
+fn a_column_that_looks_like_another_unit_is_pointed_out() {
+    let raw = rows("t,pos,u,i,w,T [ms]", 400, |k| {
+        let t = k as f64;
+        let angle = 170.0 * (0.01 * t).sin();
+        // Milliseconds, degrees, per cent, milliamperes, and rpm of the degrees' radians.
+        let rpm = 170.0 * 10.0 * (0.01 * t).cos();
+        format!(
+            "{t},{angle},{},{},{rpm},{t}",
+            90.0 * (0.02 * t).cos(),
+            900.0 * (0.03 * t).sin()
+        )
+    });
+    let place = Place::with("raw.csv", raw);
+    let words = "raw.csv --position pos --input u --current i --velocity w";
+    let (_, said) = place.import(&format!("{words} --time t"));
+    for hint in [
+        "--time \"t:ms\"",
+        "--position \"pos:deg\"",
+        "--input \"u:%\"",
+        "--current \"i:mA\"",
+    ] {
+        assert!(said.contains(hint), "{hint}: {said}");
+    }
+    let (_, said) = place.import(&format!("{words} --time T~[ms]"));
+    assert!(
+        said.contains("the file says so: then --time \"T [ms]:ms\""),
+        "{said}"
+    );
+    // In milliseconds the velocity is nine and a half times what the position, in radians, does.
+    let rpm = rows("t,pos,u,w", 400, |k| {
+        let t = 1e-3 * k as f64;
+        format!(
+            "{t:.3},{},5,{}",
+            (9.0 * t).sin(),
+            9.0 * (9.0 * t).cos() * 60.0 / TAU
+        )
+    });
+    place.write("rpm.csv", rpm);
+    let given = "rpm.csv --time t --position pos --input u --velocity w";
+    let (_, said) = place.import(given);
+    assert!(said.contains("--velocity \"w:rpm\""), "{said}");
+    assert!(!said.contains("--position \""), "{said}");
+    // What was given a unit is not doubted.
+    let (_, said) = place.import(&format!("{given}:rpm"));
+    assert!(!said.contains("Look again"), "{said}");
+}
