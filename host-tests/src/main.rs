@@ -52,7 +52,7 @@ enum Command {
         after_help = IMPORT_EXAMPLE,
         after_long_help = format!("{}\n\n{}", import::command::COLUMN_HELP, with_files(IMPORT_EXAMPLE))
     )]
-    Import(import::command::Args),
+    Import(Box<import::command::Args>),
     /// Identify an actuator with friction and a return spring from a slow and a fast log
     #[command(
         after_help = IDENTIFY_EXAMPLE,

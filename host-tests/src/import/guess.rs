@@ -2,6 +2,7 @@
 
 use super::raw::Raw;
 use super::recipe::Recipe;
+use super::suspect::unit_of_time;
 use super::unit::{Unit, kinds};
 use crate::log::{COLUMNS, REQUIRED, TIME};
 
@@ -151,6 +152,10 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
                 kinds(COLUMNS[index].0).contains(&unit.kind) && unit.factor != 1.0
             })
         });
+        // Seconds that the name says are believed; without any the steps tell.
+        let told = index != TIME || raw.units[column].is_some();
+        let steps = || unit_of_time(&raw.columns[column].values);
+        let unit = unit.or_else(|| (!told).then(steps)?.map(|(_, unit)| unit));
         let name = raw.name(column);
         recipe.sources[index] = Some(match unit {
             Some(unit) => format!("{name}:{unit}"),
@@ -176,7 +181,7 @@ mod tests {
     use super::*;
     use crate::import::raw::Column;
 
-    fn guessed<const N: usize>(names: [&str; N]) -> Vec<String> {
+    fn guessed<const N: usize>(names: [&str; N], step: f64) -> Vec<String> {
         let mut raw = Raw::named(names);
         for (at, column) in raw.columns.iter_mut().enumerate() {
             // Only the first column never falls.
@@ -186,20 +191,27 @@ mod tests {
                     .collect(),
             );
         }
-        raw.columns[0] = Column::of((0..10).map(f64::from).collect());
+        raw.columns[0] = Column::of((0..10).map(|row| f64::from(row) * step).collect());
         let recipe = recipe(&raw).unwrap();
         recipe.sources.into_iter().flatten().collect()
     }
 
     #[test]
     fn usual_names_are_known() {
-        assert_eq!(guessed(["t", "qg", "vir", "qm"]), ["t", "vir", "qm", "qg"]);
+        // Steps of 1 are no seconds of a drive's log.
         assert_eq!(
-            guessed(["Time [ms]", "Pos_deg", "Duty (%)"]),
+            guessed(["t", "qg", "vir", "qm"], 1.0),
+            ["t:ms", "vir", "qm", "qg"]
+        );
+        assert_eq!(
+            guessed(["Time [ms]", "Pos_deg", "Duty (%)"], 1e-3),
             ["Time [ms]", "Duty (%)", "Pos_deg"]
         );
-        assert_eq!(guessed(["t,u,y", "b", "c"]), ["t,u,y", "b", "c"]);
-        assert_eq!(guessed(["time_s", "input", "position", "current"]).len(), 4);
-        assert_eq!(guessed(["", "", ""]), ["1", "2", "3"]);
+        assert_eq!(guessed(["t,u,y", "b", "c"], 1e-3), ["t,u,y", "b", "c"]);
+        assert_eq!(
+            guessed(["time_s", "input", "position", "current"], 1e-3).len(),
+            4
+        );
+        assert_eq!(guessed(["", "", ""], 1e-3), ["1", "2", "3"]);
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn suspicions(raw: &Raw, sources: &[(usize, Source)], columns: &Colum
             let allowed = kinds(COLUMNS[*index].0);
             Unit::find(unit).is_some_and(|unit| allowed.contains(&unit.kind) && unit.factor != 1.0)
         });
-        let (why, unit) = match (own, looks(*index, values, columns)) {
+        let (why, unit) = match (own, looks(*index, &name, values, columns)) {
             (Some(unit), _) => ("the file says so".to_owned(), unit.to_owned()),
             (None, Some((why, unit))) => (why, unit.to_owned()),
             (None, None) => continue,
@@ -56,23 +56,22 @@ pub(super) fn suspicions(raw: &Raw, sources: &[(usize, Source)], columns: &Colum
 }
 
 /// The unit that the values look like, and why.
-fn looks(index: usize, values: &[f64], columns: &Columns) -> Option<(String, &'static str)> {
+fn looks(
+    index: usize,
+    name: &str,
+    values: &[f64],
+    columns: &Columns,
+) -> Option<(String, &'static str)> {
     let (low, high) = extent(values.iter().copied())?;
     let largest = high.abs().max(low.abs());
     let whole = values.iter().all(|value| value.fract() == 0.0);
     let reaches = |unit| Some((format!("it reaches {}", significant(largest, 3)), unit));
     match index {
         TIME => {
-            let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            let step = median(&steps);
-            let unit = match step {
-                _ if step <= SLOWEST_S => return None,
-                _ if step <= 1e3 * SLOWEST_S => "ms",
-                _ if step <= 1e6 * SLOWEST_S => "us",
-                _ => "ns",
-            };
+            let (step, unit) = unit_of_time(values)?;
             Some((format!("it steps by {}", significant(step, 3)), unit))
         }
+        INPUT if is_share(name) && largest > 1.5 && largest <= 100.5 => reaches("%"),
         INPUT if largest > 1e3 => reaches("mV"),
         INPUT if largest > 60.0 && largest <= 100.5 => reaches("%"),
         INPUT if largest <= 1.001 && largest > 0.05 => reaches("duty"),
@@ -92,6 +91,30 @@ fn looks(index: usize, values: &[f64], columns: &Columns) -> Option<(String, &'s
         }
         _ => None,
     }
+}
+
+/// The unit of stamps that step too widely for seconds, with their usual step.
+pub(super) fn unit_of_time(stamps: &[f64]) -> Option<(f64, &'static str)> {
+    let steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() {
+        return None;
+    }
+    let step = median(&steps);
+    let unit = match step {
+        _ if step.is_nan() || step <= SLOWEST_S => return None,
+        _ if step <= 1e3 * SLOWEST_S => "ms",
+        _ if step <= 1e6 * SLOWEST_S => "us",
+        _ => "ns",
+    };
+    Some((step, unit))
+}
+
+/// Whether the name is that of a part of the supply.
+fn is_share(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    ["duty", "pwm", "percent"]
+        .iter()
+        .any(|word| name.contains(word))
 }
 
 /// How many times the slope of the position the velocity is, by least squares.

@@ -59,6 +59,10 @@ fn mends(content: impl AsRef<[u8]>, words: &[&str]) {
 #[test]
 fn headers() {
     let body = |header: &str| log().replacen(HEADER, header, 1);
+    let milliseconds = changed("t,u,x,soll", |row, fields| {
+        format!("{row},{}", fields[1..].join(","))
+    });
+    mends(milliseconds, &["no column", "--time t:ms"]);
     mends(
         body("t,u,x,soll"),
         &["no column `time_s`, `input`, `position`", "--command soll"],
