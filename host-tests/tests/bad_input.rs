@@ -440,7 +440,10 @@ mod log {
         let mean = (log.input[14] + log.input[15]) / 2.0;
         assert!((slower.input[7] - mean).abs() < 1e-9);
         let error = log.clone().at_period(0.5e-3).expect_err("half made up");
-        assert!(error.message.contains("at most 1.5 times theirs"), "{error}");
+        assert!(
+            error.message.contains("at most 1.5 times theirs"),
+            "{error}"
+        );
         log.at_period(1.0).expect_err("one sample left");
     }
 

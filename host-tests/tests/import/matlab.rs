@@ -146,3 +146,21 @@ fn a_file_without_vectors_or_of_another_version_is_refused() {
         &["--input", "\"u\"", "t, vir, both.1, both.2"],
     );
 }
+
+/// A log that is such a file is refused, wherever it is cut or damaged.
+#[test]
+fn damage_does_not_panic() {
+    for packed in [false, true] {
+        let whole = file(Writer { big: false, packed });
+        let call = "cargo hil import F.mat";
+        let said = Log::of_bytes("F.mat".as_ref(), whole.clone()).expect_err("no CSV");
+        assert!(said.message.contains(call), "{said}");
+        for at in (0..whole.len()).step_by(13) {
+            let refused = Log::of_bytes("F.mat".as_ref(), whole[..at].to_vec());
+            refused.expect_err("half a file");
+            let mut damaged = whole.clone();
+            damaged[at] ^= 0xff;
+            Log::of_bytes("F.mat".as_ref(), damaged).expect_err("a damaged file");
+        }
+    }
+}
