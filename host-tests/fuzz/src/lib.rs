@@ -1,21 +1,34 @@
 //! What reads users' files and a user's lines, by itself: nothing else of the host's is built.
 
-#[path = "../../src/board_log.rs"]
-pub mod board_log;
-#[path = "../../src/console_on_host.rs"]
-pub mod console_on_host;
-#[path = "../../src/error.rs"]
-pub mod error;
-#[path = "../../src/exercise.rs"]
-pub mod exercise;
-#[path = "../../src/failure.rs"]
-pub mod failure;
-#[path = "../../src/gap"]
-pub mod gap {
-    //! The tracing's part of it.
-    pub mod declared;
+// What is read alone has more uses in the program.
+#[allow(dead_code)]
+#[path = "../../src"]
+mod host {
+    pub mod board_log;
+    pub mod console_on_host;
+    pub mod error;
+    pub mod exercise;
+    pub mod failure;
+    pub mod gap {
+        //! The tracing's part of it.
+        mod catalogue;
+        pub mod declared;
+    }
+    pub mod import {
+        //! What looks for the call that mends a log.
+        pub(crate) mod call;
+        mod convert;
+        mod guess;
+        mod layout;
+        mod mat;
+        mod raw;
+        mod recipe;
+        mod source;
+        mod text;
+        mod unit;
+    }
+    pub mod log;
+    pub mod machine;
 }
-#[path = "../../src/log.rs"]
-pub mod log;
-#[path = "../../src/machine.rs"]
-pub mod machine;
+
+pub use host::*;

@@ -2,8 +2,7 @@
 
 use super::raw::Raw;
 use super::recipe::Recipe;
-use super::suspect::unit_of_time;
-use super::unit::{Unit, kinds};
+use super::unit::{Unit, kinds, unit_of_time};
 use crate::log::{COLUMNS, REQUIRED, TIME};
 
 /// Names that loggers and papers give the columns of a log, without case, unit and punctuation.

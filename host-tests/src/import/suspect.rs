@@ -2,8 +2,8 @@
 
 use super::raw::Raw;
 use super::source::Source;
-use super::unit::{Unit, kinds};
-use crate::log::{COLUMNS, Columns, POSITION, TIME, median};
+use super::unit::{Unit, kinds, unit_of_time};
+use crate::log::{COLUMNS, Columns, POSITION, TIME};
 use crate::page::series::extent;
 use crate::quantity::significant;
 
@@ -11,8 +11,6 @@ const INPUT: usize = 1;
 const CURRENT: usize = 4;
 const VELOCITY: usize = 5;
 
-/// Slowest step that a drive is logged with, s: a larger one is in another unit.
-const SLOWEST_S: f64 = 0.1;
 /// An angle beyond this, rad, is more than three turns either way: degrees, more likely.
 const FAR: f64 = 20.0;
 /// A current beyond this, A, is one in milliamperes of a small drive.
@@ -91,22 +89,6 @@ fn looks(
         }
         _ => None,
     }
-}
-
-/// The unit of stamps that step too widely for seconds, with their usual step.
-pub(super) fn unit_of_time(stamps: &[f64]) -> Option<(f64, &'static str)> {
-    let steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if steps.is_empty() {
-        return None;
-    }
-    let step = median(&steps);
-    let unit = match step {
-        _ if step.is_nan() || step <= SLOWEST_S => return None,
-        _ if step <= 1e3 * SLOWEST_S => "ms",
-        _ if step <= 1e6 * SLOWEST_S => "us",
-        _ => "ns",
-    };
-    Some((step, unit))
 }
 
 /// Whether the name is that of a part of the supply.

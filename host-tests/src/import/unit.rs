@@ -2,6 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::log::median;
+
+/// Slowest step that a drive is logged with, s: a larger one is in another unit.
+const SLOWEST_S: f64 = 0.1;
+
 /// What a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -146,6 +151,22 @@ pub(super) fn kinds(column: &str) -> &'static [Kind] {
             Kind::Counts,
         ],
     }
+}
+
+/// The unit of stamps that step too widely for seconds, with their usual step.
+pub(super) fn unit_of_time(stamps: &[f64]) -> Option<(f64, &'static str)> {
+    let steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() {
+        return None;
+    }
+    let step = median(&steps);
+    let unit = match step {
+        _ if step.is_nan() || step <= SLOWEST_S => return None,
+        _ if step <= 1e3 * SLOWEST_S => "ms",
+        _ if step <= 1e6 * SLOWEST_S => "us",
+        _ => "ns",
+    };
+    Some((step, unit))
 }
 
 #[cfg(test)]
