@@ -184,3 +184,19 @@ pub(crate) fn line_ends(text: &[u8], from: usize, to: usize) -> usize {
         })
         .count()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_is_read_than_may_be() {
+        assert_eq!(read_at_most(&b"abc"[..], 3).unwrap(), b"abc");
+        for endless in [
+            read_at_most(&b"abcd"[..], 3),
+            read_at_most(io::repeat(0), 3),
+        ] {
+            assert_eq!(endless.unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        }
+    }
+}

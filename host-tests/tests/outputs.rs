@@ -543,7 +543,7 @@ fn an_error_is_one_short_line_without_control_characters() {
 #[test]
 fn the_help_says_what_is_replaced_and_how_large_a_file_may_be() {
     let bench = Bench::new();
-    for command in ["", "gap", "identify", "decode"] {
+    for command in ["", "gap", "import", "identify", "decode"] {
         let help = bench.succeeds(&format!("{command} --help"));
         for words in [MARK, "what is read is never written", "512 MB"] {
             assert!(help.contains(words), "no {words:?} in: {help}");

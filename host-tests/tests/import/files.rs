@@ -1,5 +1,7 @@
 //! What is written and what is not.
 
+use std::os::unix::fs::symlink;
+
 use super::*;
 
 const WORDS: &str = "import raw.csv --time t:ms --input u --position x";
@@ -33,6 +35,71 @@ fn nothing_of_the_users_is_replaced() {
     assert_eq!(
         fs::read_to_string(place.path("page/index.html")).unwrap(),
         "mine"
+    );
+}
+
+#[test]
+fn not_even_an_earlier_log_an_empty_file_or_a_link_is_replaced() {
+    let place = place();
+    let out = |name: &str| format!("{WORDS} --out {name}");
+    assert!(place.run(&out("log.csv")).status.success());
+    place.write("empty.csv", "");
+    symlink("nowhere.csv", place.path("dangling.csv")).unwrap();
+    for name in ["log.csv", "empty.csv", "dangling.csv"] {
+        place.refuses(&out(name), &[name, "is there already", "name a new"]);
+    }
+    symlink("raw.csv", place.path("link.csv")).unwrap();
+    fs::hard_link(place.path("raw.csv"), place.path("hard.csv")).unwrap();
+    for name in ["link.csv", "hard.csv"] {
+        place.refuses(&out(name), &[name, "is read by this command"]);
+    }
+    fs::create_dir(place.path("page")).unwrap();
+    place.refuses(
+        &format!("{WORDS} --out page/index.html --report page"),
+        &["index.html: ", "another output"],
+    );
+    let output = place.run(&format!("{WORDS} --out absent/log.csv --report new"));
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("there is no directory absent"));
+    assert!(!place.path("new").exists());
+}
+
+#[test]
+fn standard_input_is_kept_and_standard_output_written_to() {
+    let place = place();
+    let raw = fs::read(place.path("raw.csv")).unwrap();
+    let words = WORDS.replace("raw.csv", "-");
+    let from_raw = |out: &str| {
+        let mut command = place.command(&format!("{words} --out {out}"));
+        command.stdin(fs::File::open(place.path("raw.csv")).unwrap());
+        command.output().expect("hil starts")
+    };
+    let output = from_raw("raw.csv");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("is read by this command"));
+    let output = from_raw("/dev/stdout");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let (log, summary) =
+        text(&output.stdout).split_at(text(&output.stdout).find("standard").unwrap());
+    assert!(log.starts_with("time_s,input,position\n"));
+    assert!(summary.contains("200 rows"), "{summary}");
+    assert_eq!(fs::read(place.path("raw.csv")).unwrap(), raw);
+    assert_eq!(place.names(), ["raw.csv"]);
+}
+
+#[test]
+fn what_is_too_large_is_refused() {
+    let place = place();
+    let hole = fs::File::create(place.path("hole.csv")).unwrap();
+    hole.set_len((512 << 20) + 1).unwrap();
+    let words = WORDS.replace("raw.csv", "hole.csv");
+    place.refuses(
+        &format!("{words} --out log.csv"),
+        &["hole.csv: ", "larger than 512 MB"],
+    );
+    place.refuses(
+        &format!("{WORDS}:m*1e7 --out log.csv"),
+        &["raw.csv:", "`position`", "at most 1e9"],
     );
 }
 
