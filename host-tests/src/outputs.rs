@@ -12,14 +12,14 @@
 //! A file that is there already is replaced only if this program wrote it; see [`Kind`].
 
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::error::InputError;
+use crate::error::{InputError, read_at_most};
 use crate::failure::Failure;
 
 use self::part::{Unfinished, probe, rename, unfinished, write_part};
@@ -384,9 +384,8 @@ fn unwritable(path: &Path, reason: &str) -> Failure {
 
 /// What a file holds; none if it is too large to be a result.
 fn read_result(path: &Path) -> io::Result<Option<Vec<u8>>> {
-    let mut bytes = Vec::new();
-    let read = File::open(path)?
-        .take(LARGEST_RESULT + 1)
-        .read_to_end(&mut bytes)?;
-    Ok((read as u64 <= LARGEST_RESULT).then_some(bytes))
+    match read_at_most(File::open(path)?, LARGEST_RESULT) {
+        Err(error) if error.kind() == io::ErrorKind::FileTooLarge => Ok(None),
+        read => read.map(Some),
+    }
 }
