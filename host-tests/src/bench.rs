@@ -218,9 +218,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let outcome = measure(extent, |message| progress.set_message(message));
     progress.finish_and_clear();
     let outcome = outcome?;
-    if let Some(json) = json {
-        outputs.stage_json(json, &outcome)?;
-    }
+    outputs.stage_json(json, &outcome)?;
     outputs.commit()?;
     io::stdout()
         .write_all(table(&outcome).as_bytes())

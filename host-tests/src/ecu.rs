@@ -75,9 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let reports = on_host();
     require_parity(&log, &reports)?;
     let findings: Vec<Finding> = reports.iter().map(Finding::of).collect();
-    if let Some(json) = json {
-        outputs.stage_json(json, &findings)?;
-    }
+    outputs.stage_json(json, &findings)?;
     outputs.commit()?;
     let ticks = log
         .messages()

@@ -126,10 +126,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let page = directory.join("index.html");
     let html = report::html(&summary).map_err(|error| Failure::system("the report", &error))?;
     write_own(&page, html)?;
-    if let Some(json) = json {
-        let value = serde_json::json!({"summary": summary, "logs": traced});
-        outputs.stage_json(json, &value)?;
-    }
+    let value = serde_json::json!({"summary": summary, "logs": traced});
+    outputs.stage_json(json, &value)?;
     outputs.commit()?;
     let mut text = summary.text();
     text += &format!(

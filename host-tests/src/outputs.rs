@@ -291,11 +291,16 @@ impl Outputs {
         }
     }
 
-    /// Prepares an output as indented JSON with a newline at its end.
+    /// Prepares an output as indented JSON with a newline at its end, if it was asked for.
     ///
     /// # Errors
     /// As [`Outputs::stage`].
-    pub fn stage_json(&mut self, output: Output, value: &impl Serialize) -> Result<(), Failure> {
+    pub fn stage_json(
+        &mut self,
+        output: Option<Output>,
+        value: &impl Serialize,
+    ) -> Result<(), Failure> {
+        let Some(output) = output else { return Ok(()) };
         let failed = |error: serde_json::Error| Failure::other(error.to_string());
         let mut text = serde_json::to_string_pretty(value).map_err(failed)?;
         text.push('\n');

@@ -105,9 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         judged.push(trace(row, &directory)?);
     }
     progress.finish_and_clear();
-    if let Some(json) = json {
-        outputs.stage_json(json, &judged)?;
-    }
+    outputs.stage_json(json, &judged)?;
     outputs.commit()?;
     io::stdout()
         .write_all(table(&judged).as_bytes())

@@ -112,9 +112,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     found.outcome.next_experiment = next;
 
-    if let Some(json) = json {
-        outputs.stage_json(json, &found.outcome)?;
-    }
+    outputs.stage_json(json, &found.outcome)?;
     if let (Some(experiment), Some(input)) = (experiment, &input) {
         outputs.stage(experiment, input.as_str())?;
     }

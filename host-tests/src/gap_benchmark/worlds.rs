@@ -84,9 +84,7 @@ fn all(args: &Args) -> Result<String, Failure> {
         .collect();
     progress.finish_and_clear();
     let summary = Summary::of(args.seed, &judged);
-    if let Some(json) = json {
-        outputs.stage_json(json, &summary)?;
-    }
+    outputs.stage_json(json, &summary)?;
     outputs.commit()?;
     Ok(summary.text()
         + &format!(

@@ -73,9 +73,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let text = machine_file::text(machine, &identified.best().parameters, note);
         outputs.stage(machine_out, text)?;
     }
-    if let Some(json) = json {
-        outputs.stage_json(json, &outcome(machine, &identified, validation.as_ref()))?;
-    }
+    outputs.stage_json(json, &outcome(machine, &identified, validation.as_ref()))?;
     if let Some(files) = files {
         report(&mut outputs, files, machine, &identified, &slow)?;
     }

@@ -37,9 +37,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     announce("instruction counts");
     let counts = on_target_run::run(&run.toolchain)?.counts;
     let onboard = Onboard::read(&run, Some(&verdicts), &counts)?;
-    if let Some(json) = json {
-        outputs.stage_json(json, &onboard)?;
-    }
+    outputs.stage_json(json, &onboard)?;
     outputs.commit()?;
     io::stdout()
         .write_all(onboard.table().as_bytes())

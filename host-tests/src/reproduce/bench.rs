@@ -68,10 +68,8 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     }
     let index = directory.join("index.html");
     write_own(&index, report(&sections))?;
-    if let Some(json) = json {
-        let entries: Vec<&Entry> = sections.iter().flat_map(|it| &it.entries).collect();
-        outputs.stage_json(json, &entries)?;
-    }
+    let entries: Vec<&Entry> = sections.iter().flat_map(|it| &it.entries).collect();
+    outputs.stage_json(json, &entries)?;
     outputs.commit()?;
     let mut text: String = sections.iter().map(Section::text).collect();
     text += &format!("report   {}\n", workspace::shown(&index));

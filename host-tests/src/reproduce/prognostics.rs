@@ -240,9 +240,7 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     write_own(&file, log.to_csv())?;
     let index = directory.join("index.html");
     write_own(&index, results.page()?)?;
-    if let Some(json) = json {
-        outputs.stage_json(json, &results.entries())?;
-    }
+    outputs.stage_json(json, &results.entries())?;
     outputs.commit()?;
     let mut text = results.text();
     text += &format!("report   {}\n", workspace::shown(&index));

@@ -229,9 +229,7 @@ pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     let page = report::page(&results).map_err(|error| Failure::system("the plots", &error))?;
     let index = directory.join("index.html");
     write_own(&index, page)?;
-    if let Some(json) = json {
-        outputs.stage_json(json, &results.entries())?;
-    }
+    outputs.stage_json(json, &results.entries())?;
     outputs.commit()?;
     let text = results.text(&directory);
     io::stdout()
