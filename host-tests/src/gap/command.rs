@@ -1,6 +1,5 @@
 //! The command line of `cargo hil gap`.
 
-use std::cell::RefCell;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -72,17 +71,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     progress.enable_steady_tick(Duration::from_millis(100));
     progress.set_message("tracing the residual");
-    let late_doubts = RefCell::new(Vec::new());
     let result = engine::trace(
         &machine,
         &train,
-        || {
-            Ok(read_validate(
-                &args.validate,
-                &train,
-                &mut late_doubts.borrow_mut(),
-            )?)
-        },
+        || Ok(read_validate(&args.validate, &train, &mut doubts)?),
         |message| progress.set_message(message.to_owned()),
     )
     .and_then(|answer| {
@@ -100,7 +92,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     });
     progress.finish_and_clear();
     let (mut found, mut next) = result?;
-    doubts.append(&mut late_doubts.into_inner());
     warn(&doubts);
     let input = next.as_ref().and_then(|next| next.plan.as_ref());
     let input = input.map(Plan::to_csv);
