@@ -150,15 +150,10 @@ impl Layout {
     /// Finds what the user has not said. `None` where no two columns of numbers are.
     pub fn find(lines: &[&str], reading: &Reading) -> Option<Self> {
         let comment = reading.comment.clone().or_else(|| found_comment(lines));
-        let is_comment = |line: &str| {
-            comment
-                .as_ref()
-                .is_some_and(|start| line.trim_start().starts_with(start.as_str()))
-        };
         let rows: Vec<&str> = lines
             .iter()
             .copied()
-            .filter(|line| !line.trim().is_empty() && !is_comment(line))
+            .filter(|line| !line.trim().is_empty() && !is_comment(line, comment.as_deref()))
             .collect();
         let from = (rows.len() / 2).min(rows.len().saturating_sub(SAMPLE / 2));
         let sample = &rows[from..rows.len().min(from + SAMPLE)];
@@ -230,21 +225,14 @@ impl Layout {
             self.width /= 2;
             self.decimal_comma = true;
         }
-        let past = names.into_iter().chain(units).max().map_or(0, |at| at + 1);
-        (self.names, self.units, self.start) = (
-            names,
-            units,
-            past.max(if names.is_none() { start } else { past }),
-        );
-        if reading.header == Some(0) {
-            self.start = 0;
-        }
+        // Units stand below the names. Without either the numbers start where the first row was found.
+        let start = units.or(names).map_or(start, |at| at + 1);
+        (self.names, self.units, self.start) = (names, units, start);
     }
 
     /// Whether a line holds no numbers by what it begins with.
     pub fn is_comment(&self, line: &str) -> bool {
-        let start = self.comment.as_deref();
-        start.is_some_and(|start| line.trim_start().starts_with(start))
+        is_comment(line, self.comment.as_deref())
     }
 
     /// A line without what makes it a comment.
@@ -277,13 +265,14 @@ impl Layout {
     }
 }
 
+/// Whether a line begins with `start`, as lines of comment do.
+fn is_comment(line: &str, start: Option<&str>) -> bool {
+    start.is_some_and(|start| line.trim_start().starts_with(start))
+}
+
 /// What lines of comment begin with, if some do.
 fn found_comment(lines: &[&str]) -> Option<String> {
-    let starts = |start: &&&str| {
-        lines
-            .iter()
-            .any(|line| line.trim_start().starts_with(**start))
-    };
+    let starts = |start: &&&str| lines.iter().any(|line| is_comment(line, Some(start)));
     COMMENTS
         .iter()
         .find(starts)
