@@ -2,7 +2,7 @@
 
 use super::raw::Raw;
 use super::recipe::Recipe;
-use super::unit::{Unit, kinds, unit_of_time};
+use super::unit::{Unit, unit_of_time};
 use crate::log::{COLUMNS, REQUIRED, TIME};
 
 /// Names that loggers and papers give the columns of a log, without case, unit and punctuation.
@@ -145,12 +145,7 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
             }
             continue;
         };
-        let unit = raw.units[column].as_deref().filter(|unit| {
-            // The name of an SI unit would change nothing.
-            Unit::find(unit).is_some_and(|unit| {
-                kinds(COLUMNS[index].0).contains(&unit.kind) && unit.factor != 1.0
-            })
-        });
+        let unit = raw.own_unit(column, COLUMNS[index].0);
         // Seconds that the name says are believed; without any the steps tell.
         let told = index != TIME || raw.units[column].is_some();
         let steps = || unit_of_time(&raw.columns[column].values);

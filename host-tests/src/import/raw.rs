@@ -6,6 +6,7 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use super::layout::Reading;
+use super::unit::{Unit, kinds};
 use super::{mat, text};
 use crate::error::{InputError, LARGEST_DATA, read_at_most};
 
@@ -141,6 +142,15 @@ impl Raw {
         } else {
             name.clone()
         }
+    }
+
+    /// The unit that the file itself gives a column, as it is spelled there, if a column of the log may be
+    /// in it and it changes the values: an SI unit does not.
+    pub fn own_unit(&self, column: usize, log_column: &str) -> Option<&str> {
+        let own = self.units[column].as_deref()?;
+        let unit = Unit::find(own)?;
+        let changes = kinds(log_column).contains(&unit.kind) && unit.factor != 1.0;
+        changes.then_some(own)
     }
 
     #[cfg(test)]

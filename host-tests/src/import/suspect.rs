@@ -2,7 +2,7 @@
 
 use super::raw::Raw;
 use super::source::Source;
-use super::unit::{Unit, kinds, unit_of_time};
+use super::unit::{Unit, unit_of_time};
 use crate::log::{COLUMNS, Columns, POSITION, TIME};
 use crate::page::series::extent;
 use crate::quantity::significant;
@@ -35,10 +35,7 @@ pub(super) fn suspicions(raw: &Raw, sources: &[(usize, Source)], columns: &Colum
             continue;
         }
         let name = raw.name(source.column);
-        let own = raw.units[source.column].as_deref().filter(|unit| {
-            let allowed = kinds(COLUMNS[*index].0);
-            Unit::find(unit).is_some_and(|unit| allowed.contains(&unit.kind) && unit.factor != 1.0)
-        });
+        let own = raw.own_unit(source.column, COLUMNS[*index].0);
         let (why, unit) = match (own, looks(*index, &name, values, columns)) {
             (Some(unit), _) => ("the file says so".to_owned(), unit.to_owned()),
             (None, Some((why, unit))) => (why, unit.to_owned()),
