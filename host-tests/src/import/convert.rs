@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::raw::{Raw, is_good};
+use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
 use super::source::Source;
 use crate::log::fault::{Fault, Mend};
-use crate::log::rows::check_value;
+use crate::log::rows::{check_value, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
 use crate::log::{COLUMNS, Columns, Course, Log, POSITION, TIME, quoted, rounded};
 

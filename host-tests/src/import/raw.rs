@@ -9,6 +9,7 @@ use super::layout::Reading;
 use super::unit::{Unit, kinds};
 use super::{mat, text};
 use crate::error::{InputError, LARGEST_DATA, read_at_most};
+use crate::log::rows::is_good;
 
 /// What a file holds, before anybody said what it means.
 #[derive(Debug, Clone, Default)]
@@ -68,11 +69,6 @@ impl Column {
         }
         Self { values, bad }
     }
-}
-
-/// Whether a log may have this number: it is finite, and single precision holds it.
-pub(super) fn is_good(value: f64) -> bool {
-    value.abs() <= f64::from(f32::MAX)
 }
 
 /// Why something packed cannot be read.

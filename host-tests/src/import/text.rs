@@ -4,10 +4,11 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::layout::{Layout, Reading, number};
-use super::raw::{Column, Raw, is_good};
+use super::raw::{Column, Raw};
 use super::unit::Unit;
 use crate::error::InputError;
 use crate::log::counted;
+use crate::log::rows::is_good;
 
 /// Reads a text.
 ///

@@ -125,6 +125,12 @@ pub(super) fn find_columns(
     ))
 }
 
+/// Whether a log may have this number: it is finite, and single precision holds it.
+pub(crate) fn is_good(value: f64) -> bool {
+    // A NaN fails the comparison.
+    value.abs() <= f64::from(f32::MAX)
+}
+
 /// A finite number that single precision holds, or the rest of a sentence that says why not.
 pub(super) fn parse_number(field: &str) -> Result<f64, String> {
     if field.is_empty() {
@@ -133,8 +139,7 @@ pub(super) fn parse_number(field: &str) -> Result<f64, String> {
     let Ok(value) = field.parse::<f64>() else {
         return Err(format!("is {}, expected a number", quoted(field)));
     };
-    // A NaN fails the comparison.
-    if value.abs() <= f64::from(f32::MAX) {
+    if is_good(value) {
         Ok(value)
     } else {
         Err(format!(
