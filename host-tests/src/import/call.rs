@@ -103,7 +103,7 @@ pub(crate) fn mended(
 
 /// The call that mends what the file holds, tried out.
 fn mending(path: &Path, bytes: &[u8], mend: &Mend) -> Option<Call> {
-    let raw = Raw::read(path, bytes.to_vec(), &Reading::default()).ok()?;
+    let raw = Raw::read(path, bytes, &Reading::default()).ok()?;
     let mut recipe = guess::recipe(&raw)?;
     recipe.mend(mend, &raw).then_some(())?;
     tried(path, &raw, recipe)

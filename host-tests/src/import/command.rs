@@ -120,7 +120,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = outputs.directory(args.report.as_deref(), [("index.html", Kind::Marked)])?;
     let (name, bytes) = read(&args.raw)?;
     let path = Path::new(&name);
-    let raw = Raw::read(path, bytes, &reading(args)?)?;
+    let raw = Raw::read(path, &bytes, &reading(args)?)?;
+    drop(bytes);
     let recipe = recipe(args)?;
     let sources = recipe.parsed(&raw).map_err(Failure::Usage)?;
     let converted = convert(&args.raw, &raw, &recipe, &sources)

@@ -87,12 +87,14 @@ impl Raw {
     ///
     /// # Errors
     /// A format that is not known, with what to do about it.
-    pub fn read(path: &Path, bytes: Vec<u8>, reading: &Reading) -> Result<Self, InputError> {
+    pub fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Self, InputError> {
         let fail = |message: String| InputError::new(path, None, message);
         let compressed = bytes.starts_with(b"\x1f\x8b");
+        let unpacked;
         let bytes = if compressed {
-            let unpacked = read_at_most(MultiGzDecoder::new(&bytes[..]), LARGEST_DATA);
-            unpacked.map_err(|error| fail(not_unpacked("gzip", &error)))?
+            unpacked = read_at_most(MultiGzDecoder::new(bytes), LARGEST_DATA)
+                .map_err(|error| fail(not_unpacked("gzip", &error)))?;
+            &unpacked[..]
         } else {
             bytes
         };
@@ -100,10 +102,10 @@ impl Raw {
         if let Some((_, remedy)) = foreign {
             return Err(fail((*remedy).to_owned()));
         }
-        let mut raw = if mat::is_it(&bytes) {
-            mat::read(&bytes).map_err(fail)?
+        let mut raw = if mat::is_it(bytes) {
+            mat::read(bytes).map_err(fail)?
         } else {
-            text::read(path, &bytes, reading)?
+            text::read(path, bytes, reading)?
         };
         if compressed {
             raw.layout = format!("gzip, {}", raw.layout);
