@@ -97,8 +97,8 @@ pub(super) fn convert(
         }
         columns[*index] = Some(values);
     }
-    if recipe.unwrap.is_some() {
-        bring_to_position(&mut columns, sources, recipe.unwrap);
+    if let Some(turn) = recipe.unwrap {
+        bring_to_position(&mut columns, sources, turn);
     }
     let table = Table {
         lines: chosen.iter().map(|&row| raw.lines[row]).collect(),
@@ -220,10 +220,10 @@ fn unwrapped(values: &mut [f64], turn: f64) -> usize {
 }
 
 /// A command that starts on another turn than the position is brought to it.
-fn bring_to_position(columns: &mut Columns, sources: &[(usize, Source)], turn: Option<Turn>) {
+fn bring_to_position(columns: &mut Columns, sources: &[(usize, Source)], turn: Turn) {
     let command = sources.iter().find(|(index, _)| *index == COMMAND);
     let first = |column: &Option<Vec<f64>>| column.as_ref().map(|values| values[0]);
-    let (Some((_, source)), Some(turn)) = (command, turn) else {
+    let Some((_, source)) = command else {
         return;
     };
     let (Some(position), Some(asked)) = (first(&columns[POSITION]), first(&columns[COMMAND]))
