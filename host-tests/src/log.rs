@@ -90,8 +90,11 @@ pub(crate) const COLUMNS: [(&str, Course); 9] = [
 ];
 pub(crate) const REQUIRED: usize = 3;
 pub(crate) const TIME: usize = 0;
+pub(crate) const INPUT: usize = 1;
 pub(crate) const POSITION: usize = 2;
-const CURRENT: usize = 4;
+pub(crate) const COMMAND: usize = 3;
+pub(crate) const CURRENT: usize = 4;
+pub(crate) const VELOCITY: usize = 5;
 const BRAKE: usize = 6;
 const ENABLED: usize = 8;
 

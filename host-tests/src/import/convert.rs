@@ -8,7 +8,7 @@ use super::source::Source;
 use crate::log::fault::{Fault, Mend};
 use crate::log::rows::{check_value, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
-use crate::log::{COLUMNS, Columns, Course, Log, POSITION, TIME, quoted, rounded};
+use crate::log::{COLUMNS, COMMAND, Columns, Course, Log, POSITION, TIME, quoted, rounded};
 
 /// A log, and what was done for it.
 #[derive(Debug)]
@@ -34,8 +34,6 @@ const CALENDAR_S: f64 = 1e6;
 
 /// Digits of a time stamp that `f64` surely holds.
 const DIGITS: usize = 15;
-
-const COMMAND: usize = 3;
 
 /// Follows a recipe, whose sources have been read.
 ///

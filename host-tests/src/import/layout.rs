@@ -225,7 +225,7 @@ impl Layout {
             self.width /= 2;
             self.decimal_comma = true;
         }
-        // Units stand below the names. Without either the numbers start where the first row was found.
+        // Units stand below the names.
         let start = units.or(names).map_or(start, |at| at + 1);
         (self.names, self.units, self.start) = (names, units, start);
     }

@@ -3,13 +3,9 @@
 use super::raw::Raw;
 use super::source::Source;
 use super::unit::{Unit, unit_of_time};
-use crate::log::{COLUMNS, Columns, POSITION, TIME};
+use crate::log::{COLUMNS, CURRENT, Columns, INPUT, POSITION, TIME, VELOCITY};
 use crate::page::series::extent;
 use crate::quantity::significant;
-
-const INPUT: usize = 1;
-const CURRENT: usize = 4;
-const VELOCITY: usize = 5;
 
 /// An angle beyond this, rad, is more than three turns either way: degrees, more likely.
 const FAR: f64 = 20.0;
