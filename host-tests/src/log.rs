@@ -95,8 +95,9 @@ pub(crate) const POSITION: usize = 2;
 pub(crate) const COMMAND: usize = 3;
 pub(crate) const CURRENT: usize = 4;
 pub(crate) const VELOCITY: usize = 5;
-const BRAKE: usize = 6;
-const ENABLED: usize = 8;
+pub(crate) const BRAKE: usize = 6;
+pub(crate) const LOAD_TORQUE: usize = 7;
+pub(crate) const ENABLED: usize = 8;
 
 /// What a file should have been, for messages.
 const EXPECTED: &str = "a log (CSV with the columns time_s, input, position)";

@@ -7,7 +7,7 @@ use super::convert::convert;
 use super::guess;
 use super::layout::Reading;
 use super::raw::Raw;
-use super::recipe::Recipe;
+use super::recipe::{FLAGS, Recipe};
 use crate::error::InputError;
 use crate::log::fault::Mend;
 
@@ -31,6 +31,11 @@ impl Call {
         Self {
             words: ["cargo".into(), "hil".into(), "import".into(), shown].into(),
         }
+    }
+
+    /// Adds where a column of the log, by its place among them, comes from.
+    pub fn source(&mut self, column: usize, source: &str) {
+        self.option(FLAGS[column], source);
     }
 
     /// Adds an option and its value.

@@ -117,9 +117,9 @@ impl Recipe {
     /// The command that follows this recipe.
     pub fn call(&self, path: &Path, out: &str) -> Call {
         let mut call = Call::new(path);
-        for (flag, source) in FLAGS.iter().zip(&self.sources) {
+        for (index, source) in self.sources.iter().enumerate() {
             if let Some(source) = source {
-                call.option(flag, source);
+                call.source(index, source);
             }
         }
         match self.unwrap {

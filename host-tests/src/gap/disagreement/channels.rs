@@ -2,7 +2,7 @@
 
 use super::limits::STEP_OF_A_WRAP;
 use super::units;
-use crate::log::Log;
+use crate::log::{COLUMNS, COMMAND, CURRENT, INPUT, Log, POSITION, TIME, VELOCITY};
 
 /// The columns of one log that a reading may change.
 #[derive(Debug, Clone)]
@@ -41,16 +41,21 @@ pub enum Column {
 }
 
 impl Column {
+    /// Its place among the columns of a log.
+    pub fn index(self) -> usize {
+        match self {
+            Self::Time => TIME,
+            Self::Input => INPUT,
+            Self::Position => POSITION,
+            Self::Current => CURRENT,
+            Self::Velocity => VELOCITY,
+            Self::Command => COMMAND,
+        }
+    }
+
     /// Its name in the log.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Time => "time_s",
-            Self::Input => "input",
-            Self::Position => "position",
-            Self::Current => "current_a",
-            Self::Velocity => "velocity",
-            Self::Command => "command",
-        }
+        COLUMNS[self.index()].0
     }
 }
 

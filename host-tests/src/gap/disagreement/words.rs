@@ -8,7 +8,7 @@ use super::limits::LONGEST_PERIOD;
 use super::measure::{Clue, Subject};
 use super::reading::{Correction, Reading};
 use crate::import::call::{Call, out_beside};
-use crate::log::{Log, rounded};
+use crate::log::{BRAKE, COLUMNS, ENABLED, LOAD_TORQUE, Log, rounded};
 use crate::machine::{Machine, PARAMETERS};
 use crate::quantity::significant;
 
@@ -265,45 +265,31 @@ fn line(machine: &Machine, name: &str, value: f64) -> String {
 fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String {
     let voltage = declared.machine.motor.is_some();
     let mut call = Call::new(&log.path);
+    let coordinate = declared.machine.coordinate.unit();
+    let speed = if coordinate == "rad" { "rad/s" } else { "m/s" };
     let columns = [
-        (Column::Time, "--time", "s"),
-        (
-            Column::Position,
-            "--position",
-            declared.machine.coordinate.unit(),
-        ),
-        (Column::Input, "--input", if voltage { "V" } else { "" }),
-        (Column::Current, "--current", "A"),
-        (
-            Column::Velocity,
-            "--velocity",
-            if declared.machine.coordinate.unit() == "rad" {
-                "rad/s"
-            } else {
-                "m/s"
-            },
-        ),
-        (
-            Column::Command,
-            "--command",
-            declared.machine.coordinate.unit(),
-        ),
+        (Column::Time, "s"),
+        (Column::Position, coordinate),
+        (Column::Input, if voltage { "V" } else { "" }),
+        (Column::Current, "A"),
+        (Column::Velocity, speed),
+        (Column::Command, coordinate),
     ];
-    for (column, flag, unit) in columns {
+    for (column, unit) in columns {
         let has =
             column == Column::Time || declared.logs.iter().all(|log| log.column(column).is_some());
         if has {
             let source = source(column, unit, corrections, declared.machine.gain);
-            call.option(flag, &source);
+            call.source(column.index(), &source);
         }
     }
-    for (column, name, flag) in [
-        (&log.brake, "brake", "--brake"),
-        (&log.load_torque, "load_torque", "--load-torque"),
-        (&log.enabled, "enabled", "--enabled"),
+    for (column, index) in [
+        (&log.brake, BRAKE),
+        (&log.load_torque, LOAD_TORQUE),
+        (&log.enabled, ENABLED),
     ] {
         if column.is_some() {
-            call.option(flag, name);
+            call.source(index, COLUMNS[index].0);
         }
     }
     let wrapped = corrections.iter().find_map(|correction| match correction {
