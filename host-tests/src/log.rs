@@ -19,8 +19,6 @@
 //! byte order mark do no harm. Everything else that is not such a log is an [`InputError`].
 
 use std::fmt::Write as _;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use self::fault::{Fault, Mend};
@@ -323,20 +321,8 @@ impl Log {
         })
     }
 
-    /// Writes the log to `path`, every value with the digits that give it back unchanged.
-    /// So does a period of up to twelve significant digits, unless the log starts so late that
-    /// its time stamps cannot carry them.
-    ///
-    /// # Errors
-    /// What the file system reports.
-    ///
-    /// # Panics
-    /// If the series differ in length.
-    pub fn write(&self, path: &Path) -> io::Result<()> {
-        fs::write(path, self.to_csv())
-    }
-
-    /// The log as CSV, as [`Log::write`] writes it.
+    /// The log as CSV, every value with the digits that give it back unchanged. So has a period of up to
+    /// twelve significant digits, unless the log starts so late that its time stamps cannot carry them.
     ///
     /// # Panics
     /// If the series differ in length.

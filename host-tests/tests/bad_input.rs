@@ -714,10 +714,9 @@ mod log {
 
         #[test]
         fn a_written_log_reads_back_identical(mut log in any_log()) {
-            let directory = tempfile::tempdir().expect("a temporary directory");
-            log.path = directory.path().join("log.csv");
-            log.write(&log.path).expect("a writable temporary directory");
-            prop_assert_eq!(Log::read(&log.path), Ok(log));
+            let file = given("log.csv", log.to_csv());
+            log.path = file.path.clone();
+            prop_assert_eq!(Log::read(&file.path), Ok(log));
         }
 
         #[test]
