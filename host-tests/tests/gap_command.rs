@@ -9,18 +9,18 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use model_core::effect::Id;
-use rig::{Effect, EffectKind, Experiment, Machine, Trajectory};
+use pushed_slide::HEADER;
+use rig::{Experiment, Machine, Trajectory};
 use serde_json::Value;
 use tempfile::TempDir;
+
+mod pushed_slide;
 
 const MACHINE: &str = "machine.toml";
 const TRAIN: &str = "train.csv";
 const VALIDATE: &str = "validate.csv";
 const JSON: &str = "gap.json";
 const REPORT: &str = "report";
-
-/// What every log here begins with.
-const HEADER: &str = "time_s,input,position,command";
 
 /// A directory that `hil` is run in, with the machine file and the logs of a slide that is pushed
 /// by a constant force its machine file does not mention.
@@ -31,18 +31,7 @@ struct Bench {
 /// What the bench logged, and 2 s of it.
 fn log() -> &'static str {
     static LOG: OnceLock<String> = OnceLock::new();
-    LOG.get_or_init(|| {
-        let machine = Machine::force_slide();
-        let push = Effect::nominal(EffectKind::OffsetTorque, &machine);
-        let moves = Trajectory::moves(&machine);
-        let log = Experiment::tracking(machine, moves)
-            .with_effects(&[push])
-            .lasting(6.0)
-            .run()
-            .to_csv();
-        assert!(log.starts_with(HEADER));
-        log
-    })
+    LOG.get_or_init(|| pushed_slide::log(6.0))
 }
 
 /// The header and the first `rows` rows of the log.

@@ -7,6 +7,8 @@ mod files;
 mod layouts;
 mod matlab;
 mod mended;
+#[path = "../pushed_slide/mod.rs"]
+mod pushed_slide;
 mod rates;
 mod units;
 
@@ -20,7 +22,7 @@ use std::sync::OnceLock;
 use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
 use host_tests::log::Log;
-use rig::{Effect, EffectKind, Experiment, Machine, Trajectory};
+use rig::Machine;
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -1,16 +1,11 @@
 //! Where `gap` refuses a log for its form, the call that it prints makes one which it accepts.
 
 use super::*;
+use crate::pushed_slide::HEADER;
 
 fn log() -> &'static str {
     static LOG: OnceLock<String> = OnceLock::new();
-    LOG.get_or_init(|| {
-        let machine = Machine::force_slide();
-        let push = Effect::nominal(EffectKind::OffsetTorque, &machine);
-        let moves = Trajectory::moves(&machine);
-        let experiment = Experiment::tracking(machine, moves).with_effects(&[push]);
-        experiment.lasting(3.0).run().to_csv()
-    })
+    LOG.get_or_init(|| pushed_slide::log(3.0))
 }
 
 /// The log with its rows changed; `edit` gets the row and its fields: time, input, position, command.
@@ -22,8 +17,6 @@ fn changed(header: &str, edit: impl Fn(usize, &[&str]) -> String) -> String {
         .collect();
     format!("{header}\n{}\n", rows.join("\n"))
 }
-
-const HEADER: &str = "time_s,input,position,command";
 
 fn verdict(place: &Place, log: &str) -> String {
     let output = place.run(&format!(
