@@ -9,6 +9,7 @@ mod cells;
 pub mod check;
 pub mod comparison;
 pub mod console_on_host;
+pub mod data_sheet;
 pub mod decode;
 pub mod ecu;
 pub mod ecu_on_host;

@@ -6,7 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
 use host_tests::{
-    bench, check, decode, ecu, error, gap, hil, identify, import, onboard, outputs, reproduce,
+    bench, check, data_sheet, decode, ecu, error, gap, hil, identify, import, onboard, outputs,
+    reproduce,
 };
 
 /// Firmware and model of an electromechanical actuator, closed on each other
@@ -36,6 +37,8 @@ const GAP_EXAMPLE: &str =
 
 const IMPORT_EXAMPLE: &str = "Example: cargo hil import run.csv --time t:ms --position pos:deg --input \"duty:%*12\" --current i:mA --out log.csv";
 
+const MACHINE_EXAMPLE: &str = "Example: cargo hil machine --name cart --voltage 12V --no-load-speed 200rpm --no-load-current 0.2A --stall-torque 21kg.cm --stall-current 5.5A --gear-ratio 50 --values-of gearmotor --encoder-counts 64 --encoder-side motor > cart.toml";
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Check everything: formatting, lints, firmware, emulated run, host tests
@@ -53,6 +56,12 @@ enum Command {
         after_long_help = format!("{}\n\n{}", import::command::COLUMN_HELP, with_files(IMPORT_EXAMPLE))
     )]
     Import(Box<import::command::Args>),
+    /// Make a machine file of what a data sheet says, each number with its origin
+    #[command(
+        after_help = MACHINE_EXAMPLE,
+        after_long_help = format!("{}\n\n{}", data_sheet::command::SHEET_HELP, with_files(MACHINE_EXAMPLE))
+    )]
+    Machine(Box<data_sheet::command::Args>),
     /// Identify an actuator with friction and a return spring from a slow and a fast log
     #[command(
         after_help = IDENTIFY_EXAMPLE,
@@ -104,6 +113,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         Some(Command::Test(args)) => check::run(&args),
         Some(Command::Gap(args)) => gap::command::run(&args),
         Some(Command::Import(args)) => import::command::run(&args),
+        Some(Command::Machine(args)) => data_sheet::command::run(&args),
         Some(Command::Identify(args)) => identify::command::run(&args),
         Some(Command::Onboard(args)) => onboard::command::run(&args),
         Some(Command::Ecu(args)) => ecu::run(&args),

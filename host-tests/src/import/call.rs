@@ -57,7 +57,7 @@ impl fmt::Display for Call {
 }
 
 /// A word as a shell takes it unchanged.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=+,%@°".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_owned()

@@ -18,4 +18,4 @@ mod source;
 mod summary;
 mod suspect;
 mod text;
-mod unit;
+pub(crate) mod unit;

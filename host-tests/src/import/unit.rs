@@ -9,7 +9,7 @@ const SLOWEST_S: f64 = 0.1;
 
 /// What a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Time,
     Angle,
     Length,
@@ -27,7 +27,7 @@ pub(super) enum Kind {
 
 /// A unit with its factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Unit {
+pub(crate) struct Unit {
     /// What it measures.
     pub kind: Kind,
     /// SI units in one of it.

@@ -1,0 +1,212 @@
+//! What rubs: from the no-load current, the friction that is told, or a guess.
+
+use super::agreement;
+use super::derive::{Number, Point, Sure, significant, within};
+use super::rules;
+
+/// The friction of the machine, at the coordinate.
+#[derive(Debug)]
+pub(super) struct Friction {
+    /// N·m·s/rad, or N·s/m.
+    pub viscous: Number,
+    /// N·m, or N.
+    pub coulomb: Number,
+    /// N·m, or N.
+    pub breakaway: Number,
+}
+
+/// The no-load current, A: as told, that of the friction that is told, or a part of the one at standstill.
+pub(super) fn no_load_current(
+    point: &Point,
+    resistance: f64,
+    constant: f64,
+) -> Result<Number, String> {
+    let sheet = point.sheet;
+    if let Some(measure) = &sheet.no_load_current {
+        let number = Number::told(measure, 1.0, within([measure.rounding]));
+        return agreement::of_idle(point, resistance, number);
+    }
+    if let (Some(measure), Some(torque)) = (&sheet.friction_torque, point.friction_torque) {
+        let current = torque / (point.passed.unwrap_or(1.0) * constant);
+        let why = format!("that {measure} takes");
+        let number = Number::new(current, why, within([measure.rounding]));
+        return agreement::of_idle(point, resistance, number);
+    }
+    let stall = agreement::stall_current(point, resistance).ok_or_else(|| {
+        "nothing says how much rubs; expected --no-load-current or --friction-torque, or --voltage for a \
+         guess from the current at standstill"
+            .to_owned()
+    })?;
+    let share = point.presumed_share();
+    Ok(Number::new(
+        share * stall,
+        format!(
+            "guessed: {:.0} % of the {} A at standstill; --no-load-current gives it",
+            100.0 * share,
+            significant(stall)
+        ),
+        Sure::Guess(rules::FRICTION_FACTOR),
+    ))
+}
+
+/// What the gear passes on over what it is given, at standstill, as a fraction: the stall torque, with the
+/// friction that [`of`] will leave, over that of the winding.
+///
+/// `τ_s = η k I_s − c`, with `c` as it is told, or `η k I₀ − b ω₀` with `b` as it is told, or presumed to be
+/// a part of `η k I₀`.
+pub(super) fn at_standstill(
+    point: &Point,
+    stall: f64,
+    constant: f64,
+    current: f64,
+    idle: &Number,
+) -> (f64, f64) {
+    if let Some(torque) = point.friction_torque {
+        return (stall + torque, constant * current);
+    }
+    let drag = point.sheet.viscous.as_ref().zip(point.no_load_speed);
+    if let (Some((viscous, speed)), Some(_)) = (drag, &point.sheet.no_load_current) {
+        return (
+            stall - viscous.value * speed,
+            constant * (current - idle.value),
+        );
+    }
+    let rubbing = (1.0 - rules::VISCOUS_PART) * idle.value;
+    (stall, constant * (current - rubbing))
+}
+
+/// Splits what rubs without a load, the torque that the no-load current makes less what the gear loses of
+/// it, into viscous and Coulomb friction.
+pub(super) fn of(
+    point: &Point,
+    resistance: &Number,
+    constant: &Number,
+    idle: &Number,
+    share: &Option<Number>,
+) -> Result<Friction, String> {
+    let sheet = point.sheet;
+    let passed = 1.0 - share.as_ref().map_or(0.0, |share| share.value);
+    let whole = passed * constant.value * idle.value;
+    let speed = point.no_load_speed.or_else(|| {
+        let rest = point.voltage()? - idle.value * resistance.value;
+        Some(rest / constant.value)
+    });
+    // What the sheet says of the motor alone goes through the gear, too.
+    let lossy = if sheet.gear.values_behind {
+        1.0
+    } else {
+        passed
+    };
+    let told = sheet.friction_torque.as_ref().zip(point.friction_torque);
+    let (coulomb, viscous) = match (told, &sheet.viscous) {
+        (Some((measure, torque)), viscous) => {
+            let torque = torque * lossy;
+            let coulomb = Number::new(
+                torque,
+                format!("given, {measure}"),
+                within([measure.rounding]),
+            );
+            let viscous = match viscous {
+                Some(measure) => Number::told(measure, 1.0, within([measure.rounding])),
+                None => rest(point, whole, torque, speed)?,
+            };
+            (coulomb, viscous)
+        }
+        (None, Some(measure)) => {
+            let viscous = Number::told(measure, 1.0, within([measure.rounding]));
+            if sheet.no_load_current.is_none() {
+                // A guessed current tells nothing of it.
+                let (coulomb, _) = split(whole, speed, idle);
+                return Ok(Friction {
+                    breakaway: breakaway(point, &coulomb, lossy)?,
+                    coulomb,
+                    viscous,
+                });
+            }
+            let speed = speed.unwrap_or(0.0);
+            let rest = whole - viscous.value * speed;
+            agreement::of_viscous(point, measure, viscous.value * speed, whole, idle)?;
+            let why = format!("{}; less {measure} at no load", of_current(idle));
+            (Number::new(rest.max(0.0), why, idle.sure), viscous)
+        }
+        (None, None) => split(whole, speed, idle),
+    };
+    Ok(Friction {
+        breakaway: breakaway(point, &coulomb, lossy)?,
+        viscous,
+        coulomb,
+    })
+}
+
+/// What has to be overcome before it moves.
+fn breakaway(point: &Point, coulomb: &Number, lossy: f64) -> Result<Number, String> {
+    let sheet = point.sheet;
+    let Some(measure) = &sheet.breakaway_torque else {
+        return Ok(Number::new(
+            rules::BREAKAWAY_RATIO * coulomb.value,
+            format!("guessed: {} × coulomb", rules::BREAKAWAY_RATIO),
+            coulomb.sure,
+        ));
+    };
+    let factor = sheet.gear.sheet(measure)? * lossy;
+    let number = Number::told(measure, factor, within([measure.rounding]));
+    if number.value < coulomb.value {
+        return Err(format!(
+            "{measure} is less than the sliding friction, {} ({}); expected at least as much",
+            significant(coulomb.value),
+            coulomb.why
+        ));
+    }
+    Ok(number)
+}
+
+/// The viscous friction that the no-load current leaves beside a Coulomb friction that is told.
+fn rest(point: &Point, whole: f64, torque: f64, speed: Option<f64>) -> Result<Number, String> {
+    let sheet = point.sheet;
+    let (Some(idle), Some(speed), Some(friction)) =
+        (&sheet.no_load_current, speed, &sheet.friction_torque)
+    else {
+        let speed = speed.unwrap_or(f64::INFINITY);
+        let value = rules::VISCOUS_PART * torque / speed;
+        let why = "guessed: a quarter of the friction at no load".to_owned();
+        return Ok(Number::new(value, why, Sure::Guess(rules::FRICTION_FACTOR)));
+    };
+    agreement::of_friction(point, friction, torque, idle, whole)?;
+    let value = (whole - torque).max(0.0) / speed;
+    let why = format!("what {friction} leaves of {idle}, at the no-load speed");
+    Ok(Number::new(value, why, Sure::Guess(rules::FRICTION_FACTOR)))
+}
+
+/// Coulomb and viscous friction where nothing tells the two.
+fn split(whole: f64, speed: Option<f64>, idle: &Number) -> (Number, Number) {
+    let Some(speed) = speed else {
+        let coulomb = Number::new(whole, of_current(idle), idle.sure);
+        let why = "not known, and taken for coulomb; --voltage or --no-load-speed splits the two";
+        return (coulomb, Number::new(0.0, why, Sure::Told));
+    };
+    let part = rules::VISCOUS_PART;
+    let why = format!("{:.0} % of {}", 100.0 * (1.0 - part), of_current(idle));
+    let sure = match idle.sure {
+        Sure::Guess(factor) => Sure::Guess(factor),
+        _ => Sure::Guess(1.0 / (1.0 - part)),
+    };
+    let coulomb = Number::new((1.0 - part) * whole, why, sure);
+    let why = format!(
+        "guessed: {:.0} % of the friction at no load, at its speed",
+        100.0 * part
+    );
+    let viscous = Number::new(
+        part * whole / speed,
+        why,
+        Sure::Guess(rules::FRICTION_FACTOR),
+    );
+    (coulomb, viscous)
+}
+
+fn of_current(idle: &Number) -> String {
+    format!(
+        "what the no-load current of {} A ({}) makes",
+        significant(idle.value),
+        idle.why
+    )
+}

@@ -1,0 +1,198 @@
+//! The numbers that are printed, and what a plant made of them does.
+
+use std::f64::consts::PI;
+
+use super::*;
+
+#[test]
+fn a_gearmotor_turns_draws_and_stalls_as_its_sheet_says() {
+    let machine = machine(CART);
+    // Resistance, torque constant, friction and loss are printed with four digits each.
+    let tolerance = 4.0 * PRINTED;
+    let (speed, current) = settled(&machine, 12.0, 0.0);
+    near(speed, 200.0 * RPM, tolerance);
+    // The small difference of two large voltages: by how much they are larger, the current is less sure.
+    near(current, 0.2, tolerance * 12.0 / (0.2 * 12.0 / 5.5));
+    near(blocked(&machine, 12.0), 5.5, tolerance);
+    // The line of speed over torque falls to nothing at the stall torque.
+    let stall = 210.0 * KGF_MM;
+    for part in [0.25, 0.5, 0.9] {
+        let (speed, _) = settled(&machine, 12.0, part * stall);
+        let expected = 200.0 * RPM * (1.0 - part);
+        assert!(
+            (speed - expected).abs() < tolerance * 200.0 * RPM,
+            "{speed} for {expected} at {part}"
+        );
+    }
+    assert!(settled(&machine, 12.0, 1.02 * stall).0 <= 0.0);
+}
+
+/// Resistance and torque constant as they are printed come to the same speed, current and torque as the sheet,
+/// which rounds all of them to two or three digits.
+#[test]
+fn a_motor_with_its_constants_given_keeps_its_sheets_lines() {
+    let machine = machine(&format!("{MICROMOTOR} --friction-torque 0.12mNm"));
+    let motor = machine.motor.unwrap();
+    assert_eq!(
+        (motor.resistance, motor.inductance, motor.torque_constant),
+        (13.7, 3.1e-4, 0.0114)
+    );
+    near(machine.mechanics.inertia, 6.7e-8, 1e-12);
+    let (speed, current) = settled(&machine, 12.0, 0.0);
+    // 11.4 mN·m/A has three digits, 9900 rpm two.
+    near(speed, 9900.0 * RPM, 0.05 / 11.4 + 0.5 / 99.0);
+    // 0.12 mN·m has two digits.
+    near(current, 0.0105, 0.5 / 12.0 + 0.5 / 105.0);
+    near(blocked(&machine, 12.0), 12.0 / 13.7, 1e-4);
+    let (speed, _) = settled(&machine, 12.0, 9.90e-3);
+    assert!(speed.abs() < 0.01 * 9900.0 * RPM, "{speed}");
+}
+
+/// Behind a gear of N, torque constant and friction grow by N, inertia by N², and the time constants stay.
+#[test]
+fn a_gear_refers_the_motor_to_its_output() {
+    let bare = machine(MICROMOTOR);
+    let words = format!("{MICROMOTOR} --gear-ratio 22:1 --values-of motor");
+    let geared = machine(&words);
+    let (one, other) = (bare.motor.unwrap(), geared.motor.unwrap());
+    assert_eq!(one.resistance, other.resistance);
+    assert_eq!(one.inductance, other.inductance);
+    near(other.torque_constant, 22.0 * one.torque_constant, PRINTED);
+    let (one, other) = (bare.mechanics, geared.mechanics);
+    near(other.inertia, 484.0 * one.inertia, PRINTED);
+    near(other.viscous, 484.0 * one.viscous, 2.0 * PRINTED);
+    near(
+        geared.friction.coulomb,
+        22.0 * bare.friction.coulomb,
+        2.0 * PRINTED,
+    );
+    assert!(geared.declared_effects.is_empty());
+    near(settled(&geared, 12.0, 0.0).0, 9900.0 * RPM / 22.0, 0.01);
+
+    // A loss leaves the speed, and takes its part of the torque.
+    let lossy = machine(&format!("{words} --gear-efficiency 70%"));
+    assert_eq!(lossy.declared_effects[0].id, "load_dependent_friction");
+    near(lossy.declared_effects[0].parameters["share"], 0.3, 1e-12);
+    near(
+        settled(&lossy, 12.0, 0.0).0,
+        settled(&geared, 12.0, 0.0).0,
+        2.0 * PRINTED,
+    );
+    let half = 0.5 * 0.7 * 22.0 * 9.90e-3;
+    near(
+        settled(&lossy, 12.0, half).0,
+        0.5 * 9900.0 * RPM / 22.0,
+        0.02,
+    );
+}
+
+#[test]
+fn a_screw_makes_a_stroke_of_turns() {
+    let lead = 2e-3;
+    let words = format!(
+        "{MICROMOTOR} --gear-ratio 3 --screw-lead 2mm --gear-efficiency 0.5 --values-of motor \
+         --load-inertia 2kg --lower-stop 0mm --upper-stop 5cm --encoder-counts 1000 --encoder-side motor"
+    );
+    let machine = machine(&words);
+    let turns = 3.0 * TAU / lead;
+    near(
+        machine.motor.unwrap().torque_constant,
+        turns * 0.0114,
+        PRINTED,
+    );
+    near(
+        machine.mechanics.inertia,
+        2.0 + turns * turns * 6.7e-8,
+        PRINTED,
+    );
+    assert_eq!(machine.mechanics.lower_stop, Some(0.0));
+    assert_eq!(machine.mechanics.upper_stop, Some(0.05));
+    near(machine.resolution.unwrap(), lead / 3000.0, PRINTED);
+    let (speed, current) = settled(&machine, 12.0, 0.0);
+    near(speed, 9900.0 / 60.0 / 3.0 * lead, 0.01);
+    assert!(current > 0.0);
+    // Half the torque of standstill, through screw and gear at half the power.
+    let (speed, _) = settled(&machine, 12.0, 0.25 * turns * 9.90e-3);
+    near(speed, 0.5 * 9900.0 / 60.0 / 3.0 * lead, 0.02);
+}
+
+/// A linear actuator whose sheet says nothing of its screw: forces and speeds along the stroke are enough.
+#[test]
+fn a_linear_actuator_needs_no_lead() {
+    let machine = machine(
+        "--voltage 12V --no-load-speed 32mm/s --no-load-current 40mA --stall-torque 100N --stall-current \
+         0.65A --gear-ratio 35 --values-of gearmotor",
+    );
+    near(settled(&machine, 12.0, 0.0).0, 0.032, 4.0 * PRINTED);
+    near(settled(&machine, 12.0, 50.0).0, 0.016, 8.0 * PRINTED);
+    near(blocked(&machine, 12.0), 0.65, 4.0 * PRINTED);
+}
+
+#[test]
+fn loads_springs_sensors_and_inputs_are_taken_over() {
+    let machine = machine(&format!(
+        "{CART} --pendulum-mass 490g --pendulum-length 10cm --gravity-rest -90deg --load-inertia 5kg.cm2 \
+         --spring 0.5Nm/rad --spring-rest 10deg --spring-preload 0.1Nm --lower-stop -45deg --upper-stop \
+         90deg --input duty/255 --encoder-counts 64 --encoder-side motor"
+    ));
+    let mechanics = machine.mechanics;
+    near(mechanics.gravity_torque, 0.49 * 9.80665 * 0.1, PRINTED);
+    near(mechanics.gravity_rest, -PI / 2.0, PRINTED);
+    let alone = super::machine(CART).mechanics.inertia;
+    near(mechanics.inertia, alone + 0.49 * 0.01 + 5e-4, PRINTED);
+    assert_eq!((mechanics.spring, mechanics.spring_preload), (0.5, 0.1));
+    near(mechanics.spring_rest, PI / 18.0, PRINTED);
+    near(mechanics.lower_stop.unwrap(), -PI / 4.0, PRINTED);
+    near(mechanics.upper_stop.unwrap(), PI / 2.0, PRINTED);
+    near(machine.gain, 12.0 / 255.0, 1e-12);
+    near(machine.resolution.unwrap(), TAU / 3200.0, PRINTED);
+    assert_eq!(
+        machine.fit,
+        ["inertia", "viscous", "coulomb", "static", "spring_preload"]
+    );
+    for (input, gain) in [("V", 1.0), ("mV", 1e-3), ("duty", 12.0), ("%", 0.12)] {
+        let machine = super::machine(&format!("{CART} --input {input}"));
+        near(machine.gain, gain, 1e-12);
+    }
+    let machine = super::machine(&format!("{CART} --input duty --supply 9V"));
+    assert_eq!(machine.gain, 9.0);
+}
+
+/// The same motor in the units of other data sheets, and with other things given.
+#[test]
+fn a_number_can_be_given_in_many_ways() {
+    let one = machine(CART);
+    let other = machine(
+        "--voltage 12000mV --no-load-speed 20.943951rad/s --no-load-current 200mA --stall-torque \
+         291.63oz.in --stall-current 5.5A --gear-ratio 50:1 --values-of gearmotor",
+    );
+    let constants = |machine: &Machine| machine.motor.unwrap().torque_constant;
+    near(constants(&other), constants(&one), PRINTED);
+    near(other.friction.coulomb, one.friction.coulomb, 4.0 * PRINTED);
+    // Torque, speed and back-EMF constant are one number: 60 / 2π / 835 = 0.01144.
+    for constant in [
+        "--torque-constant 11.44mNm/A",
+        "--speed-constant 835rpm/V",
+        "--back-emf-constant 1.198mV/rpm",
+        "--back-emf-constant 1.198V/krpm",
+    ] {
+        let words =
+            format!("--voltage 12V --resistance 13.7ohm --no-load-current 10.5mA {constant}");
+        near(constants(&machine(&words)), 0.01144, 1e-3);
+    }
+    // Without resistance and stall current: the quadratic of no-load speed and stall torque, whose solution
+    // the full sheet has.
+    let machine = machine(
+        "--voltage 12V --no-load-speed 9900rpm --no-load-current 0.0105A --stall-torque 9.90mNm",
+    );
+    near(machine.motor.unwrap().resistance, 13.7, 0.02);
+    near(constants(&machine), 0.0114, 0.02);
+    // The rotor's inertia from the mechanical time constant: 7 ms · k² / R.
+    let words = MICROMOTOR.replace("--rotor-inertia 0.67gcm2", "");
+    let machine = super::machine(&words);
+    near(
+        machine.mechanics.inertia,
+        7e-3 * 0.0114 * 0.0114 / 13.7,
+        PRINTED,
+    );
+}
