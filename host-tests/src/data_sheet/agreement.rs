@@ -201,6 +201,7 @@ fn rounding_of(number: &Number) -> f64 {
 
 /// The efficiency that a gearmotor's numbers come to: at most one.
 pub(super) fn of_efficiency(
+    point: &Point,
     torque: &Measure,
     efficiency: f64,
     whole: f64,
@@ -213,11 +214,13 @@ pub(super) fn of_efficiency(
     }
     Err(format!(
         "{torque} and torque constant ({}) × current at standstill, {} A, contradict each other: the gear \
-         would pass on {} of {}, and {} to {} can be; look at --values-of, --gear-ratio and the units",
+         would pass on {} of {} {}; expected {} to 100 %, and {} with tolerance and rounding; look at \
+         --values-of, --gear-ratio and the units",
         constant.why,
         significant(current, 4),
         percent(efficiency),
         significant(whole, 4),
+        load_unit(point),
         percent(rules::LEAST_EFFICIENCY),
         percent(most)
     ))

@@ -176,6 +176,6 @@ pub fn text_of(args: &Args) -> Result<String, String> {
     let machine = Machine::of_bytes(path, text.clone().into_bytes());
     machine
         .and_then(|machine| declared::model(&machine))
-        .map_err(|error| format!("these numbers make no machine: {error}"))?;
+        .map_err(|error| format!("these numbers make no machine: {}", error.message))?;
     Ok(text)
 }

@@ -318,7 +318,7 @@ fn share(
     // Both denominators are positive: the no-load current is below that at standstill.
     let (left, whole) = friction::at_standstill(point, stall, constant.value, current, idle);
     let efficiency = left / whole;
-    agreement::of_efficiency(torque, efficiency, whole, constant, current)?;
+    agreement::of_efficiency(point, torque, efficiency, whole, constant, current)?;
     let why = format!(
         "{torque} and friction are {} % of torque constant × current at standstill, {} A",
         given((1000.0 * efficiency).round() / 10.0),

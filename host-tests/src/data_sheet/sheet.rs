@@ -322,7 +322,7 @@ fn gear(args: &Args) -> Result<Gear, String> {
         Some(side) => side == "gearmotor",
         None if is_there => {
             return Err(
-                "a gear or screw, and not whose values the data sheet gives; expected --values-of \
+                "there is a gear or screw, and nothing says whose values these are; expected --values-of \
                  motor (speeds and torques of the motor alone) or --values-of gearmotor (those behind the \
                  gear)"
                     .into(),

@@ -17,6 +17,7 @@ mod files;
 mod motors;
 mod numbers;
 mod refused;
+mod traced;
 
 const RPM: f64 = TAU / 60.0;
 /// Gram-force on a millimetre, N·m.
