@@ -1,7 +1,7 @@
 //! `cargo hil machine`: a machine file from what a data sheet says.
 //!
-//! [`sheet`] reads the options, [`derive`] makes the numbers of the model of them, each with where it comes
-//! from and how sure it is, [`agreement`] refuses numbers that contradict each other, and [`text`] writes the
+//! `sheet` reads the options, `derive` makes the numbers of the model of them, each with where it comes
+//! from and how sure it is, `agreement` refuses numbers that contradict each other, and `text` writes the
 //! file.
 //!
 //! # Through the gear

@@ -52,6 +52,28 @@ proptest! {
         prop_assert!((share - (1.0 - efficiency)).abs() < PRINTED);
     }
 
+    /// A bare motor of which the sheet has four numbers only: no-load and stall point, without the current there.
+    #[test]
+    fn a_motor_is_found_again_from_four_numbers(
+        volts in 3.0..48.0_f64,
+        stall in 0.05..100.0_f64,
+        idle_share in 0.0..0.5_f64,
+        constant in 1e-3..0.2_f64,
+    ) {
+        let idle = idle_share * stall + 1e-6;
+        let resistance = volts / stall;
+        let speed = (volts - idle * resistance) / constant;
+        let torque = constant * (stall - idle);
+        let words = format!(
+            "--voltage {volts}V --no-load-speed {speed}rad/s --no-load-current {idle}A --stall-torque {torque}Nm"
+        );
+        let text = text_of(&parsed(&split(&words)).unwrap()).unwrap();
+        let machine = Machine::of_bytes(Path::new("a.toml"), text.into_bytes()).unwrap();
+        let motor = machine.motor.unwrap();
+        near(motor.resistance, resistance, PRINTED);
+        near(motor.torque_constant, constant, PRINTED);
+    }
+
     /// Whatever is typed, there is a machine that can be read, or a reason.
     #[test]
     fn nothing_that_is_typed_makes_a_panic(

@@ -79,3 +79,16 @@ fn gap_reads_what_is_printed() {
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.starts_with("error: no-such.csv: "), "{error}");
 }
+
+/// What README and help show can be typed.
+#[test]
+fn the_calls_that_are_shown_work() {
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    let readme = fs::read_to_string(readme).unwrap();
+    let help = String::from_utf8(hil(&["--help"]).stdout).unwrap();
+    for text in [readme, help] {
+        let call = text.rsplit("cargo hil machine ").next().unwrap();
+        let (words, _) = call.split_once(" > ").expect("a file to write to");
+        printed(&words.replace('\\', " "));
+    }
+}

@@ -78,6 +78,11 @@ fn a_gear_refers_the_motor_to_its_output() {
         settled(&geared, 12.0, 0.0).0,
         2.0 * PRINTED,
     );
+    // What rubs at the motor is overcome through the gear.
+    let rubbing = machine(&format!(
+        "{words} --gear-efficiency 70% --friction-torque 0.1mNm"
+    ));
+    near(rubbing.friction.coulomb, 0.7 * 22.0 * 1e-4, PRINTED);
     let half = 0.5 * 0.7 * 22.0 * 9.90e-3;
     near(
         settled(&lossy, 12.0, half).0,
