@@ -93,10 +93,13 @@ impl<'a> Point<'a> {
                 .transpose()
         };
         let mut constants = Vec::new();
-        for measure in [&sheet.torque_constant, &sheet.back_emf_constant]
-            .into_iter()
-            .flatten()
-        {
+        if let Some(measure) = &sheet.torque_constant {
+            constants.push((
+                measure,
+                measure.value * gear.sheet(measure)? / lossless(sheet)?,
+            ));
+        }
+        if let Some(measure) = &sheet.back_emf_constant {
             constants.push((measure, measure.value * gear.sheet(measure)?));
         }
         if let Some(measure) = &sheet.speed_constant {
@@ -131,6 +134,18 @@ impl<'a> Point<'a> {
             rules::NO_LOAD_SHARE
         }
     }
+}
+
+/// What a torque for an ampere has lost on its way to the shaft that it is given at.
+fn lossless(sheet: &Sheet) -> Result<f64, String> {
+    if !(sheet.gear.is_there && sheet.gear.values_behind) {
+        return Ok(1.0);
+    }
+    sheet.efficiency.ok_or_else(|| {
+        "--torque-constant behind a gear has the gear's loss in it; expected --gear-efficiency with it, or \
+         --no-load-speed, --stall-torque and --stall-current instead"
+            .into()
+    })
 }
 
 impl Derived {
@@ -217,6 +232,9 @@ fn torque_constant(point: &Point, resistance: f64) -> Result<Number, String> {
         // The speed constant is the inverse of the others.
         if sheet.speed_constant.as_ref() == Some(measure) {
             number.why = number.why.replacen("given,", "1 over", 1);
+        }
+        if sheet.torque_constant.as_ref() == Some(measure) && *value != number.value {
+            number.why += ", without what the gear loses";
         }
         return Ok(Number {
             value: *value,

@@ -185,6 +185,12 @@ fn a_number_can_be_given_in_many_ways() {
             format!("--voltage 12V --resistance 13.7ohm --no-load-current 10.5mA {constant}");
         near(constants(&machine(&words)), 0.01144, 1e-3);
     }
+    // Behind a gear a torque for an ampere has lost what the gear takes: 12 V · 95 % / 55 rpm · 0.9.
+    let servo = machine(
+        "--voltage 12V --no-load-speed 55rpm --no-load-current 70mA --stall-current 1.4A --gear-ratio 193 \
+         --values-of gearmotor --gear-efficiency 90% --torque-constant 1.781Nm/A",
+    );
+    near(constants(&servo), 12.0 * 0.95 / (55.0 * RPM), 2.0 * PRINTED);
     // Without resistance and stall current: the quadratic of no-load speed and stall torque, whose solution
     // the full sheet has.
     let machine = machine(

@@ -193,6 +193,10 @@ fn what_is_missing_is_named_with_what_would_give_it() {
         ("--encoder-counts 64", &["--encoder-side"]),
         ("--pendulum-mass 1kg", &["--pendulum-length"]),
         ("--input duty", &["--supply", "--voltage"]),
+        (
+            "--voltage 12V --stall-current 1.4A --torque-constant 1.786Nm/A --gear-ratio 193 --values-of gearmotor",
+            &["--torque-constant", "--gear-efficiency"],
+        ),
         ("--gear-efficiency 0.8", &["--gear-ratio"]),
     ] {
         let error = refused(&split(words));
