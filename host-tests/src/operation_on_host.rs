@@ -24,6 +24,7 @@ use firmware::app::store::{Loaded, Store};
 use firmware::app::timing::{PLANT_PERIOD, PLANT_PERIOD_US};
 use firmware::app::wiring::Wiring;
 use firmware::app::work::{ControlWork, PlantWork};
+use model_core::numeric::random::Random;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::bridge as model_bridge;
@@ -191,8 +192,13 @@ pub struct Motor {
     pub broken: bool,
     /// What the current sensor reads in the place of the current, A.
     pub current: Option<f32>,
+    /// What draws the noise of the current sensor, none for one without.
+    pub noise: Option<Random>,
     voltage: Option<f32>,
 }
+
+/// Noise of a current sensor that has some, counts either way.
+const NOISE: f32 = 3.0;
 
 impl Motor {
     /// At rest.
@@ -209,6 +215,7 @@ impl Motor {
             switches: [false; 2],
             broken: false,
             current: None,
+            noise: None,
             voltage: None,
         }
     }
@@ -230,7 +237,11 @@ impl Plant for Motor {
             None => self.state = State::new(self.state.position.value(), 0.0),
         }
         let current = self.current.unwrap_or(self.state.current);
-        let counts = self.converters.current.counts(current).expect("a current");
+        let noise = self.noise.as_mut().map_or(0.0, |random| {
+            NOISE * (2.0 * random.uniform() - 1.0) * self.converters.current.unit()
+        });
+        let counts = self.converters.current.counts(current + noise);
+        let counts = counts.expect("a current");
         self.counted += self.encoder * (self.state.position.value() - before);
         let encoder = (self.counted / self.converters.position.unit()).round() as i32;
         let supply = actuator::SUPPLY.counts(self.supply).expect("a supply");

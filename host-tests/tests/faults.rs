@@ -10,10 +10,10 @@ use firmware::app::demonstration::{BRAKE, UNDECLARED, WEAR};
 use firmware::app::fault::back_emf::{self, Reading, Tolerances};
 use firmware::app::fault::last_words::{LastWords, TEXT};
 use firmware::app::fault::latch::{Cause, Latch, NotCleared};
-use firmware::app::fault::monitor::{Limits, Measured, Monitors};
+use firmware::app::fault::monitor::{Limits, Measured, Monitors, Observers};
 use firmware::app::fault::output::{Brake, Bridge, Outputs, Tracks};
 use firmware::app::fault::reset::ResetFlags;
-use firmware::app::fault::{Fault, Faults};
+use firmware::app::fault::{Fault, Faults, following};
 use firmware::app::machine::{EMA, Machine};
 use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD, TICKS_PER_CONTROL};
 use firmware::app::tracks::DIAGNOSTIC;
@@ -250,6 +250,7 @@ const LIMITS: Limits = Limits {
     peak_current: 20.0,
     continuous_current: 5.0,
     peak_time: 0.5,
+    load: 0.24,
     supply: [18.0, 30.0],
     supply_time: 2e-3,
 };
@@ -260,8 +261,20 @@ fn encoder() -> back_emf::Coefficients {
     back_emf::Coefficients::new(&EMA.plant, tolerances, resolution, CONTROL_PERIOD).unwrap()
 }
 
+fn observers() -> Observers {
+    let resolution = EMA.converters.position.unit();
+    let tolerances = Tolerances::INDUSTRIAL;
+    let load = LIMITS.load;
+    let torque =
+        following::Coefficients::new(&EMA.plant, tolerances, load, resolution, CONTROL_PERIOD);
+    Observers {
+        winding: encoder(),
+        torque: torque.unwrap(),
+    }
+}
+
 fn monitors() -> Monitors {
-    Monitors::new(LIMITS, encoder(), CONTROL_PERIOD).unwrap()
+    Monitors::new(LIMITS, observers(), CONTROL_PERIOD).unwrap()
 }
 
 /// Nothing moves, nothing flows, and the bridge is off.
@@ -385,7 +398,7 @@ fn a_limit_switch_stops_what_drives_into_it_and_lets_out_what_leaves_it() {
 #[test]
 fn impossible_limits_are_refused_by_name() {
     let name = |limits: Limits| {
-        Monitors::new(limits, encoder(), CONTROL_PERIOD)
+        Monitors::new(limits, observers(), CONTROL_PERIOD)
             .unwrap_err()
             .name
     };
@@ -485,6 +498,8 @@ struct Stand {
     state: State,
     pid: pid::Coefficients,
     loop_state: pid::State,
+    /// Mean current over the control period before, A.
+    mean: f32,
     seen: Vec<(f32, f32, f32)>,
 }
 
@@ -495,6 +510,7 @@ impl Stand {
             state: State::new(0.0, 0.0),
             pid: EMA.position_loop.build(CONTROL_PERIOD).unwrap(),
             loop_state: pid::State::default(),
+            mean: 0.0,
             seen: Vec::new(),
         }
     }
@@ -508,7 +524,7 @@ impl Stand {
                 converter.value(converter.counts(value).unwrap())
             };
             let position = read(converters.position, encoder(self.state.position.value()));
-            let current = read(converters.current, self.state.current);
+            let current = read(converters.current, self.mean);
             let voltage = self
                 .pid
                 .step(&mut self.loop_state, command, position)
@@ -516,11 +532,14 @@ impl Stand {
             let voltage = read(converters.bridge, voltage);
             self.seen.push((voltage, position, current));
             let opposed = lost.min(voltage.abs()).copysign(self.state.current);
+            let mut sum = 0.0;
             for _ in 0..TICKS_PER_CONTROL {
                 self.actuator
                     .step(&mut self.state, voltage - opposed)
                     .unwrap();
+                sum += self.state.current;
             }
+            self.mean = sum / TICKS_PER_CONTROL as f32;
         }
     }
 }

@@ -365,7 +365,7 @@ fn an_encoder_that_does_not_go_with_a_motor_that_turns_is_a_fault() {
         upper_stop: 1000.0,
         ..EMA.plant
     };
-    for (fault, encoder) in [(Fault::EncoderLost, 0.0), (Fault::EncoderImplausible, -1.0)] {
+    for (fault, encoder) in [(Fault::EncoderLost, 0.0), (Fault::FollowingError, -1.0)] {
         let mut image = OperationOnHost::controller(&SharedFlash::new(), &free);
         image.plant.encoder = encoder;
         perform(&mut image, &["mode voltage", "arm", "step 0 6"]);
@@ -441,13 +441,8 @@ fn an_over_current_switches_the_bridge_off_in_the_tick_that_reads_it() {
 }
 
 #[test]
-fn a_motor_that_is_held_is_an_overload() {
-    let held = Parameters {
-        coulomb: Directional::both(50.0),
-        breakaway: Directional::both(50.0),
-        ..EMA.plant
-    };
-    let mut stuck = OperationOnHost::controller(&SharedFlash::new(), &held);
+fn a_motor_that_is_held_at_its_stop_is_an_overload() {
+    let mut stuck = controller();
     perform(&mut stuck, &["mode voltage", "arm", "step 0 15"]);
     // 15 A of 6 for (24.5² − 6²)/(15² − 6²) s; another gain does not cool it.
     for gain in ["31", "32", "33", "34", "35"] {

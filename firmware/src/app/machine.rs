@@ -42,7 +42,8 @@ const EMA_SUPPLY: f32 = 24.0;
 /// periods of the loop long: one count of the encoder is then 0.1 V, not 0.4.
 ///
 /// The peak current lies above the 24 A that the supply drives through the winding and below the 25 A of
-/// the amplifier. The winding bears 6 A for ever and the peak for a second. The supply is that of an
+/// the amplifier. The winding bears 6 A for ever and the peak for a second. What these make beyond friction,
+/// 0.06 N·m/A · 6 A − 0.12 N·m, is the load: what it can hold for ever it may have to. The supply is that of an
 /// industrial 24 V, −25 and +25 %; the capacitors bear 35 V, the gate drivers switch from 8 V up.
 pub const EMA: Machine = Machine {
     plant: Parameters {
@@ -84,6 +85,7 @@ pub const EMA: Machine = Machine {
         peak_current: 24.5,
         continuous_current: 6.0,
         peak_time: 1.0,
+        load: 0.24,
         supply: [18.0, 30.0],
         supply_time: 5e-3,
     },
@@ -97,7 +99,8 @@ const THROTTLE_SUPPLY: f32 = 12.0;
 /// position is read from a potentiometer by a 12-bit converter over 1.64 rad.
 ///
 /// The loop follows the same rule as the actuator's, with a mechanical time constant
-/// J R / k² = 22 ms and a crossover of 66 1/s.
+/// J R / k² = 22 ms and a crossover of 66 1/s. Its load, by the same rule too, is what 3 A make beyond friction and
+/// preload.
 pub const THROTTLE: Machine = Machine {
     plant: Parameters {
         drive: Drive::Voltage {
@@ -138,6 +141,7 @@ pub const THROTTLE: Machine = Machine {
         peak_current: 8.0,
         continuous_current: 3.0,
         peak_time: 1.0,
+        load: 0.6,
         supply: [8.0, 16.0],
         supply_time: 5e-3,
     },

@@ -1,34 +1,37 @@
 //! The encoder against the winding: a motor that turns says so in its back-EMF.
 //!
-//! Over a control period *h* Kirchhoff's law of the winding, u = R i + L di/dt + k ω, integrates to
+//! Kirchhoff's law of the winding is u = R i + L di/dt + k ω. The current is measured as its mean over a control
+//! period *h*, as the voltage is told and the encoder's way taken over one. The law's mean over a period that
+//! slides from the last one to this, 0 to 1, is
 //!
-//! u h = R ∫i dt + L Δi + k Δθ,
+//! (u₀ + u₁)/2 = R (i₀ + i₁)/2 + L (i₁ − i₀)/h + k (Δθ₀ + Δθ₁)/2h,
 //!
-//! in which no measurement is differentiated. What is left of it,
+//! in which no measurement is differentiated. What is left of it, e, is 0 V for exact numbers and a motion
+//! whose rates are even. For numbers within their tolerances and a current and a speed that are monotone it
+//! stays below
 //!
-//! e = u − R (i₀ + i₁)/2 − (L Δi + k Δθ)/h,
+//! b = δu + δR R |i₀ + i₁|/2 + R |i₁ − i₀|/2 + δL L |i₁ − i₀|/h
+//!   + (δk k |Δθ₀ + Δθ₁| + k |Δθ₁ − Δθ₀|)/2h + l |u₁ − u₀|/h,
 //!
-//! is 0 V for exact numbers. For those within their tolerances it stays below
-//!
-//! b = δu + δR R |i| + R |Δi|/2 + (δL L |Δi| + δk k |Δθ|)/h,
-//!
-//! whose third term is the trapezoidal rule's worst for a current that is monotone over the period.
-//! Both go through one first-order filter with the time constant *τ*. Its response is positive, so
-//! |e| ≤ b in every period keeps the filtered |E| below the filtered B. Reading in steps of *r* rad is
-//! wrong by half a step at most however long it moves, which the filter makes k r/τ of; twice that
+//! whose third and sixth terms are the trapezoidal rule's worst, and whose last one is that of a voltage that acts
+//! by *l* later than it was told. Both go through one first-order filter with the time constant *τ*. Its
+//! response is positive, so |e| ≤ b in every period keeps the filtered |E| below the filtered B. Reading in steps
+//! of *r* rad is wrong by half a step at most however long it moves, which the filter makes k r/τ of; twice that
 //! covers what it hides of b too. Hence |E| > B + 2 k r/τ means that the encoder, the current sensor or
 //! one of the declared tolerances is wrong: no debounce, no number that was tried out.
 //!
 //! A motor at ω whose encoder claims ω' is found within three time constants from where
-//! k |ω − ω'| exceeds δu + δR R |i| + δk k |ω'|. A motor that is held, at a stop for instance, tells the
-//! winding nothing about its encoder: what ends that is [`Fault::Overload`].
+//! k |ω − ω'| exceeds δu + δR R |i| + δk k |ω'|. A motor that is held tells the winding nothing about its
+//! encoder: what ends that is the monitor of its [torque](super::following), and where it is held by an
+//! end stop that it may be at, [`Fault::Overload`].
 
 use model_core::numeric::invalid_parameter::InvalidParameter;
 use model_core::plant::parameters::{Drive, Parameters};
 
 use super::Fault;
+use crate::app::timing::PLANT_PERIOD;
 
-/// How far the truth may be from the declared winding, as shares of the declared numbers.
+/// How far the truth may be from the declared actuator, as shares of the declared numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerances {
     /// Of the resistance. Copper has 0.39 % more a kelvin.
@@ -40,30 +43,64 @@ pub struct Tolerances {
     /// Between the voltage that was told and that at the winding, V: dead time, brushes, and the drop
     /// of the switches.
     pub voltage: f32,
+    /// Of the inertia.
+    pub inertia: f32,
+    /// Of friction, and of the return spring.
+    pub mechanics: f32,
+    /// Of the stroke: how near to a declared stop the encoder reads where the actuator is at it.
+    pub stop: f32,
 }
 
 impl Tolerances {
     /// A winding between −20 and 105 °C that was declared at 20 °C, with ferrite magnets and an
     /// inductance from a data sheet; 0.3 V at each of two brushes, and 1 µs of dead time in a period
-    /// of 50 µs at 24 V, half a volt.
+    /// of 50 µs at 24 V, half a volt. Mechanics that were identified on one actuator of a series, and
+    /// buffers at its stops that yield.
     pub const INDUSTRIAL: Self = Self {
         resistance: 0.35,
         inductance: 0.3,
         torque_constant: 0.2,
         voltage: 1.1,
+        inertia: 0.2,
+        mechanics: 0.25,
+        stop: 0.02,
     };
+
+    /// That nothing of it is senseless.
+    ///
+    /// # Errors
+    /// Not a number, negative, or so large that the declared number says nothing.
+    pub(super) fn check(&self) -> Result<(), InvalidParameter> {
+        let shares = [
+            self.resistance,
+            self.inductance,
+            self.torque_constant,
+            self.voltage,
+            self.inertia,
+            self.mechanics,
+            self.stop,
+        ];
+        let sensible = shares.iter().all(|share| (0.0..=1e3).contains(share));
+        sensible.then_some(()).ok_or(InvalidParameter {
+            name: "tolerances",
+            requirement: "must be 0 to 1000",
+        })
+    }
 }
 
 /// Time constant of the filter, s: four periods of the loop, over which a sample of the PWM's ripple
 /// that is off averages out.
 pub const TIME_CONSTANT: f32 = 4e-3;
 
+/// How much later than told a voltage acts at most, s: the bridge's timer takes it over with the second tick.
+const LATENCY: f32 = 2.0 * PLANT_PERIOD;
+
 /// What a control step measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// By the encoder, rad or m.
     pub position: f32,
-    /// In the motor, A.
+    /// In the motor, A: its mean since the reading before.
     pub current: f32,
     /// That stood at the winding since the reading before, V; none with the bridge off, which leaves
     /// the winding to itself.
@@ -81,19 +118,30 @@ pub struct Coefficients {
     tolerances: Tolerances,
     /// 2 k r/τ, V.
     quantisation: f32,
+    /// l/h.
+    latency: f32,
     /// h/τ.
     gain: f32,
+}
+
+/// What is remembered of a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Before {
+    position: f32,
+    current: f32,
+    /// The period that it ended, as far as the bridge drove: its voltage, V, and the encoder's way.
+    period: Option<(f32, f32)>,
 }
 
 /// What the observer remembers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
-    before: Option<(f32, f32)>,
+    before: Option<Before>,
     /// E, V.
     residual: f32,
     /// B, V.
     bound: f32,
-    /// Filtered magnitude of what the encoder claims, k |Δθ|/h, V.
+    /// Filtered magnitude of what the encoder claims, k |Δθ₀ + Δθ₁|/2h, V.
     claimed: f32,
 }
 
@@ -124,21 +172,14 @@ impl Coefficients {
         if !(resolution >= 0.0 && resolution.is_finite()) {
             return refused("resolution", "must be at least 0");
         }
-        let shares = [
-            tolerances.resistance,
-            tolerances.inductance,
-            tolerances.torque_constant,
-            tolerances.voltage,
-        ];
-        if !shares.iter().all(|share| (0.0..=1e3).contains(share)) {
-            return refused("tolerances", "must be 0 to 1000");
-        }
+        tolerances.check()?;
         Ok(Self {
             resistance,
             inductance: inductance / period,
             back_emf: torque_constant / period,
             tolerances,
             quantisation: 2.0 * torque_constant * resolution / TIME_CONSTANT,
+            latency: LATENCY / period,
             gain: period / TIME_CONSTANT,
         })
     }
@@ -147,25 +188,41 @@ impl Coefficients {
     /// is not to be believed. A reading that is not finite is none, and the observer begins anew; so it
     /// does with the bridge off.
     pub fn step(&self, state: &mut State, reading: &Reading) -> Option<Fault> {
-        let now = (reading.position, reading.current);
-        let finite = now.0.is_finite() && now.1.is_finite();
+        let &Reading {
+            position, current, ..
+        } = reading;
+        let finite = position.is_finite() && current.is_finite();
+        let mut now = Before {
+            position,
+            current,
+            period: None,
+        };
         let voltage = reading.voltage.filter(|volts| volts.is_finite() && finite);
-        let Some(voltage) = voltage else {
+        let (Some(voltage), Some(before)) = (voltage, state.before) else {
             *state = State {
                 before: finite.then_some(now),
                 ..State::default()
             };
             return None;
         };
-        let (position, current) = state.before.replace(now).unwrap_or(now);
-        let mean = 0.5 * (current + now.1);
-        let change = now.1 - current;
-        let claimed = self.back_emf * (now.0 - position);
-        let residual = voltage - self.resistance * mean - self.inductance * change - claimed;
+        let moved = position - before.position;
+        now.period = Some((voltage, moved));
+        state.before = Some(now);
+        let (voltage_before, moved_before) = before.period?;
+        let mean = |before: f32, now: f32| 0.5 * (before + now);
+        let mean_current = mean(before.current, current);
+        let change = current - before.current;
+        let claimed = self.back_emf * mean(moved_before, moved);
+        let residual = mean(voltage_before, voltage)
+            - self.resistance * mean_current
+            - self.inductance * change
+            - claimed;
         let bound = self.tolerances.voltage
-            + self.tolerances.resistance * self.resistance * mean.abs()
+            + self.tolerances.resistance * self.resistance * mean_current.abs()
             + (0.5 * self.resistance + self.tolerances.inductance * self.inductance) * change.abs()
-            + self.tolerances.torque_constant * claimed.abs();
+            + self.tolerances.torque_constant * claimed.abs()
+            + 0.5 * self.back_emf * (moved - moved_before).abs()
+            + self.latency * (voltage - voltage_before).abs();
         state.residual += self.gain * (residual - state.residual);
         state.bound += self.gain * (bound - state.bound);
         state.claimed += self.gain * (claimed.abs() - state.claimed);

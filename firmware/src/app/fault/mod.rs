@@ -3,10 +3,11 @@
 //! A [`Fault`] has a name. [`Faults`] is a set of them. The [`latch`] keeps the first one with its
 //! time and all of them as a set, until somebody clears it. While anything is latched the [`output`]s
 //! are safe: bridge off, brake on, tracks at their diagnostic level. What measurements tell is
-//! judged by the [`monitor`], with the encoder against the winding in [`back_emf`]; what the start
-//! tells, by [`reset`], with the [`last_words`] of the program before it.
+//! judged by the [`monitor`], with the encoder against the winding in [`back_emf`] and against the
+//! torque in [`following`]; what the start tells, by [`reset`], with the [`last_words`] of the program before it.
 
 pub mod back_emf;
+pub mod following;
 pub mod last_words;
 pub mod latch;
 pub mod monitor;
@@ -56,13 +57,15 @@ pub enum Fault {
     EncoderLost,
     /// The encoder does not move as the motor's current and voltage say.
     EncoderImplausible,
+    /// The position does not follow the motor's torque: the encoder is wrong, or the actuator blocked.
+    FollowingError,
     /// The actuator was driven into a limit switch.
     StopReached,
 }
 
 impl Fault {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Panic,
         Self::StackOverflow,
         Self::ProcessorFault,
@@ -80,6 +83,7 @@ impl Fault {
         Self::UnderVoltage,
         Self::EncoderLost,
         Self::EncoderImplausible,
+        Self::FollowingError,
         Self::StopReached,
     ];
 
@@ -108,6 +112,7 @@ impl Fault {
             Self::UnderVoltage => "under_voltage",
             Self::EncoderLost => "encoder_lost",
             Self::EncoderImplausible => "encoder_implausible",
+            Self::FollowingError => "following_error",
             Self::StopReached => "stop_reached",
         }
     }
@@ -133,6 +138,9 @@ impl Fault {
             Self::EncoderLost => "check the encoder's cable and supply",
             Self::EncoderImplausible => {
                 "check the encoder, its coupling and direction, and the motor's parameters"
+            }
+            Self::FollowingError => {
+                "check the encoder, look for what blocks the actuator, and check zero, stops and load"
             }
             Self::StopReached => "command the actuator away from the switch",
         }

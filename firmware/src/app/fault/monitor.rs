@@ -6,6 +6,7 @@
 use model_core::numeric::invalid_parameter::InvalidParameter;
 
 use super::back_emf::{self, Reading};
+use super::following;
 use super::{Fault, Faults};
 use crate::app::debounce::Debounce;
 
@@ -20,6 +21,8 @@ pub struct Limits {
     /// How long it bears the peak current after rest, s: I² t, as the copper takes the heat of so
     /// short a time up by itself.
     pub peak_time: f32,
+    /// Most load that its mechanism sees beside its own friction and spring, N·m or N, either way.
+    pub load: f32,
     /// Least and most of the bridge's supply, V. The most lies below what the capacitors and switches
     /// bear, the least where the gate drivers still switch.
     pub supply: [f32; 2],
@@ -39,20 +42,37 @@ pub struct Measured {
     pub switches: [bool; 2],
 }
 
+/// What watches the encoder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observers {
+    /// Against the winding.
+    pub winding: back_emf::Coefficients,
+    /// Against the torque.
+    pub torque: following::Coefficients,
+}
+
+/// What is remembered from step to step, whatever the numbers are by then.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct State {
+    winding: back_emf::State,
+    torque: following::State,
+    /// Heat above that of the continuous current, A² s.
+    heat: f32,
+    overloaded: bool,
+    low: Debounce,
+    high: Debounce,
+}
+
 /// The monitors of a drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Monitors {
     limits: Limits,
-    encoder: back_emf::Coefficients,
-    observer: back_emf::State,
+    observers: Observers,
+    state: State,
     period: f32,
     supply_steps: u32,
-    /// Heat above that of the continuous current, A² s, and where it is too much.
-    heat: f32,
+    /// Heat that is too much.
     most_heat: f32,
-    overloaded: bool,
-    low: Debounce,
-    high: Debounce,
 }
 
 impl Monitors {
@@ -62,7 +82,7 @@ impl Monitors {
     /// A limit that is not above 0, or above the one that should be above it.
     pub fn new(
         limits: Limits,
-        encoder: back_emf::Coefficients,
+        observers: Observers,
         period: f32,
     ) -> Result<Self, InvalidParameter> {
         let require = |valid: bool, name, requirement| {
@@ -75,6 +95,7 @@ impl Monitors {
             peak_current,
             continuous_current,
             peak_time,
+            load: _,
             supply: [least, most],
             supply_time,
         } = limits;
@@ -103,25 +124,21 @@ impl Monitors {
         let squares = peak_current * peak_current - continuous_current * continuous_current;
         Ok(Self {
             limits,
-            encoder,
-            observer: back_emf::State::default(),
+            observers,
+            state: State::default(),
             period,
             // At least one step; the conversion takes the fraction off.
             supply_steps: (supply_time / period) as u32 + 1,
-            heat: 0.0,
             most_heat: squares * peak_time,
-            overloaded: false,
-            low: Debounce::default(),
-            high: Debounce::default(),
         })
     }
 
-    /// The same in the place of other monitors, with the heat that the winding has by then.
+    /// The same in the place of other monitors, with all that these have seen: numbers that come as often as
+    /// one likes hide nothing.
     #[must_use]
     pub fn in_place_of(self, before: &Self) -> Self {
         Self {
-            heat: before.heat,
-            overloaded: before.overloaded,
+            state: before.state,
             ..self
         }
     }
@@ -139,13 +156,22 @@ impl Monitors {
             && current.is_finite()
             && supply.is_finite()
             && voltage.is_none_or(f32::is_finite);
-        let encoder = self.encoder.step(&mut self.observer, &measured.reading);
+        let winding = self
+            .observers
+            .winding
+            .step(&mut self.state.winding, &measured.reading);
+        let torque = self
+            .observers
+            .torque
+            .step(&mut self.state.torque, &measured.reading);
         // The comparisons are written so that NaN is out of the limit.
         let inside = current.abs() <= self.limits.peak_current;
         let high = self
+            .state
             .high
             .after(self.supply_steps, supply.is_nan() || supply > most);
         let low = self
+            .state
             .low
             .after(self.supply_steps, supply.is_nan() || supply < least);
         Faults::when(Fault::NonFinite, !finite)
@@ -153,7 +179,8 @@ impl Monitors {
             | Faults::when(Fault::Overload, self.overload(current))
             | Faults::when(Fault::OverVoltage, high)
             | Faults::when(Fault::UnderVoltage, low)
-            | encoder.map_or(Faults::NONE, Faults::from)
+            | winding.map_or(Faults::NONE, Faults::from)
+            | torque.map_or(Faults::NONE, Faults::from)
             | Faults::when(
                 Fault::StopReached,
                 driven_into_stop(voltage, measured.switches),
@@ -167,11 +194,15 @@ impl Monitors {
             // What is beyond the peak is another fault's, and must not overflow here.
             let current = current.abs().min(self.limits.peak_current);
             let rise = (current * current - continuous * continuous) * self.period;
-            self.heat = (self.heat + rise).max(0.0);
+            self.state.heat = (self.state.heat + rise).max(0.0);
         }
-        let limit = if self.overloaded { 0.0 } else { self.most_heat };
-        self.overloaded = self.heat > limit;
-        self.overloaded
+        let limit = if self.state.overloaded {
+            0.0
+        } else {
+            self.most_heat
+        };
+        self.state.overloaded = self.state.heat > limit;
+        self.state.overloaded
     }
 }
 

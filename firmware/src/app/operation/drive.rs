@@ -178,13 +178,15 @@ impl Drive {
             self.switches[1].after(SWITCH_STEPS, upper),
         ];
         let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken());
+        // A period in which the bridge went off and the brake on says nothing of the encoder.
+        let driven = self.wiring.latch().outputs().bridge == Bridge::Driven;
         if let Some(monitors) = &mut self.setup.monitors {
             present = present
                 | monitors.step(&Measured {
                     reading: Reading {
                         position,
                         current,
-                        voltage: self.told,
+                        voltage: self.told.filter(|_| driven),
                     },
                     supply,
                     switches,

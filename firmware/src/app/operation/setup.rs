@@ -12,8 +12,9 @@ use super::calibration::{Calibration, Correction};
 use super::drive;
 use super::kit::Kit;
 use crate::app::ecu::loopback;
-use crate::app::fault::back_emf::{Coefficients, Tolerances};
-use crate::app::fault::monitor::Monitors;
+use crate::app::fault::back_emf::{self, Tolerances};
+use crate::app::fault::following;
+use crate::app::fault::monitor::{Monitors, Observers};
 use crate::app::machine::Machine;
 use crate::app::store::field::Values;
 use crate::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
@@ -78,13 +79,23 @@ impl Kit {
         let machine = self.machine_with(values);
         machine.plant.check()?;
         // An emulated actuator bears anything; but what is stored for it has to go together too.
-        let encoder = Coefficients::new(
-            &machine.plant,
-            Tolerances::INDUSTRIAL,
-            machine.converters.position.unit(),
-            CONTROL_PERIOD,
-        )?;
-        let monitors = Monitors::new(machine.limits, encoder, CONTROL_PERIOD)?;
+        let resolution = machine.converters.position.unit();
+        let observers = Observers {
+            winding: back_emf::Coefficients::new(
+                &machine.plant,
+                Tolerances::INDUSTRIAL,
+                resolution,
+                CONTROL_PERIOD,
+            )?,
+            torque: following::Coefficients::new(
+                &machine.plant,
+                Tolerances::INDUSTRIAL,
+                machine.limits.load,
+                resolution,
+                CONTROL_PERIOD,
+            )?,
+        };
+        let monitors = Monitors::new(machine.limits, observers, CONTROL_PERIOD)?;
         Ok(drive::Setup {
             pid: machine.position_loop.build(CONTROL_PERIOD)?,
             converters: machine.converters,

@@ -67,6 +67,8 @@ pub enum Field {
     SupplyMinimum = 26,
     /// Most supply of the bridge.
     SupplyMaximum = 27,
+    /// Most load beside friction and spring, either way.
+    Load = 28,
 }
 
 /// How many there are.
@@ -117,6 +119,7 @@ pub static DESCRIPTIONS: [Description; FIELDS] = [
     described("continuous_current", "A", 0.01, 24.9),
     described("supply_minimum", "V", 5.0, 36.0),
     described("supply_maximum", "V", 5.0, 36.0),
+    described("load", "N·m", 0.0, 1e2),
 ];
 
 const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
@@ -130,7 +133,7 @@ const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f3
 
 impl Field {
     /// All of them, by number.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 28] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -158,6 +161,7 @@ impl Field {
         Self::ContinuousCurrent,
         Self::SupplyMinimum,
         Self::SupplyMaximum,
+        Self::Load,
     ];
 
     /// Its name, unit and bounds.
@@ -287,6 +291,7 @@ impl Values {
             limits.continuous_current,
             limits.supply[0],
             limits.supply[1],
+            limits.load,
         ]);
         for (field, value) in values.iter() {
             field.check(value).map_err(|_| InvalidParameter {
@@ -351,6 +356,7 @@ impl Values {
         limits.peak_current = self.get(Field::PeakCurrent);
         limits.continuous_current = self.get(Field::ContinuousCurrent);
         limits.supply = [Field::SupplyMinimum, Field::SupplyMaximum].map(|field| self.get(field));
+        limits.load = self.get(Field::Load);
         machine
     }
 }

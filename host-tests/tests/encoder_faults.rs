@@ -1,0 +1,333 @@
+//! An encoder that fails while the controller drives: how much current, for how long and how far, against
+//! bounds that follow from the declared numbers; and no fault of a sound one.
+//!
+//! The bound is that of [`following`]: a rotor that stands still, by its encoder, under more than 1.1 I is
+//! found within three time constants. Two control periods more pass until a speed is known and the bridge off.
+
+use firmware::app::fault::back_emf::{TIME_CONSTANT, Tolerances};
+use firmware::app::fault::output::Outputs;
+use firmware::app::fault::{Fault, Faults, following};
+use firmware::app::machine::EMA;
+use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
+use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
+use model_core::numeric::random::Random;
+use model_core::plant::Directional;
+use model_core::plant::parameters::{Drive, Parameters};
+
+const TOLERANCES: Tolerances = Tolerances::INDUSTRIAL;
+
+/// Resistance, inductance and torque constant of the declared winding.
+fn winding() -> [f32; 3] {
+    match EMA.plant.drive {
+        Drive::Voltage {
+            resistance,
+            inductance,
+            torque_constant,
+        } => [resistance, inductance, torque_constant],
+        Drive::Torque => panic!("the actuator has a winding"),
+    }
+}
+
+/// The current beyond which nothing that is declared holds the rotor, A.
+fn most_holding_current() -> f32 {
+    let [_, _, torque_constant] = winding();
+    ((1.0 + TOLERANCES.mechanics) * EMA.plant.breakaway.forward + EMA.limits.load)
+        / ((1.0 - TOLERANCES.torque_constant) * torque_constant)
+}
+
+/// How long a current of 1.1 times that may last, s.
+const LONGEST: f32 = 3.0 * TIME_CONSTANT + 2.0 * CONTROL_PERIOD;
+
+/// Evenly from −1 to 1.
+fn either_way(random: &mut Random) -> f32 {
+    2.0 * random.uniform() - 1.0
+}
+
+/// An actuator somewhere within the declared tolerances, with a load.
+fn any_actuator(random: &mut Random) -> Parameters {
+    let [resistance, inductance, torque_constant] = winding();
+    let mut off = |share: f32| 1.0 + share * either_way(random);
+    let drive = Drive::Voltage {
+        resistance: resistance * off(TOLERANCES.resistance),
+        inductance: inductance * off(TOLERANCES.inductance),
+        torque_constant: torque_constant * off(TOLERANCES.torque_constant),
+    };
+    let inertia = EMA.plant.inertia * off(TOLERANCES.inertia);
+    let friction = off(TOLERANCES.mechanics);
+    let scaled = |level: Directional| Directional::both(level.forward * friction);
+    let stroke = EMA.plant.upper_stop - EMA.plant.lower_stop;
+    let mut moved = || TOLERANCES.stop * stroke * either_way(random);
+    Parameters {
+        drive,
+        inertia,
+        viscous: scaled(EMA.plant.viscous),
+        coulomb: scaled(EMA.plant.coulomb),
+        breakaway: scaled(EMA.plant.breakaway),
+        lower_stop: EMA.plant.lower_stop + moved(),
+        upper_stop: EMA.plant.upper_stop + moved(),
+        offset: EMA.limits.load * either_way(random),
+        ..EMA.plant
+    }
+}
+
+/// A command of any kind in either mode, weak or strong.
+fn any_command(random: &mut Random) -> (&'static str, String) {
+    let (mode, most) = if random.uniform() < 0.6 {
+        ("mode position", 1.0)
+    } else {
+        ("mode voltage", 24.0)
+    };
+    let mut value = || {
+        let strength = random.uniform();
+        most * strength * either_way(random)
+    };
+    let (first, second) = (value(), value());
+    let frequency = 0.5 + 9.5 * random.uniform();
+    let line = match (random.uniform() * 5.0) as u32 {
+        0 | 1 => format!("step {first} {second} {}", 0.1 * random.uniform()),
+        2 => format!("ramp {first} {second} {}", 0.01 + random.uniform()),
+        3 => format!("sine 0 {first} {frequency}"),
+        _ => format!("triangle {} {} {frequency}", 0.5 * first, 0.5 * second),
+    };
+    (mode, line)
+}
+
+fn image(random: &mut Random) -> OperationOnHost<Motor> {
+    let actuator = any_actuator(random);
+    let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+    image.plant.noise = Some(Random::new(random.bits().into(), 2));
+    image.plant.supply = 20.0 + 9.0 * random.uniform();
+    image.run_ms(20);
+    image
+}
+
+fn perform(image: &mut OperationOnHost<Motor>, lines: &[&str]) {
+    for line in lines {
+        assert_eq!(image.line(line), "ok", "{line}");
+    }
+}
+
+/// What the drive itself finds of a command that asks for more than winding or bridge bear.
+fn is_too_much(causes: Faults) -> bool {
+    causes.contains(Fault::Overload) || causes.contains(Fault::OverCurrent)
+}
+
+fn is_of_the_encoder(causes: Faults) -> bool {
+    let faults = [
+        Fault::EncoderLost,
+        Fault::EncoderImplausible,
+        Fault::FollowingError,
+    ];
+    faults.into_iter().any(|fault| causes.contains(fault))
+}
+
+#[test]
+fn a_sound_drive_within_its_tolerances_has_no_fault_whatever_it_is_told() {
+    const RUNS: u64 = 1000;
+    let (mut at_a_stop, mut whole) = (0, 0);
+    for seed in 0..RUNS {
+        let mut random = Random::new(seed, 0);
+        let mut image = image(&mut random);
+        let mut told = Vec::new();
+        let mut borne = true;
+        for _ in 0..3 {
+            let (mode, line) = any_command(&mut random);
+            for told in [mode, "arm", &line] {
+                image.line(told);
+            }
+            told.push(format!("{mode}, {line}"));
+            for _ in 0..(100.0 + 700.0 * random.uniform()) as u32 {
+                image.run_ms(1);
+                let position = image.plant.state.position.value().abs();
+                at_a_stop += u32::from(position > 0.97 && image.plant.state.current.abs() > 5.0);
+            }
+            let causes = image.wiring.latch().causes();
+            assert!(!is_of_the_encoder(causes), "{seed}: {causes}, {told:?}");
+            assert!(
+                causes.is_empty() || is_too_much(causes),
+                "{seed}: {causes}, {told:?}"
+            );
+            borne &= causes.is_empty();
+        }
+        whole += u64::from(borne);
+    }
+    println!("{whole} of {RUNS} to their end, {at_a_stop} ms against a stop");
+    assert!(whole > RUNS / 2, "{whole} runs to their end");
+    assert!(at_a_stop > 10_000, "{at_a_stop} ms against a stop");
+}
+
+/// What came of an encoder that failed.
+#[derive(Debug, Default)]
+struct Outcome {
+    causes: Faults,
+    /// Largest current, A.
+    peak: f32,
+    /// Longest time with a rotor that stands still, by its encoder and not at a stop, under more than can
+    /// hold it, s.
+    longest: f32,
+    /// True way from the fault to the end, rad.
+    travel: f32,
+    /// From the fault to the latch, ms.
+    after: Option<u32>,
+}
+
+/// Whether the encoder reads a position in the reach of a stop, where the actuator may be held by it: what ends
+/// that is the overload.
+fn reads_a_stop(image: &OperationOnHost<Motor>) -> bool {
+    let reading = image.wiring.measurement().position;
+    let stroke = EMA.plant.upper_stop - EMA.plant.lower_stop;
+    let reach = EMA.plant.upper_stop - TOLERANCES.stop * stroke;
+    EMA.converters.position.value(reading).abs() >= reach
+}
+
+/// Milliseconds with an encoder that counts this share from now on.
+fn fail(image: &mut OperationOnHost<Motor>, share: f32, milliseconds: u32) -> Outcome {
+    let mut outcome = Outcome::default();
+    let start = image.plant.state.position.value();
+    let limit = 1.1 * most_holding_current();
+    image.plant.encoder = share;
+    let mut standing = 0.0;
+    for millisecond in 0..milliseconds {
+        for _ in 0..20 {
+            let before = image.plant.state.position.value();
+            image.tick();
+            let moved = share * (image.plant.state.position.value() - before);
+            let current = image.plant.state.current.abs();
+            outcome.peak = outcome.peak.max(current);
+            let standing_still = moved == 0.0 && !reads_a_stop(image);
+            standing = if standing_still && current > limit {
+                standing + PLANT_PERIOD
+            } else {
+                0.0
+            };
+            outcome.longest = outcome.longest.max(standing);
+        }
+        let travel = (image.plant.state.position.value() - start).abs();
+        outcome.travel = outcome.travel.max(travel);
+        if image.wiring.latch().is_tripped() {
+            outcome.after.get_or_insert(millisecond);
+        }
+    }
+    outcome.causes = image.wiring.latch().causes();
+    outcome
+}
+
+#[test]
+fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it_can_hold() {
+    const RUNS: u64 = 700;
+    for (name, share) in [("frozen", 0.0), ("backwards", -1.0), ("half", 0.5)] {
+        let (mut found, mut peak, mut longest, mut latest) = (0, 0.0_f32, 0.0_f32, 0);
+        for seed in 0..RUNS {
+            let mut random = Random::new(seed, 1);
+            let mut image = image(&mut random);
+            let (mode, line) = any_command(&mut random);
+            perform(&mut image, &[mode, "arm", &line]);
+            image.run_ms((300.0 * random.uniform()) as u32);
+            let outcome = fail(&mut image, share, 600);
+            assert!(
+                outcome.longest <= LONGEST,
+                "{name}, {seed}: {outcome:?}, {mode}, {line}"
+            );
+            if is_of_the_encoder(outcome.causes) {
+                assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE);
+                assert!(!image.plant.is_driven());
+                found += 1;
+                latest = latest.max(outcome.after.unwrap_or(0));
+            }
+            peak = peak.max(outcome.peak);
+            longest = longest.max(outcome.longest);
+        }
+        println!(
+            "{name}: {found} of {RUNS} found, {peak:.1} A at most, {longest:.4} s standing, {latest} ms"
+        );
+        assert!(found > 0, "{name}");
+    }
+}
+
+/// In position mode the loop's integral raises the voltage until the rotor is proven to stand: at the
+/// latest when that alone drives 1.1 I through the warmest winding.
+#[test]
+fn a_position_loop_with_a_frozen_encoder_ends_where_its_integral_reaches_the_holding_current() {
+    let [resistance, ..] = winding();
+    let gains = EMA.position_loop;
+    let current = 1.1 * most_holding_current();
+    for target in [0.02_f32, 0.05, -0.1, 0.2, -0.3] {
+        for onset in [0, 110] {
+            let mut image = OperationOnHost::controller(&SharedFlash::new(), &EMA.plant);
+            perform(&mut image, &["arm"]);
+            image.plant.encoder = if onset == 0 { 0.0 } else { 1.0 };
+            perform(&mut image, &[&format!("step 0 {target}")]);
+            image.run_ms(onset);
+            let reading = image.wiring.measurement().position;
+            let error = (target - EMA.converters.position.value(reading)).abs();
+            let slope = gains.integral * error;
+            let begun = gains.proportional * error;
+            let seconds = (current * resistance - begun) / slope + LONGEST;
+            let outcome = fail(&mut image, 0.0, (1000.0 * (seconds + 0.5)) as u32);
+            println!("to {target} rad, {error} off: {outcome:?}");
+            let after = outcome.after.expect("a fault") as f32 * 1e-3;
+            assert!(after <= seconds, "{after} s of {seconds}: {outcome:?}");
+            let most = current + slope * LONGEST / resistance;
+            assert!(outcome.peak <= most, "{outcome:?}, {most} A at most");
+            assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE);
+        }
+    }
+}
+
+/// Against its torque a rotor does not turn: what is claimed beyond friction, load and tolerance goes
+/// through the filter. The rotor turns meanwhile under the current that it has, and not for longer.
+#[test]
+fn an_encoder_that_runs_backwards_is_found_before_the_loop_runs_away() {
+    let [_, _, torque_constant] = winding();
+    for target in [0.02_f32, -0.1, 0.3, -0.8] {
+        let mut image = OperationOnHost::controller(&SharedFlash::new(), &EMA.plant);
+        perform(&mut image, &["arm"]);
+        image.plant.encoder = -1.0;
+        perform(&mut image, &[&format!("step 0 {target}")]);
+        let outcome = fail(&mut image, -1.0, 1000);
+        assert_eq!(outcome.causes.first(), Some(Fault::FollowingError));
+        assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE);
+        // Nothing accelerates the rotor by more than the current that its command alone may drive.
+        let acceleration = torque_constant * 24.0 / EMA.plant.inertia;
+        let most = 0.5 * acceleration * LONGEST * LONGEST;
+        assert!(outcome.travel <= most, "{outcome:?}, {most} rad at most");
+    }
+}
+
+#[test]
+fn an_actuator_that_is_blocked_on_its_way_is_let_go_and_one_at_its_stop_is_not() {
+    let blocked = Parameters {
+        upper_stop: 0.5,
+        ..EMA.plant
+    };
+    let voltage = 1.2 * most_holding_current() * winding()[0];
+    let line = format!("step 0 {voltage}");
+    for (actuator, fault) in [(blocked, Some(Fault::FollowingError)), (EMA.plant, None)] {
+        let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+        perform(&mut image, &["mode voltage", "arm", &line]);
+        image.run_ms(500);
+        assert_eq!(image.wiring.fault(), fault);
+    }
+}
+
+#[test]
+fn numbers_that_make_no_monitor_are_refused_by_name() {
+    let name = |plant: &Parameters, load: f32, resolution: f32, period: f32| {
+        following::Coefficients::new(plant, TOLERANCES, load, resolution, period)
+            .map_err(|refused| refused.name)
+    };
+    assert!(name(&EMA.plant, 0.0, 0.0, CONTROL_PERIOD).is_ok());
+    let torque = Parameters {
+        drive: Drive::Torque,
+        ..EMA.plant
+    };
+    assert_eq!(name(&torque, 0.0, 0.0, CONTROL_PERIOD), Err("drive"));
+    for bad in [-1.0, f32::NAN, f32::INFINITY] {
+        assert_eq!(name(&EMA.plant, bad, 0.0, CONTROL_PERIOD), Err("load"));
+        assert_eq!(
+            name(&EMA.plant, 0.0, bad, CONTROL_PERIOD),
+            Err("resolution")
+        );
+        assert_eq!(name(&EMA.plant, 0.0, 0.0, bad), Err("period"));
+    }
+}
