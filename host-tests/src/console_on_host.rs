@@ -116,6 +116,7 @@ impl ConsoleOnHost {
                     ..Status::default()
                 });
             }
+            Request::Help(command) => return Response::Help(command),
             Request::Faults => return Response::Faults(Latched::from(&self.latch)),
             Request::ShowAll => return Response::Parameters(&PARAMETERS, &self.values),
             Request::Show(parameter) => {

@@ -404,6 +404,11 @@ impl<P: Plant> OperationOnHost<P> {
         }
     }
 
+    /// Takes a byte from the terminal; what it is answered is lost.
+    pub fn byte(&mut self, byte: u8) {
+        now(self.operator.take(byte, &mut String::new()));
+    }
+
     /// What a line is answered, without the prompt; then 10 ms pass.
     pub fn line(&mut self, line: &str) -> String {
         let mut sent = String::new();

@@ -2,6 +2,7 @@
 //! expected; and whatever bytes come, each line has one response.
 
 use firmware::app::capture::{Edge, Quantities, Quantity, Settings, Trigger};
+use firmware::app::console::LONGEST_ANSWER;
 use firmware::app::console::command::{COMMANDS, Command, Presence};
 use firmware::app::console::editor::{Editor, Event, LINE};
 use firmware::app::console::injection::INJECTIONS;
@@ -40,6 +41,8 @@ fn every_command_without_arguments_is_what_it_says() {
         ("clear", Request::Clear),
         ("arm", Request::Arm),
         ("disarm", Request::Disarm),
+        ("stop", Request::Disarm),
+        ("ping", Request::Ping),
         ("hold", Request::Hold),
         ("zero", Request::Zero),
         ("heal", Request::Body(loopback::Command::Heal)),
@@ -608,4 +611,71 @@ fn required_arguments_come_before_optional_ones_and_names_are_there_once() {
             assert_ne!(argument.presence, Presence::Required, "{}", command.name);
         }
     }
+}
+
+#[test]
+fn stop_is_understood_in_any_line_that_is_none() {
+    let long = "x".repeat(3 * LINE);
+    let garbage: [&[u8]; 12] = [
+        b"",
+        b"\x00\xff",
+        b"status",
+        b"arm ",
+        b"set lower_",
+        b"sto",
+        b"st\x1b[",
+        b"\x1bO",
+        b"\x10\x08",
+        b"step 0 1 ",
+        b"\x1b[1;",
+        long.as_bytes(),
+    ];
+    for before in garbage {
+        for behind in [&b""[..], b"\x00", b" now", b"\x1b[A"] {
+            let bytes = [before, b"stop", behind, b"\r"].concat();
+            let (shown, requests) = typed(&bytes);
+            assert_eq!(requests, [Request::Disarm], "{}", bytes.escape_ascii());
+            assert!(shown.ends_with("ok\r\n> "), "{shown:?}");
+        }
+    }
+    // What is meant otherwise, or was taken back, is none.
+    let help = Request::Help(Command::named("stop"));
+    assert_eq!(typed(b"help stop\r").1, [help]);
+    for harmless in [
+        &b"stop\x15\r"[..],
+        b"stop\x15xyz\r",
+        b"stop\x03xyz\r",
+        b"st op\r",
+    ] {
+        assert_eq!(typed(harmless).1, [], "{}", harmless.escape_ascii());
+    }
+    assert_eq!(typed(b"stop\rxyz\r").1, [Request::Disarm]);
+}
+
+#[test]
+fn stop_is_understood_behind_any_random_bytes() {
+    let mut random = Random::new(5, 0);
+    for _ in 0..20_000 {
+        let mut host = ConsoleOnHost::new();
+        let length = random.bits() as usize % 300;
+        for _ in 0..length {
+            host.take((random.bits() & 0xff) as u8);
+        }
+        assert!(host.latch.arm().is_ok());
+        for byte in *b"stop\r" {
+            host.take(byte);
+        }
+        assert!(!host.latch.is_armed());
+    }
+}
+
+/// A board keeps as much free before it takes a byte.
+#[test]
+fn the_longest_answer_fits_the_room_that_is_kept_for_it() {
+    let mut host = ConsoleOnHost::new();
+    for byte in *b"help" {
+        host.take(byte);
+    }
+    let sent = host.take(b'\r');
+    assert!(sent.len() <= LONGEST_ANSWER, "{} bytes", sent.len());
 }

@@ -253,6 +253,7 @@ const LIMITS: Limits = Limits {
     load: 0.24,
     supply: [18.0, 30.0],
     supply_time: 2e-3,
+    command_timeout: 0.0,
 };
 
 fn encoder() -> back_emf::Coefficients {

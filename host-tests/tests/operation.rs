@@ -729,13 +729,15 @@ fn the_tracks_calibration_moves_them_at_once() {
 #[test]
 fn every_command_is_done_or_says_why_not_on_either_image() {
     /// A line for each command, and whether a throttle body and a controller do it, disarmed.
-    const LINES: [(&str, bool, bool); 24] = [
+    const LINES: [(&str, bool, bool); 26] = [
         ("help", true, true),
         ("status", true, true),
         ("faults", true, true),
         ("clear", true, true),
         ("arm", true, true),
         ("disarm", true, true),
+        ("stop", true, true),
+        ("ping", true, true),
         ("mode voltage", true, true),
         ("step 0 1", false, false),
         ("ramp 0 1 1", false, false),
@@ -769,5 +771,80 @@ fn every_command_is_done_or_says_why_not_on_either_image() {
             assert_eq!(!answer.starts_with("refused: "), done, "{line}: {answer}");
             assert!(!answer.is_empty() && !answer.starts_with("error"), "{line}");
         }
+    }
+}
+
+/// Bytes of a terminal, one after the other, with nothing in between.
+fn send<P: Plant>(image: &mut OperationOnHost<P>, bytes: &[u8]) {
+    for &byte in bytes {
+        image.byte(byte);
+    }
+}
+
+#[test]
+fn a_terminal_that_is_silent_for_too_long_is_a_fault_in_every_mode() {
+    for lines in [
+        ["mode position", "arm", "sine 0 0.5 1"],
+        ["mode voltage", "arm", "sine 0 3 5"],
+    ] {
+        let mut image = controller();
+        perform(&mut image, &["set command_timeout 2"]);
+        perform(&mut image, &lines);
+        // Of the last line 10 ms are over. Noise and blank lines are no sign of life.
+        for _ in 0..19 {
+            image.run_ms(100);
+            send(&mut image, b"\r\x00stat\r");
+        }
+        image.run_ms(85);
+        assert!(image.plant.is_driven());
+        image.run_ms(10);
+        assert!(!image.plant.is_driven());
+        assert_latched(&mut image, Fault::CommandTimeout);
+        perform(&mut image, &["disarm", "clear", "arm"]);
+        image.run_ms(100);
+        assert!(image.plant.is_driven());
+        // Whatever is valid is one, what is refused too.
+        for line in ["ping", "status", "help", "zero", "show load", "hold"] {
+            image.line(line);
+            image.run_ms(1900);
+            assert!(image.plant.is_driven(), "{line}");
+        }
+    }
+}
+
+#[test]
+fn ten_minutes_without_a_byte_are_not_driven_unless_that_is_chosen() {
+    let mut image = controller();
+    perform(&mut image, &["arm", "sine 0 0.5 0.5"]);
+    image.run_ms(59_000);
+    assert!(image.plant.is_driven());
+    image.run_ms(1_100);
+    assert_latched(&mut image, Fault::CommandTimeout);
+    let mut image = controller();
+    perform(
+        &mut image,
+        &["set command_timeout 0", "arm", "sine 0 0.5 0.5"],
+    );
+    image.run_ms(70_000);
+    assert!(image.plant.is_driven());
+    // What an engine controller drives by its wires waits for no terminal.
+    let mut image = OperationOnHost::throttle(&SharedFlash::new());
+    perform(&mut image, &["set command_timeout 1", "arm"]);
+    image.run_ms(2000);
+    assert_eq!(image.line("faults"), "none");
+    perform(&mut image, &["mode position"]);
+    image.run_ms(1100);
+    assert_latched(&mut image, Fault::CommandTimeout);
+}
+
+#[test]
+fn stop_takes_the_power_before_the_next_tick_whatever_came_before_it() {
+    for garbage in [&b""[..], b"\x00\xfe", b"step 0 1 0 ", &[b'x'; 1000]] {
+        let mut image = moving();
+        send(&mut image, garbage);
+        send(&mut image, b"stop\r");
+        image.tick();
+        assert!(!image.plant.is_driven(), "{}", garbage.escape_ascii());
+        assert!(image.line("status").starts_with("disarmed"));
     }
 }

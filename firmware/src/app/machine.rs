@@ -28,6 +28,10 @@ pub const FULL_DUTY: i16 = 4200;
 /// Counts of a 12-bit converter on either side of its middle.
 const HALF_SCALE: i16 = 2047;
 
+/// How long commands are driven without another one, s, before something else is set: for a person who looks
+/// on. A program that commands sends more often and sets less.
+const COMMAND_TIMEOUT: f32 = 60.0;
+
 /// Supply of the actuator's bridge, V.
 const EMA_SUPPLY: f32 = 24.0;
 
@@ -88,6 +92,7 @@ pub const EMA: Machine = Machine {
         load: 0.24,
         supply: [18.0, 30.0],
         supply_time: 5e-3,
+        command_timeout: COMMAND_TIMEOUT,
     },
 };
 
@@ -144,5 +149,6 @@ pub const THROTTLE: Machine = Machine {
         load: 0.6,
         supply: [8.0, 16.0],
         supply_time: 5e-3,
+        command_timeout: COMMAND_TIMEOUT,
     },
 };

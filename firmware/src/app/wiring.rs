@@ -91,6 +91,7 @@ pub struct Wiring {
     missed: AtomicU32,
     stalled: AtomicBool,
     vouched: AtomicBool,
+    commanded_anew: AtomicBool,
 }
 
 /// On the wire of what is applied: every switch of the bridge is off.
@@ -121,6 +122,7 @@ impl Wiring {
             missed: AtomicU32::new(0),
             stalled: AtomicBool::new(false),
             vouched: AtomicBool::new(false),
+            commanded_anew: AtomicBool::new(false),
         }
     }
 
@@ -230,6 +232,21 @@ impl Wiring {
     /// A control step vouches for the program.
     pub(super) fn vouch(&self) {
         self.vouched.store(true, Release);
+    }
+
+    /// A valid command came from the terminal.
+    pub(super) fn sign_of_life(&self) {
+        self.commanded_anew.store(true, Release);
+    }
+
+    /// Whether one came since this was last asked.
+    pub(super) fn take_sign_of_life(&self) -> bool {
+        // A load and a store do: the control step that takes is never interrupted by the task that sets.
+        let commanded = self.commanded_anew.load(Acquire);
+        if commanded {
+            self.commanded_anew.store(false, Relaxed);
+        }
+        commanded
     }
 
     /// Puts a measurement on the wires, and the state behind it.

@@ -117,7 +117,7 @@ const QUANTITY: &str =
     "command, input, position, current_a, true_position, true_velocity or true_current_a";
 
 /// All of them.
-pub static COMMANDS: [Command; 24] = [
+pub static COMMANDS: [Command; 26] = [
     Command {
         name: "help",
         arguments: &[optional("name", "a command's")],
@@ -141,6 +141,16 @@ pub static COMMANDS: [Command; 24] = [
     plain("disarm", "take its power: bridge off, brake on", |_| {
         request(Request::Disarm)
     }),
+    plain(
+        "stop",
+        "the same, also where it stands in a line that is none",
+        |_| request(Request::Disarm),
+    ),
+    plain(
+        "ping",
+        "a sign of life, as any command is, against command_timeout",
+        |_| request(Request::Ping),
+    ),
     Command {
         name: "mode",
         arguments: &[required("mode", "position, voltage or wires")],

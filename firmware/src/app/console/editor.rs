@@ -19,6 +19,12 @@ pub const LINE: usize = 128;
 /// What comes before each line.
 pub const PROMPT: &str = "> ";
 
+/// Ctrl-U, which takes the whole line back.
+pub const TAKEN_BACK: u8 = 0x15;
+
+/// Ctrl-C, which leaves the line.
+pub const LEFT: u8 = 0x03;
+
 const BELL: &str = "\x07";
 
 /// What ended a line.
@@ -135,7 +141,7 @@ impl Editor {
                 let _ = echo.write_str("\n");
                 Some(self.end())
             }
-            0x03 => {
+            LEFT => {
                 let _ = echo.write_str("^C\n");
                 self.ended = true;
                 Some(Event::Left)
@@ -151,7 +157,7 @@ impl Editor {
                 self.recall(echo);
                 None
             }
-            0x15 => {
+            TAKEN_BACK => {
                 self.begin();
                 redraw("", echo);
                 None

@@ -1,8 +1,8 @@
 //! Orders from a terminal: bytes in, a [`Request`] out, and a [`Response`] back as text.
 //!
 //! The [`editor`] makes lines of bytes, [`parse()`] makes requests of lines by the table of
-//! [`command`]s, and [`Console`] joins them. It knows no hardware and performs nothing itself but the
-//! help. Each line has exactly one response, with the next prompt behind it; a line that is wrong has
+//! [`command`]s, and [`Console`] joins them. It knows no hardware and performs nothing itself. One word is
+//! understood in any line, [`stop`]. Each line has exactly one response, with the next prompt behind it; a line that is wrong has
 //! an [`error`] that says where, and what was expected there.
 
 pub mod command;
@@ -13,15 +13,19 @@ pub mod parse;
 mod reading;
 pub mod request;
 pub mod response;
+pub mod stop;
 
 use core::fmt::{self, Write};
 
 use super::store::field::Description;
-use editor::{Editor, Event, LINE, PROMPT};
+use editor::{Editor, Event, LEFT, LINE, PROMPT, TAKEN_BACK};
 use error::{Flaw, ParseError};
 use parse::{Line, parse};
 use request::Request;
 use response::Response;
+
+/// Bytes of the longest answer at most, which is that of `help`.
+pub const LONGEST_ANSWER: usize = 3072;
 
 /// A terminal's other end.
 ///
@@ -40,6 +44,7 @@ use response::Response;
 #[derive(Debug, Clone)]
 pub struct Console<'t> {
     editor: Editor,
+    stop: stop::Watch,
     parameters: &'t [Description],
 }
 
@@ -48,6 +53,7 @@ impl<'t> Console<'t> {
     pub const fn new(parameters: &'t [Description]) -> Self {
         Self {
             editor: Editor::new(),
+            stop: stop::Watch::new(),
             parameters,
         }
     }
@@ -78,7 +84,15 @@ impl<'t> Console<'t> {
             flaw,
             command: None,
         };
-        let line = match self.editor.take(byte, &mut lines)? {
+        match byte {
+            TAKEN_BACK | LEFT => {
+                self.stop.end();
+            }
+            _ => self.stop.take(byte),
+        }
+        let event = self.editor.take(byte, &mut lines)?;
+        let stop = self.stop.end();
+        let line = match event {
             Event::Line(line) => parse(line, self.parameters),
             Event::TooLong => Err(error(LINE + 1, Flaw::TooLong)),
             Event::NotText { column } => Err(error(column, Flaw::NotText)),
@@ -86,10 +100,10 @@ impl<'t> Console<'t> {
         };
         match line {
             Ok(Line::Request(request)) => return Some(request),
+            _ if stop => return Some(Request::Disarm),
             Ok(Line::Blank) => {
                 let _ = lines.write_str(PROMPT);
             }
-            Ok(Line::Help(command)) => reply(&Response::Help(command), out),
             Err(error) => answer(format_args!("{error}"), out),
         }
         None

@@ -10,9 +10,7 @@ use crate::app::store::field::Description;
 pub enum Line {
     /// Nothing.
     Blank,
-    /// A question about the commands, or about one.
-    Help(Option<&'static Command>),
-    /// Something for the drive.
+    /// Something that is asked for.
     Request(Request),
 }
 

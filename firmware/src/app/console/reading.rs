@@ -17,10 +17,10 @@ pub fn request<'a>(request: Request) -> Result<Line, ParseError<'a>> {
 /// `help`.
 pub fn help<'a>(arguments: &mut Arguments<'a, '_>) -> Result<Line, ParseError<'a>> {
     let Some(word) = arguments.word() else {
-        return Ok(Line::Help(None));
+        return request(Request::Help(None));
     };
     match Command::named(word.text) {
-        Some(command) => Ok(Line::Help(Some(command))),
+        Some(command) => request(Request::Help(Some(command))),
         None => Err(arguments.error(word.column, Flaw::UnknownCommand(word.text))),
     }
 }

@@ -1,5 +1,6 @@
 //! What a line asks for, checked as far as that can be without the drive.
 
+use super::command::Command;
 use crate::app::capture;
 use crate::app::ecu::loopback;
 use crate::app::profile::Signal;
@@ -34,6 +35,10 @@ impl Mode {
 /// What is asked for. A parameter is its place in the list that the console was given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Request {
+    /// What there is, or what a command takes.
+    Help(Option<&'static Command>),
+    /// Nothing but a sign of life.
+    Ping,
     /// How things are.
     Status,
     /// What is latched, and what to do about it.

@@ -41,6 +41,8 @@ pub enum Fault {
     MissedDeadline,
     /// A queue between an interrupt and a task was full, and what was meant for it is lost.
     QueueOverflow,
+    /// Nothing valid came from the terminal for too long while its commands were driven.
+    CommandTimeout,
     /// A measurement, a command or a voltage was NaN or infinite.
     NonFinite,
     /// The bridge's driver pulled the timer's break input.
@@ -65,7 +67,7 @@ pub enum Fault {
 
 impl Fault {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Panic,
         Self::StackOverflow,
         Self::ProcessorFault,
@@ -75,6 +77,7 @@ impl Fault {
         Self::StoreCorrupt,
         Self::MissedDeadline,
         Self::QueueOverflow,
+        Self::CommandTimeout,
         Self::NonFinite,
         Self::BridgeBreak,
         Self::OverCurrent,
@@ -104,6 +107,7 @@ impl Fault {
             Self::StoreCorrupt => "store_corrupt",
             Self::MissedDeadline => "missed_deadline",
             Self::QueueOverflow => "queue_overflow",
+            Self::CommandTimeout => "command_timeout",
             Self::NonFinite => "non_finite",
             Self::BridgeBreak => "bridge_break",
             Self::OverCurrent => "over_current",
@@ -129,6 +133,9 @@ impl Fault {
             Self::StoreCorrupt => "check the parameters, then save them",
             Self::MissedDeadline => "ask less of the loop, or at a lower rate",
             Self::QueueOverflow => "send commands at a lower rate",
+            Self::CommandTimeout => {
+                "send a command more often, `ping` for one, or set command_timeout; 0 is none"
+            }
             Self::NonFinite => "check the sensors and the last parameter that was set",
             Self::BridgeBreak => "check the bridge, its cooling and the motor's cables",
             Self::OverCurrent => "check the motor and its cables for a short",

@@ -29,6 +29,8 @@ pub struct Limits {
     /// How long a supply may be out of there, s: longer than the PWM's ripple, shorter than it takes
     /// the capacitors to charge by the rest of their margin.
     pub supply_time: f32,
+    /// How long commands of a terminal are driven that sends nothing more, s; 0 for ever.
+    pub command_timeout: f32,
 }
 
 /// What a control step measures.
@@ -98,6 +100,7 @@ impl Monitors {
             load: _,
             supply: [least, most],
             supply_time,
+            command_timeout: _,
         } = limits;
         require(positive(period), "period", "must be above 0")?;
         require(

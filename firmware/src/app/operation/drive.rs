@@ -55,6 +55,8 @@ pub struct Setup {
     pub stroke: [f32; 2],
     /// What the current sensor is off by.
     pub current: Correction,
+    /// Control steps that a command is driven without another one; none for ever.
+    pub command_steps: Option<u32>,
     /// What watches a real actuator.
     pub monitors: Option<Monitors>,
 }
@@ -79,6 +81,8 @@ pub struct Drive {
     switches: [Debounce; 2],
     /// Voltage that stood at the winding since the step before, V.
     told: Option<f32>,
+    /// Driven control steps since the terminal last sent a command.
+    silent: u32,
     missed: u32,
     sequence: u32,
     wiring: &'static Wiring,
@@ -105,6 +109,7 @@ impl Drive {
             state: pid::State::default(),
             switches: [Debounce::default(); 2],
             told: None,
+            silent: 0,
             missed: 0,
             sequence: 0,
             wiring,
@@ -169,6 +174,10 @@ impl Drive {
         self.commanded
     }
 
+    fn is_driven(&self) -> bool {
+        self.wiring.latch().outputs().bridge == Bridge::Driven
+    }
+
     /// Latches what is wrong. False if a number is not finite.
     fn judge(&mut self, position: f32, current: f32) -> bool {
         let supply = self.wiring.supply();
@@ -179,7 +188,7 @@ impl Drive {
         ];
         let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken());
         // A period in which the bridge went off and the brake on says nothing of the encoder.
-        let driven = self.wiring.latch().outputs().bridge == Bridge::Driven;
+        let driven = self.is_driven();
         if let Some(monitors) = &mut self.setup.monitors {
             present = present
                 | monitors.step(&Measured {
@@ -194,6 +203,21 @@ impl Drive {
         }
         self.wiring.latch().watch(present, self.wiring.ticks());
         position.is_finite() && current.is_finite() && supply.is_finite()
+    }
+
+    /// Latches that nobody commands any more, where it is the terminal that does.
+    fn watch_terminal(&mut self, armed: bool) {
+        let commanded_anew = self.wiring.take_sign_of_life();
+        let waits = armed && self.wiring.is_commanded() && !commanded_anew;
+        self.silent = if waits {
+            self.silent.saturating_add(1)
+        } else {
+            0
+        };
+        let most = self.setup.command_steps;
+        if most.is_some_and(|most| self.silent > most) {
+            self.wiring.trip(Fault::CommandTimeout);
+        }
     }
 
     /// The voltage that the command asks for, V, as far as the supply reaches. None if it is not a
@@ -222,8 +246,9 @@ impl ControlWork for Drive {
         let amperes = self.setup.current.of(converters.current.value(current));
         let mut finite = self.judge(angle, amperes);
         let begins = self.obey(angle);
+        self.watch_terminal(self.is_driven());
 
-        let armed = self.wiring.latch().outputs().bridge == Bridge::Driven;
+        let armed = self.is_driven();
         if !armed {
             self.rest(angle);
         }

@@ -288,7 +288,9 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
     /// Takes a byte from the terminal.
     pub async fn take(&mut self, byte: u8, out: &mut dyn Write) {
         if let Some(request) = self.console.take(byte, out) {
+            self.wiring.sign_of_life();
             match request {
+                Request::Help(command) => console::reply(&Response::Help(command), out),
                 Request::Status => console::reply(&Response::Status(self.status()), out),
                 Request::Faults => {
                     let latched = Latched::from(self.wiring.latch());
@@ -366,8 +368,13 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             Request::Refit => self.ask(Question::Refit),
             Request::Check => self.ask(Question::Check),
             Request::Save => self.save().await,
-            // Answered where they are read.
-            Request::Status | Request::Faults | Request::ShowAll | Request::Show(_) => Ok(()),
+            // Answered where they are read, or nothing but a sign of life.
+            Request::Help(_)
+            | Request::Status
+            | Request::Faults
+            | Request::ShowAll
+            | Request::Show(_)
+            | Request::Ping => Ok(()),
         }
     }
 

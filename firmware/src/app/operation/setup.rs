@@ -101,6 +101,8 @@ impl Kit {
             converters: machine.converters,
             stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
             current: self.measured_current(values),
+            command_steps: (machine.limits.command_timeout > 0.0)
+                .then_some((machine.limits.command_timeout / CONTROL_PERIOD) as u32),
             monitors: (!self.is_emulated).then_some(monitors),
         })
     }

@@ -69,6 +69,8 @@ pub enum Field {
     SupplyMaximum = 27,
     /// Most load beside friction and spring, either way.
     Load = 28,
+    /// How long commands are driven without another one; 0 for ever.
+    CommandTimeout = 29,
 }
 
 /// How many there are.
@@ -120,6 +122,7 @@ pub static DESCRIPTIONS: [Description; FIELDS] = [
     described("supply_minimum", "V", 5.0, 36.0),
     described("supply_maximum", "V", 5.0, 36.0),
     described("load", "N·m", 0.0, 1e2),
+    described("command_timeout", "s", 0.0, 3600.0),
 ];
 
 const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
@@ -133,7 +136,7 @@ const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f3
 
 impl Field {
     /// All of them, by number.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -162,6 +165,7 @@ impl Field {
         Self::SupplyMinimum,
         Self::SupplyMaximum,
         Self::Load,
+        Self::CommandTimeout,
     ];
 
     /// Its name, unit and bounds.
@@ -292,6 +296,7 @@ impl Values {
             limits.supply[0],
             limits.supply[1],
             limits.load,
+            limits.command_timeout,
         ]);
         for (field, value) in values.iter() {
             field.check(value).map_err(|_| InvalidParameter {
@@ -357,6 +362,7 @@ impl Values {
         limits.continuous_current = self.get(Field::ContinuousCurrent);
         limits.supply = [Field::SupplyMinimum, Field::SupplyMaximum].map(|field| self.get(field));
         limits.load = self.get(Field::Load);
+        limits.command_timeout = self.get(Field::CommandTimeout);
         machine
     }
 }

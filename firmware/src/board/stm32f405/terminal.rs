@@ -1,8 +1,8 @@
 //! The operator's tasks: bytes from the terminal and to it, the operator between them, and the long
 //! work below.
 //!
-//! The operator never waits for the terminal: bytes go through pipes, and no further one is taken from
-//! the terminal until there is room for the longest answer.
+//! The operator never waits for the terminal: bytes go through pipes. Disarmed, no further one is taken from
+//! the terminal until there is room for the longest answer; armed, `stop` must not wait behind answers.
 
 use core::fmt::{self, Write};
 
@@ -22,6 +22,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 use super::parameters::Region;
 use super::{core_coupled, end, parameters, pins, watchdog};
 use crate::app::capture::{self, Capture, QUANTITIES};
+use crate::app::console::LONGEST_ANSWER;
 use crate::app::fault::Faults;
 use crate::app::operation::evaluation::{Done, Job};
 use crate::app::operation::kit::Kit;
@@ -67,9 +68,6 @@ pub type BoardOperator = Operator<Region, BoardStation>;
 
 /// Room for the longest answer, `help`, and for one announcement behind it.
 const ANSWERS: usize = 4096;
-
-/// Room for an answer that must be there before a byte is taken.
-const LONGEST: usize = 3072;
 
 static TYPED: Pipe<CriticalSectionRawMutex, 256> = Pipe::new();
 static ANSWERED: Pipe<CriticalSectionRawMutex, ANSWERS> = Pipe::new();
@@ -257,7 +255,10 @@ async fn operate(
         }
         operator.poll(&mut answers);
         let mut byte = [0];
-        while ANSWERED.free_capacity() >= LONGEST && TYPED.try_read(&mut byte) == Ok(1) {
+        // While the drive acts, no order waits for answers to be sent: what there is no room for is lost.
+        while (wiring.latch().is_armed() || ANSWERED.free_capacity() >= LONGEST_ANSWER)
+            && TYPED.try_read(&mut byte) == Ok(1)
+        {
             operator.take(byte[0], &mut answers).await;
         }
         if let Some(job) = operator.job() {
