@@ -10,6 +10,7 @@ use firmware::app::console::editor::PROMPT;
 use firmware::app::conversion::Converters;
 use firmware::app::ecu::loopback::Wires;
 use firmware::app::fault::output::Bridge;
+use firmware::app::liveness::Task;
 use firmware::app::machine::FULL_DUTY;
 use firmware::app::memory::Memory;
 use firmware::app::operation::actuator::{self, CURRENT_MIDDLE, Inputs, Readings};
@@ -283,6 +284,8 @@ pub struct OperationOnHost<P> {
     pub said: String,
     /// Whether the tasks are kept from running.
     pub tasks_held: bool,
+    /// A task that hangs, while the others go on.
+    pub hung: Option<Task>,
     /// Whether the control interrupt is kept from running.
     pub control_held: bool,
     ticks: u32,
@@ -376,6 +379,7 @@ impl<P: Plant> OperationOnHost<P> {
             asked,
             said: String::new(),
             tasks_held: false,
+            hung: None,
             control_held: false,
             ticks: 0,
         };
@@ -393,7 +397,14 @@ impl<P: Plant> OperationOnHost<P> {
         }
         self.ticks += 1;
         if self.ticks.is_multiple_of(TICKS_PER_POLL) && !self.tasks_held {
-            self.operator.poll(&mut self.said);
+            for task in Task::ALL {
+                match task {
+                    _ if self.hung == Some(task) => {}
+                    Task::Operator => self.operator.poll(&mut self.said),
+                    // Of these a host has no more than their word.
+                    Task::Reception | Task::Answers | Task::Evaluation => self.wiring.goes_on(task),
+                }
+            }
         }
     }
 

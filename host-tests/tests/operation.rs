@@ -4,8 +4,11 @@
 use firmware::app::console::command::COMMANDS;
 use firmware::app::fault::Fault;
 use firmware::app::fault::output::Outputs;
+use firmware::app::liveness::Task;
 use firmware::app::machine::{EMA, THROTTLE};
+use firmware::app::operation::operator::POLL_PERIOD_MS;
 use firmware::app::store::field::Field;
+use firmware::app::timing::PLANT_PERIOD_US;
 use firmware::app::tracks::DIAGNOSTIC;
 use host_tests::operation_on_host::{Motor, OperationOnHost, Plant, SECTOR, SharedFlash};
 use host_tests::simulated_flash::{Cut, Tear};
@@ -573,6 +576,29 @@ fn a_program_is_vouched_for_while_its_deadlines_hold() {
         vouched += u32::from(image.wiring.take_vouched());
     }
     assert_eq!(vouched, 99);
+}
+
+#[test]
+fn a_program_is_vouched_for_while_every_task_goes_on() {
+    for task in [Task::Reception, Task::Answers, Task::Operator] {
+        let longest = task.longest_silence() / (1000 / PLANT_PERIOD_US);
+        let mut image = moving();
+        image.hung = Some(task);
+        // It last went on within a poll before.
+        image.run_ms(longest - POLL_PERIOD_MS);
+        image.wiring.take_vouched();
+        image.run_ms(2);
+        assert!(image.wiring.take_vouched(), "{task:?}");
+        image.run_ms(POLL_PERIOD_MS);
+        image.wiring.take_vouched();
+        for _ in 0..4000 {
+            image.tick();
+            assert!(!image.wiring.take_vouched(), "{task:?} hangs");
+        }
+        image.hung = None;
+        image.run_ms(POLL_PERIOD_MS + 2);
+        assert!(image.wiring.take_vouched(), "{task:?} goes on");
+    }
 }
 
 #[test]

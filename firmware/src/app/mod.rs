@@ -12,6 +12,7 @@
 //! A terminal gives orders by the [`console`], and has a [`capture`] of what follows.
 //! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
 //! and `playback`.
+//! That every task goes on is watched by [`liveness`].
 //! What outlives a power cut is in the [`store`], which is written only while the drive is
 //! disarmed, see [`arming`].
 //! What a person at a terminal has done with an image is the [`operation`].
@@ -35,6 +36,7 @@ pub mod evaluate;
 pub mod experiment;
 pub mod failures;
 pub mod fault;
+pub mod liveness;
 pub mod machine;
 pub mod memory;
 pub mod operation;

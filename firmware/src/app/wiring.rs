@@ -16,6 +16,7 @@ use model_core::plant::State;
 use super::fault::Fault;
 use super::fault::latch::Latch;
 use super::fault::output::{Bridge, Tracks};
+use super::liveness::{Liveness, Task};
 use super::tracks::DIAGNOSTIC;
 
 /// What the sensors read, in counts.
@@ -92,6 +93,7 @@ pub struct Wiring {
     stalled: AtomicBool,
     vouched: AtomicBool,
     commanded_anew: AtomicBool,
+    tasks: Liveness,
 }
 
 /// On the wire of what is applied: every switch of the bridge is off.
@@ -123,6 +125,7 @@ impl Wiring {
             stalled: AtomicBool::new(false),
             vouched: AtomicBool::new(false),
             commanded_anew: AtomicBool::new(false),
+            tasks: Liveness::new(),
         }
     }
 
@@ -218,8 +221,18 @@ impl Wiring {
         self.stalled.store(stalled, Release);
     }
 
+    /// A task goes on.
+    pub fn goes_on(&self, task: Task) {
+        self.tasks.goes_on(task, self.ticks());
+    }
+
+    /// Whether none has been silent for too long.
+    pub(super) fn all_tasks_go_on(&self) -> bool {
+        self.tasks.all_go_on(self.ticks())
+    }
+
     /// Whether a control step has vouched for the program since this was last asked: its deadline
-    /// held, and its numbers were finite. Then the watchdog may be fed.
+    /// held, its numbers were finite, and every task goes on. Then the watchdog may be fed.
     pub fn take_vouched(&self) -> bool {
         // A load and a store do: the plant tick that takes is never interrupted.
         let vouched = self.vouched.load(Acquire);

@@ -127,7 +127,7 @@ impl Fault {
             Self::Panic => "send its reason, which the log's beginning has, to the makers",
             Self::StackOverflow => "send the log to the makers",
             Self::ProcessorFault => "send the log to the makers",
-            Self::Watchdog => "look for what kept the interrupts from their deadlines",
+            Self::Watchdog => "look for what kept interrupts or tasks from going on",
             Self::BrownOut => "check the supply of the processor",
             Self::UnexpectedReset => "check what else may reset the processor: a probe, a tool",
             Self::StoreCorrupt => "check the parameters, then save them",

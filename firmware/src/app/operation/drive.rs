@@ -1,8 +1,8 @@
 //! The control step of an image that is operated from a console.
 //!
 //! It judges the measurements first, then follows its command, then queues what it saw and did. It
-//! vouches for the program, see [`Wiring::take_vouched`], when no deadline was missed since its last step
-//! and all its numbers were finite.
+//! vouches for the program, see [`Wiring::take_vouched`], when no deadline was missed since its last step,
+//! all its numbers were finite and every [task](crate::app::liveness) goes on.
 //!
 //! Armed, it begins where the actuator is: the position is held, or the voltage is 0.
 
@@ -288,7 +288,7 @@ impl ControlWork for Drive {
             self.recorder.push(sample);
         }
         let missed = self.wiring.missed();
-        if finite && missed == self.missed {
+        if finite && missed == self.missed && self.wiring.all_tasks_go_on() {
             self.wiring.vouch();
         }
         self.missed = missed;

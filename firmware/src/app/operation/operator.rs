@@ -29,6 +29,7 @@ use crate::app::console::{self, Console};
 use crate::app::ecu::loopback;
 use crate::app::fault::latch::Latch;
 use crate::app::fault::{Fault, Faults};
+use crate::app::liveness::Task;
 use crate::app::machine::Machine;
 use crate::app::memory::Memory;
 use crate::app::profile::Signal;
@@ -246,6 +247,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
 
     /// Empties the sample queue, tells what was latched, and sends what is to be sent.
     pub fn poll(&mut self, out: &mut dyn Write) {
+        self.wiring.goes_on(Task::Operator);
         let converters = self.machine.converters;
         while let Some(sample) = self.samples.dequeue() {
             self.capture.push(&sample, &converters);

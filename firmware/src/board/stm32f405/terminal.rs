@@ -16,7 +16,7 @@ use embassy_stm32::{Peri, bind_interrupts, dma};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Ticker};
+use embassy_time::{Duration, Ticker, TimeoutError, with_timeout};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::parameters::Region;
@@ -24,6 +24,7 @@ use super::{core_coupled, end, parameters, pins, watchdog};
 use crate::app::capture::{self, Capture, QUANTITIES};
 use crate::app::console::LONGEST_ANSWER;
 use crate::app::fault::Faults;
+use crate::app::liveness::{IDLE_PERIOD_MS, Task};
 use crate::app::operation::evaluation::{Done, Job};
 use crate::app::operation::kit::Kit;
 use crate::app::operation::operator::{self, Cells, Joints, Operator, POLL_PERIOD_MS, Station};
@@ -192,43 +193,64 @@ pub fn run(
         led,
     } = terminal;
     EXECUTOR.init(Executor::new()).run(|below| {
-        above.spawn(defmt::unwrap!(type_in(receive)));
-        above.spawn(defmt::unwrap!(answer(transmit)));
+        above.spawn(defmt::unwrap!(type_in(receive, wiring)));
+        above.spawn(defmt::unwrap!(answer(transmit, wiring)));
         above.spawn(defmt::unwrap!(operate(operator, loaded, led, wiring)));
-        below.spawn(defmt::unwrap!(evaluate()));
+        below.spawn(defmt::unwrap!(evaluate(wiring)));
     })
 }
+
+/// How long a task waits before it says that it goes on.
+const IDLE_PERIOD: Duration = Duration::from_millis(IDLE_PERIOD_MS as u64);
 
 /// A byte that is no text: the line that it is in is refused.
 const NO_TEXT: u8 = 0;
 
 #[embassy_executor::task]
-async fn type_in(mut receive: RingBufferedUartRx<'static>) -> ! {
+async fn type_in(mut receive: RingBufferedUartRx<'static>, wiring: &'static Wiring) -> ! {
     let mut bytes = [0; 32];
     loop {
-        match receive.read(&mut bytes).await {
-            Ok(read) => TYPED.write_all(bytes.get(..read).unwrap_or_default()).await,
+        wiring.goes_on(Task::Reception);
+        let typed = match with_timeout(IDLE_PERIOD, receive.read(&mut bytes)).await {
+            Ok(Ok(read)) => bytes.get(..read).unwrap_or_default(),
             // What came with an error, or was lost while flash was written.
-            Err(_) => TYPED.write_all(&[NO_TEXT]).await,
+            Ok(Err(_)) => &[NO_TEXT],
+            Err(TimeoutError) => &[],
+        };
+        pass_on(typed, wiring).await;
+    }
+}
+
+/// Bytes to the operator, as soon as there is room for them.
+async fn pass_on(mut bytes: &[u8], wiring: &Wiring) {
+    while !bytes.is_empty() {
+        wiring.goes_on(Task::Reception);
+        if let Ok(written) = with_timeout(IDLE_PERIOD, TYPED.write(bytes)).await {
+            bytes = bytes.get(written..).unwrap_or_default();
         }
     }
 }
 
 #[embassy_executor::task]
-async fn answer(mut transmit: UartTx<'static, Async>) -> ! {
+async fn answer(mut transmit: UartTx<'static, Async>, wiring: &'static Wiring) -> ! {
     let mut bytes = [0; 64];
     loop {
-        let read = ANSWERED.read(&mut bytes).await;
+        wiring.goes_on(Task::Answers);
+        let Ok(read) = with_timeout(IDLE_PERIOD, ANSWERED.read(&mut bytes)).await else {
+            continue;
+        };
         // A terminal that does not take it has lost it.
         let _ = transmit.write(bytes.get(..read).unwrap_or_default()).await;
     }
 }
 
 #[embassy_executor::task]
-async fn evaluate() -> ! {
+async fn evaluate(wiring: &'static Wiring) -> ! {
     loop {
-        let job = JOBS.wait().await;
-        DONE.signal(job.run());
+        wiring.goes_on(Task::Evaluation);
+        if let Ok(job) = with_timeout(IDLE_PERIOD, JOBS.wait()).await {
+            DONE.signal(job.run());
+        }
     }
 }
 

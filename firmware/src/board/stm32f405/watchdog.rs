@@ -1,7 +1,7 @@
 //! The independent watchdog: it starts the processor anew unless it is fed.
 //!
 //! It runs from its own oscillator, of 17 to 47 kHz, and once started it cannot be stopped. The plant
-//! interrupt feeds it when a control step has vouched for the program, see
+//! interrupt feeds it when a control step has vouched for the program and all its tasks, see
 //! [`Wiring::take_vouched`](crate::app::wiring::Wiring::take_vouched).
 
 use embassy_stm32::Peri;
