@@ -132,6 +132,44 @@ proptest! {
     }
 }
 
+#[test]
+fn a_fault_that_comes_while_the_latch_is_cleared_stays() {
+    for before in Fault::ALL {
+        for between in Fault::ALL {
+            let latch = Latch::new();
+            latch.trip(before, 1);
+            let clearing = latch.begin_to_clear();
+            assert!(latch.is_tripped());
+            latch.trip(between, 2);
+            assert_eq!(clearing.end(), Err(NotCleared::Renewed));
+            let first = Cause {
+                fault: before,
+                tick: 1,
+            };
+            assert_eq!(latch.first(), Some(first));
+            assert_eq!(latch.clear(), Ok(()));
+        }
+    }
+    // With nothing latched too, and nobody sees that somebody looked.
+    let latch = Latch::new();
+    let clearing = latch.begin_to_clear();
+    assert!(!latch.is_tripped() && latch.first().is_none());
+    assert_eq!(latch.outputs(), Outputs::of(Faults::NONE, false));
+    latch.trip(Fault::Panic, 7);
+    assert_eq!(clearing.end(), Err(NotCleared::Renewed));
+    let first = Cause {
+        fault: Fault::Panic,
+        tick: 7,
+    };
+    assert_eq!(latch.first(), Some(first));
+    // And whoever is refused leaves nothing behind.
+    assert_eq!(latch.arm(), Err(Fault::Panic.into()));
+    assert_eq!(latch.clear(), Ok(()));
+    assert_eq!(latch.arm(), Ok(()));
+    assert_eq!(latch.clear(), Err(NotCleared::Armed));
+    assert_eq!(latch.outputs().bridge, Bridge::Driven);
+}
+
 /// Two trip, one reads and clears, all at once, until that one has cleared often enough:
 /// which of the threads runs when is the scheduler's affair.
 #[test]

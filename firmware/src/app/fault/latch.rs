@@ -2,7 +2,8 @@
 //!
 //! Interrupts of different urgency trip it, a task reads and clears it, so it is a few atomic words:
 //! nothing is locked. The set of all causes and the number of the first share one word, which is
-//! exchanged as a whole: there is no moment at which a cause is latched and the first one unnamed.
+//! exchanged as a whole: there is no moment at which a cause is latched and the first one unnamed. Whoever
+//! clears marks that word first and exchanges it afterwards, which fails where a fault took the mark away.
 
 use core::sync::atomic::{
     AtomicBool, AtomicU32,
@@ -14,7 +15,12 @@ use super::{Fault, Faults};
 use crate::app::arming::Switch;
 
 /// Where the number of the first cause stands in the word; below it, one bit a cause.
-const FIRST: u32 = 27;
+const FIRST: u32 = 26;
+
+/// Above it, whether somebody is about to clear: every fault takes that back, also one that is latched already.
+const CLEARING: u32 = 1 << 31;
+
+const NUMBER: u32 = (CLEARING >> FIRST) - 1;
 
 const _: () = assert!(Fault::ALL.len() <= FIRST as usize);
 
@@ -42,7 +48,7 @@ const CAUSES: u32 = (1 << FIRST) - 1;
 /// ```
 #[derive(Debug, Default)]
 pub struct Latch {
-    /// The causes, and above them the number of the first; 0 while nothing is latched.
+    /// The causes, above them the number of the first, and [`CLEARING`].
     word: AtomicU32,
     /// When the first came.
     tick: AtomicU32,
@@ -59,6 +65,35 @@ pub struct Cause {
     pub fault: Fault,
     /// Plant ticks from the start of the clock to it; they wrap after 2³², 60 hours at 20 kHz.
     pub tick: u32,
+}
+
+/// A latch that somebody is about to clear.
+#[derive(Debug)]
+pub struct Clearing<'l> {
+    latch: &'l Latch,
+    /// What is to be forgotten.
+    word: u32,
+}
+
+impl Clearing<'_> {
+    /// Forgets the causes that were looked at.
+    ///
+    /// # Errors
+    /// The drive is armed, a condition still holds, or a fault came since.
+    pub fn end(self) -> Result<(), NotCleared> {
+        let Self { latch, word } = self;
+        if latch.is_armed() {
+            return Err(NotCleared::Armed);
+        }
+        let present = latch.present();
+        if !present.is_empty() {
+            return Err(NotCleared::Present(present));
+        }
+        match latch.word.compare_exchange(word, 0, AcqRel, Acquire) {
+            Ok(_) => Ok(()),
+            Err(_) => Err(NotCleared::Renewed),
+        }
+    }
 }
 
 /// Why the latch was not cleared. Nothing of it changed.
@@ -112,7 +147,7 @@ impl Latch {
         let Some(first) = faults.first() else {
             return;
         };
-        if self.word.load(Acquire) == 0 {
+        if !self.is_tripped() {
             // Before the fault, which a reader looks for first. Should an interrupt come in between
             // with a fault of its own, that one is named and the times are those of one moment.
             self.tick.store(tick, Relaxed);
@@ -120,8 +155,12 @@ impl Latch {
         let named = first.number() << FIRST;
         // The closure always gives a word, so there is no failure.
         let _ = self.word.fetch_update(AcqRel, Acquire, |word| {
-            let first = if word == 0 { named } else { word & !CAUSES };
-            Some(first | (word & CAUSES) | faults.bits())
+            let word = if word & CAUSES == 0 {
+                named
+            } else {
+                word & !CLEARING
+            };
+            Some(word | faults.bits())
         });
     }
 
@@ -134,7 +173,7 @@ impl Latch {
     pub fn first(&self) -> Option<Cause> {
         let word = self.word.load(Acquire);
         // No cause, no number: an empty word is not the fault of number 0.
-        let fault = Fault::ALL.get((word >> FIRST) as usize)?;
+        let fault = Fault::ALL.get((word >> FIRST & NUMBER) as usize)?;
         (word & CAUSES != 0).then(|| Cause {
             fault: *fault,
             tick: self.tick.load(Relaxed),
@@ -143,7 +182,7 @@ impl Latch {
 
     /// Whether anything is latched.
     pub fn is_tripped(&self) -> bool {
-        self.word.load(Acquire) != 0
+        self.word.load(Acquire) & CAUSES != 0
     }
 
     /// Conditions that hold now.
@@ -156,18 +195,27 @@ impl Latch {
     /// # Errors
     /// The drive is armed, or a condition still holds.
     pub fn clear(&self) -> Result<(), NotCleared> {
-        let word = self.word.load(Acquire);
-        if self.is_armed() {
-            return Err(NotCleared::Armed);
-        }
-        let present = self.present();
-        if !present.is_empty() {
-            return Err(NotCleared::Present(present));
-        }
-        match self.word.compare_exchange(word, 0, AcqRel, Acquire) {
-            Ok(_) => Ok(()),
-            Err(_) => Err(NotCleared::Renewed),
-        }
+        self.begin_to_clear().end()
+    }
+
+    /// Looks at what is latched, to forget it.
+    ///
+    /// ```
+    /// use firmware::app::fault::Fault;
+    /// use firmware::app::fault::latch::{Latch, NotCleared};
+    ///
+    /// let latch = Latch::new();
+    /// latch.trip(Fault::QueueOverflow, 1);
+    /// let clearing = latch.begin_to_clear();
+    /// // An interrupt comes in between, with the same fault once more.
+    /// latch.trip(Fault::QueueOverflow, 2);
+    /// assert_eq!(clearing.end(), Err(NotCleared::Renewed));
+    /// assert!(latch.is_tripped());
+    /// assert_eq!(latch.clear(), Ok(()));
+    /// ```
+    pub fn begin_to_clear(&self) -> Clearing<'_> {
+        let word = self.word.fetch_or(CLEARING, AcqRel) | CLEARING;
+        Clearing { latch: self, word }
     }
 
     /// Lets the drive act from now on.
