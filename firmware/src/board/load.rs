@@ -5,7 +5,7 @@
 pub struct Load {
     worst: u32,
     sum: u64,
-    runs: u32,
+    runs: u64,
 }
 
 impl Load {
@@ -22,7 +22,7 @@ impl Load {
     pub fn add(&mut self, duration: u32) {
         self.worst = self.worst.max(duration);
         self.sum += u64::from(duration);
-        self.runs = self.runs.saturating_add(1);
+        self.runs += 1;
     }
 
     /// All runs together.
@@ -38,7 +38,7 @@ impl Load {
     /// The mean, rounded down; 0 before the first run.
     pub fn mean(&self) -> u32 {
         self.sum
-            .checked_div(u64::from(self.runs))
+            .checked_div(self.runs)
             .and_then(|mean| u32::try_from(mean).ok())
             .unwrap_or(0)
     }
