@@ -5,7 +5,7 @@ use firmware::app::console::command::COMMANDS;
 use firmware::app::fault::Fault;
 use firmware::app::fault::output::Outputs;
 use firmware::app::liveness::Task;
-use firmware::app::machine::{EMA, THROTTLE};
+use firmware::app::machine::{EMA, FULL_DUTY, THROTTLE};
 use firmware::app::operation::operator::POLL_PERIOD_MS;
 use firmware::app::store::field::Field;
 use firmware::app::timing::PLANT_PERIOD_US;
@@ -204,6 +204,8 @@ fn values_that_do_not_go_together_are_refused_and_those_before_stay() {
     let mut image = controller();
     for (line, refusal) in [
         ("set lower_stop 2", "lower_stop must be below upper_stop"),
+        ("set static 0.11", "static must be at least coulomb"),
+        ("set coulomb 0.16", "static must be at least coulomb"),
         (
             "set continuous_current 24.8",
             "peak_current must be above the continuous current, at most 1e6 A",
@@ -262,6 +264,34 @@ fn whatever_is_set_within_its_bounds_the_outputs_are_numbers_or_safe() {
                 assert!(truth.current.is_finite(), "{line}");
             } else {
                 assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE, "{line}");
+            }
+        }
+    }
+}
+
+#[test]
+fn whatever_a_controller_is_set_to_it_drives_with_numbers_or_lets_go() {
+    for field in Field::ALL {
+        let description = field.description();
+        for value in [description.lower, description.upper] {
+            for mode in ["mode position", "mode voltage"] {
+                let mut image = controller();
+                let line = format!("set {} {value:e}", description.name);
+                let answer = image.line(&line);
+                if answer != "ok" {
+                    assert!(answer.starts_with("refused: "), "{line}: {answer}");
+                    continue;
+                }
+                for told in [mode, "arm", "step 0.2 5"] {
+                    image.line(told);
+                }
+                for _ in 0..100 {
+                    image.run_ms(1);
+                    assert!(image.wiring.duty().unsigned_abs() <= FULL_DUTY.unsigned_abs());
+                    if !image.wiring.latch().causes().is_empty() {
+                        assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE, "{line}");
+                    }
+                }
             }
         }
     }
@@ -861,6 +891,29 @@ fn ten_minutes_without_a_byte_are_not_driven_unless_that_is_chosen() {
     perform(&mut image, &["mode position"]);
     image.run_ms(1100);
     assert_latched(&mut image, Fault::CommandTimeout);
+}
+
+#[test]
+fn a_stream_of_settings_hides_no_fault() {
+    let faults: [(Fault, Cause); 3] = [
+        (Fault::UnderVoltage, |image| image.plant.supply = 17.0),
+        (Fault::OverVoltage, |image| image.plant.supply = 31.0),
+        (Fault::FollowingError, |image| image.plant.encoder = 0.0),
+    ];
+    for (fault, cause) in faults {
+        let mut image = controller();
+        perform(&mut image, &["arm"]);
+        cause(&mut image);
+        send(&mut image, b"step 0 0.8\r");
+        for number in 0..50 {
+            send(
+                &mut image,
+                format!("set proportional {}\r", 30 + number % 2).as_bytes(),
+            );
+            image.run_ms(1);
+        }
+        assert_latched(&mut image, fault);
+    }
 }
 
 #[test]

@@ -571,12 +571,16 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             return Verdict::None;
         };
         let candidate = Candidate::from(estimate);
-        match candidate.applied_to(&self.values) {
+        let applied = match candidate.applied_to(&self.values) {
+            Ok(applied) => applied,
+            Err(rejected) => return Verdict::Rejected(rejected),
+        };
+        match self.kit.drive(&applied) {
             Ok(_) => {
                 self.proposal = Some(candidate);
                 Verdict::Proposed
             }
-            Err(rejected) => Verdict::Rejected(rejected),
+            Err(refused) => Verdict::Refused(refused),
         }
     }
 
@@ -608,6 +612,8 @@ enum Verdict {
     None,
     Proposed,
     Rejected(Rejected),
+    /// It does not go with the other values.
+    Refused(Refused),
 }
 
 impl fmt::Display for Verdict {
@@ -616,6 +622,7 @@ impl fmt::Display for Verdict {
             Self::None => Ok(()),
             Self::Proposed => formatter.write_str("\n`save` takes it over, disarmed"),
             Self::Rejected(rejected) => write!(formatter, "\nnot taken over: {rejected}"),
+            Self::Refused(refused) => write!(formatter, "\nnot taken over: {refused}"),
         }
     }
 }

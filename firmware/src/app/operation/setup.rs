@@ -3,7 +3,7 @@
 use core::fmt;
 
 use model_core::numeric::invalid_parameter::InvalidParameter;
-use model_core::plant::parameters::ParameterError;
+use model_core::plant::parameters::{ParameterError, Parameters};
 use model_core::plant::throttle::{BuildError, Throttle};
 
 use super::actuator;
@@ -78,6 +78,16 @@ impl Kit {
     pub fn drive(&self, values: &Values) -> Result<drive::Setup, Refused> {
         let machine = self.machine_with(values);
         machine.plant.check()?;
+        let Parameters {
+            coulomb, breakaway, ..
+        } = machine.plant;
+        // A model raises it by itself; what a person or a refit says is a mistake.
+        if breakaway.forward < coulomb.forward || breakaway.backward < coulomb.backward {
+            return Err(Refused::Plant(ParameterError {
+                parameter: "static",
+                requirement: "at least coulomb",
+            }));
+        }
         // An emulated actuator bears anything; but what is stored for it has to go together too.
         let resolution = machine.converters.position.unit();
         let observers = Observers {
