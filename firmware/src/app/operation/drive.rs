@@ -29,6 +29,7 @@ use crate::app::work::ControlWork;
 pub const SWITCH_STEPS: u32 = 5;
 
 /// What the drive is told.
+#[expect(clippy::large_enum_variant, reason = "there is no allocation")]
 #[derive(Debug, Clone)]
 pub enum Order {
     /// Numbers, from now on.
