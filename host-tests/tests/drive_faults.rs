@@ -1,13 +1,14 @@
-//! An encoder that fails while the controller drives: how much current, for how long and how far, against
-//! bounds that follow from the declared numbers; and no fault of a sound one.
+//! What fails while the controller drives, at any time, in either mode, under any load: how much current, for
+//! how long and how far, against bounds that follow from the declared numbers; and no fault of a sound drive.
 //!
-//! The bound is that of [`following`]: a rotor that stands still, by its encoder, under more than 1.1 I is
+//! The bound of the encoder is that of [`following`]: a rotor that stands still, by its encoder, under more than 1.1 I is
 //! found within three time constants. Two control periods more pass until a speed is known and the bridge off.
 
 use firmware::app::fault::back_emf::{TIME_CONSTANT, Tolerances};
 use firmware::app::fault::output::Outputs;
 use firmware::app::fault::{Fault, Faults, following};
 use firmware::app::machine::EMA;
+use firmware::app::operation::drive::SWITCH_STEPS;
 use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
 use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
@@ -241,6 +242,137 @@ fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it
             "{name}: {found} of {RUNS} found, {peak:.1} A at most, {longest:.4} s standing, {latest} ms"
         );
         assert!(found > 0, "{name}");
+    }
+}
+
+/// What is done to a drive.
+type Cause = fn(&mut OperationOnHost<Motor>);
+
+/// What a drive that moves has to find, what does it, and the time from there to a bridge that is off, s: each a
+/// sum of the periods in which it is read, judged and acted upon.
+const CAUSES: [(Fault, Cause, f32); 6] = [
+    // Read, judged and acted upon in one tick.
+    (
+        Fault::OverCurrent,
+        |image| image.plant.current = Some(24.9),
+        PLANT_PERIOD,
+    ),
+    (
+        Fault::BridgeBreak,
+        |image| image.plant.broken = true,
+        PLANT_PERIOD,
+    ),
+    // A mean over a control period, judged at its end, then its debounce and the tick that acts.
+    (
+        Fault::OverVoltage,
+        |image| image.plant.supply = 33.0,
+        2.0 * CONTROL_PERIOD + EMA.limits.supply_time + 2.0 * PLANT_PERIOD,
+    ),
+    (
+        Fault::UnderVoltage,
+        |image| image.plant.supply = 12.0,
+        2.0 * CONTROL_PERIOD + EMA.limits.supply_time + 2.0 * PLANT_PERIOD,
+    ),
+    // Judged by the control step: both switches, as with a cable that is torn out.
+    (
+        Fault::StopReached,
+        |image| image.plant.switches = [true, true],
+        (SWITCH_STEPS + 1) as f32 * CONTROL_PERIOD + 2.0 * PLANT_PERIOD,
+    ),
+    // The step that is due within a period does not come, which the tick behind it sees.
+    (
+        Fault::MissedDeadline,
+        |image| image.control_held = true,
+        CONTROL_PERIOD + 2.0 * PLANT_PERIOD,
+    ),
+];
+
+#[test]
+fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
+    const RUNS: u64 = 150;
+    for (fault, cause, longest) in CAUSES {
+        let (mut latest, mut travelled) = (0.0_f32, 0.0_f32);
+        for seed in 0..RUNS {
+            let mut random = Random::new(seed, 3);
+            let mut image = image(&mut random);
+            let (mode, line) = any_command(&mut random);
+            perform(&mut image, &[mode, "arm", &line]);
+            for _ in 0..(6000.0 * random.uniform()) as u32 {
+                image.tick();
+            }
+            if !image.wiring.latch().causes().is_empty() {
+                // A command that was too much before anything failed.
+                continue;
+            }
+            let start = image.plant.state;
+            // The speed that it had, and what the most current that is ever driven adds: 24.5 A beside the load,
+            // on the strongest and lightest motor of the series.
+            let [_, _, torque_constant] = winding();
+            let torque =
+                (1.0 + TOLERANCES.torque_constant) * torque_constant * EMA.limits.peak_current
+                    + EMA.limits.load;
+            let acceleration = torque / ((1.0 - TOLERANCES.inertia) * EMA.plant.inertia);
+            let most =
+                start.velocity.value().abs() * longest + 0.5 * acceleration * longest * longest;
+            cause(&mut image);
+            let mut after = 0.0;
+            while image.plant.is_driven() && after <= 2.0 * longest + 0.1 {
+                after += PLANT_PERIOD;
+                image.tick();
+                // A switch is in nobody's way who is at 0 V.
+                let idle = image.wiring.duty() == 0 && image.wiring.latch().causes().is_empty();
+                if fault == Fault::StopReached && idle {
+                    after = 0.0;
+                    break;
+                }
+            }
+            assert!(
+                after <= longest + 0.5 * PLANT_PERIOD,
+                "{fault}, {seed}: {after} s"
+            );
+            let moved = (image.plant.state.position.value() - start.position.value()).abs();
+            assert!(moved <= most, "{fault}, {seed}: {moved} rad");
+            latest = latest.max(after);
+            travelled = travelled.max(moved);
+            if after > 0.0 {
+                image.run_ms(20);
+                assert!(
+                    image.wiring.latch().causes().contains(fault),
+                    "{fault}, {seed}"
+                );
+                assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE);
+            }
+        }
+        println!("{fault}: {latest} s of {longest}, {travelled} rad");
+        assert!(latest > 0.0, "{fault} was never found");
+    }
+}
+
+#[test]
+fn a_terminal_that_falls_silent_at_any_time_is_let_go_after_the_time_that_is_set() {
+    for seed in 0..40 {
+        let mut random = Random::new(seed, 4);
+        let mut image = image(&mut random);
+        let seconds = 0.05 + 0.5 * random.uniform();
+        let (mode, line) = any_command(&mut random);
+        let set = format!("set command_timeout {seconds}");
+        perform(&mut image, &[&set, mode, "arm", &line]);
+        // Of the last line 10 ms are over.
+        let mut since = 10e-3;
+        while image.plant.is_driven() && since < 1.0 {
+            since += PLANT_PERIOD;
+            image.tick();
+        }
+        let causes = image.wiring.latch().causes();
+        if !causes.contains(Fault::CommandTimeout) {
+            assert!(is_too_much(causes), "{seed}: {causes}");
+            continue;
+        }
+        let late = since - seconds;
+        assert!(
+            (0.0..=3.0 * CONTROL_PERIOD).contains(&late),
+            "{seed}: {late} s late"
+        );
     }
 }
 
