@@ -143,7 +143,7 @@ pub static COMMANDS: [Command; 26] = [
     }),
     plain(
         "stop",
-        "the same, also where it stands in a line that is none",
+        "take its power; it counts anywhere in a line that is no command",
         |_| request(Request::Disarm),
     ),
     plain(
