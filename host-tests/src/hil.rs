@@ -7,6 +7,7 @@ use firmware::app::demonstration::UNDECLARED;
 
 use crate::board_run;
 use crate::failure::Failure;
+use crate::gap::table::Detail;
 use crate::gap::{self, engine, report};
 use crate::log::Log;
 use crate::machine::Machine;
@@ -50,7 +51,8 @@ pub fn run() -> Result<(), Failure> {
     let found = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ())?;
     let page = report::page(&found).map_err(|error| Failure::system("the report", &error))?;
     write_own(&directory.join("index.html"), page)?;
-    let mut text = gap::table::render(&found, io::stdout().is_terminal());
+    let detail = Detail::Brief { hint: None };
+    let mut text = gap::table::render(&found, io::stdout().is_terminal(), detail);
     text.push_str("\nThe emulated board, by itself\n");
     text += &Onboard::read(&run, None, &counts)?.table();
     text += &format!(

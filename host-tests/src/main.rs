@@ -19,6 +19,7 @@ use host_tests::{
 #[command(
     name = "cargo hil",
     bin_name = "cargo hil",
+    version,
     after_help = "Example: cargo hil",
     after_long_help = with_files("Example: cargo hil")
 )]

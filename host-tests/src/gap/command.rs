@@ -9,6 +9,7 @@ use indicatif::ProgressBar;
 
 use super::engine::Answer;
 use super::experiment::{self, Plan};
+use super::table::Detail;
 use super::{engine, report, table};
 use crate::error::{InputError, warn};
 use crate::failure::Failure;
@@ -39,12 +40,19 @@ pub struct Args {
     /// this file, CSV with time_s,input; with --report, it goes into the report's directory too
     #[arg(long, value_name = "FILE")]
     pub experiment: Option<PathBuf>,
+    /// Print every number too: errors, effects, fitted numbers, what was refused and why
+    #[arg(long)]
+    pub verbose: bool,
 }
+
+/// Where the numbers are that the answer for people leaves out.
+const HINT: &str =
+    "All numbers: --verbose. With plots: --report DIR. To read by a program: --json FILE.";
 
 /// The next experiment's input in the report's directory.
 const NEXT_EXPERIMENT: &str = "next-experiment.csv";
 
-/// Finds the effects that the declared machine lacks, prints the table, writes what was asked for.
+/// Finds the effects that the declared machine lacks, prints the answer, writes what was asked for.
 ///
 /// # Errors
 /// A wrong file, before anything is written; or a result that cannot be written.
@@ -118,7 +126,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     outputs.commit()?;
     let mut out = io::stdout();
-    let mut text = table::render(&found, out.is_terminal());
+    let detail = if args.verbose {
+        Detail::Verbose
+    } else {
+        Detail::Brief { hint: Some(HINT) }
+    };
+    let mut text = table::render(&found, out.is_terminal(), detail);
     let next = found.outcome.next_experiment.as_ref();
     if let Some(path) = &args.experiment
         && next.is_none_or(|next| next.plan.is_none())

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use super::answer::{Spread, candidate, fitted, found, unknown};
 use super::declared::{base_parameters, model};
+use super::demand::Demand;
 use super::disagreement;
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
@@ -248,6 +249,7 @@ pub fn trace(
         return Err(InputError::new(&machine.path, None, message).into());
     }
     let train_evidence = evidence(&series, &judged, &declared, &trace)?;
+    let demand = Demand::of(&judged, &trace.after.model).map_err(refused)?;
 
     let held_back = validate()?;
     let mut resampled = Resampled::among(train);
@@ -306,6 +308,7 @@ pub fn trace(
         outcome,
         coordinate: machine.coordinate.unit().to_owned(),
         load_unit: machine.coordinate.load_unit().to_owned(),
+        demand,
         train: train_evidence,
         validate: validate_evidence,
     };

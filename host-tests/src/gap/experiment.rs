@@ -220,7 +220,7 @@ impl NextExperiment {
     }
 
     /// What the logs leave open, as the answer has it: what it calls equivalent, what is low.
-    fn doubt(&self) -> String {
+    pub(super) fn doubt(&self) -> String {
         if !self.absorbed.is_empty() {
             let absorbed: Vec<String> = self.absorbed.iter().map(Absorbed::in_words).collect();
             return format!(
@@ -235,6 +235,16 @@ impl NextExperiment {
             let equivalent = self.all_in_words(&self.equivalent);
             doubts.push(format!("The logs cannot tell {named} from {equivalent}."));
         }
+        doubts.extend(self.rivals());
+        doubts.join(" ")
+    }
+
+    /// What beside its equivalents may be true instead of what was named, a sentence each.
+    pub(super) fn rivals(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let Some(named) = self.candidates.first() else {
+            return doubts;
+        };
         if let Some(identifiability) = self.low_identifiability {
             doubts.push(format!(
                 "The identifiability of {named} is only {}: fitted parameters do most of what it does.",
@@ -252,7 +262,7 @@ impl NextExperiment {
                 "Refitted, {near} {verb} the logs about as well as {named}."
             ));
         }
-        doubts.join(" ")
+        doubts
     }
 
     /// A candidate in a sentence.

@@ -4,6 +4,7 @@ use model_core::gap::verdict::Verdict;
 use serde::{Serialize, Serializer};
 
 use super::component::Component;
+use super::demand::Demand;
 use super::disagreement::Disagreement;
 use super::experiment::NextExperiment;
 use crate::log::Log;
@@ -136,8 +137,7 @@ pub struct FittedParameter {
     pub declared: f64,
     /// The value in the final model.
     pub fitted: f64,
-    /// Its standard deviation; null for a parameter that the log does not determine, or that an
-    /// effect has taken over.
+    /// Its standard deviation; null for a parameter that the log does not determine.
     pub std: Option<f64>,
     /// Its unit.
     pub unit: String,
@@ -331,6 +331,8 @@ pub struct Report {
     pub coordinate: String,
     /// Unit of torque or force: `N·m` or `N`.
     pub load_unit: String,
+    /// What the training logs ask of the machine.
+    pub demand: Demand,
     /// Training logs.
     pub train: Vec<Evidence>,
     /// Validation logs.

@@ -8,10 +8,11 @@ use std::fmt::Write as _;
 use std::io;
 
 use super::component;
+use super::headline::{Headline, Step};
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
-    ErrorCells, FREED, Headline, cost, error_legend, error_rows, is_extended, presumed,
-    resampled_line, rounds, whiteness,
+    ErrorCells, FREED, cost, error_legend, error_rows, is_extended, presumed, resampled_line,
+    rounds, undetermined, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
@@ -87,10 +88,10 @@ fn header(report: &Report) -> String {
     };
     let mut text = format!(
         "<header>\n<p class=\"kind\">Missing effects</p>\n<h1>{}</h1>\n<p class=\"finding\">{}</p>\n\
-         <p>{}</p>\n<ul class=\"numbers\">\n",
+         {}<ul class=\"numbers\">\n",
         escape(&outcome.machine),
         escape(&capitalised(&headline.finding)),
-        escape(&headline.evidence),
+        sentences(&headline),
     );
     text += &figure("Position error rms", Some(&report.coordinate), |e| {
         e.position_rms
@@ -98,6 +99,37 @@ fn header(report: &Report) -> String {
     text += &figure("Torque residual", None, |e| e.torque_rel);
     text += &figure("Free run rms", Some(&report.coordinate), |e| e.free_run_rms);
     text + "</ul>\n</header>\n"
+}
+
+/// What follows the finding: what it is, how much better, how sure, what next.
+fn sentences(headline: &Headline) -> String {
+    let mut text = String::new();
+    // A string takes everything.
+    if !headline.details.is_empty() {
+        text += "<ul>\n";
+        for (id, sentence) in &headline.details {
+            let _ = writeln!(
+                text,
+                "<li><code>{}</code> {}</li>",
+                escape(id),
+                escape(sentence)
+            );
+        }
+        text += "</ul>\n";
+    }
+    for words in [&headline.gain, &headline.certainty] {
+        if !words.is_empty() {
+            let _ = writeln!(text, "<p>{}</p>", escape(words));
+        }
+    }
+    text += "<p><b>Next:</b>";
+    for step in &headline.next {
+        let _ = match step {
+            Step::Do(words) => write!(text, " {}", escape(words)),
+            Step::Copy(line) => write!(text, "<br/><code>{}</code>", escape(line)),
+        };
+    }
+    text + "</p>\n"
 }
 
 fn disagreement(outcome: &Outcome) -> String {
@@ -251,11 +283,7 @@ fn parameters(outcome: &Outcome) -> String {
     for parameter in &outcome.fit {
         let fitted = match parameter.std {
             Some(std) => estimate(parameter.fitted, std, &parameter.unit),
-            None => format!(
-                "{} {}, taken over by an effect",
-                given(parameter.fitted),
-                parameter.unit
-            ),
+            None => undetermined(parameter),
         };
         let _ = writeln!(
             text,

@@ -1,29 +1,21 @@
-//! The result as a terminal shows it: plain text, at most [`WIDTH`] columns.
-
-use std::cmp::Ordering;
+//! The result as a terminal shows it: plain text, at most [`WIDTH`] columns. The answer for people comes first;
+//! the tables of errors, effects, fitted numbers and candidates where they are asked for.
 
 use model_core::gap::verdict::Verdict;
 
-use super::answer::listed;
+use super::headline;
 use super::outcome::{
-    Candidate, ErrorSet, Errors, FoundEffect, Outcome, Report, Resampled, Stages, Unknown,
+    Candidate, ErrorSet, Errors, FittedParameter, FoundEffect, Outcome, Report, Resampled, Stages,
+    Unknown,
 };
+pub use super::terminal::WIDTH;
+use super::terminal::{Page, Style, printable};
 use crate::quantity::{
     Scale, change, estimate, given, prefixed_estimate, probability, significant,
 };
 
-/// Columns that the table takes at most, unless a single word is longer.
-pub const WIDTH: usize = 100;
-
 /// Ratio of a fitted to a declared number from which on the reader is told that units may be wrong.
 const FAR_OFF: f64 = 100.0;
-
-/// Share of the held-out error below which what a refused candidate leaves is no chance, most likely: the
-/// reader is told of it first.
-const NEARLY: f64 = 0.5;
-
-/// Ratio of two errors up to which the second one is no worse.
-const NO_WORSE: f64 = 1.01;
 
 /// What is said of a number that was fitted although `[fit]` leaves it out.
 pub(super) const FREED: &str =
@@ -32,56 +24,60 @@ pub(super) const FREED: &str =
 /// Refused candidates that a round lists even though they were not refitted.
 const RUNNERS_UP: usize = 5;
 
-/// The table, ready to print; it ends with a line feed. `colour` adds ANSI escapes and belongs to
+/// How much of the result is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// The answer for people, in at most [`LINES`](super::headline::LINES) lines; `hint` is the last of them.
+    Brief {
+        /// Where the numbers are, in one line; none where that is said elsewhere.
+        hint: Option<&'static str>,
+    },
+    /// That, and every number.
+    Verbose,
+}
+
+/// The result, ready to print; it ends with a line feed. `colour` adds ANSI escapes and belongs to
 /// a terminal: a pipe gets the same text without.
-pub fn render(report: &Report, colour: bool) -> String {
+pub fn render(report: &Report, colour: bool, detail: Detail) -> String {
     let mut page = Page {
         text: String::new(),
         colour,
     };
-    let outcome = &report.outcome;
-    let headline = Headline::of(report);
-    page.wrapped(
-        &format!("{}: {}", printable(&outcome.machine), headline.finding),
-        0,
-        Style::Strong,
-    );
-    page.wrapped(&headline.evidence, 0, Style::Plain);
-    for log in &outcome.resampled {
-        page.wrapped(&resampled_line(log, &report.coordinate), 0, Style::Warning);
+    let hint = match detail {
+        Detail::Brief { hint } => hint,
+        Detail::Verbose => None,
+    };
+    for (line, style) in headline::lines(report, hint.iter().count()) {
+        page.line(&line, style);
     }
-    if outcome.verdict == Verdict::LogAndMachineDisagree {
-        disagreement(&mut page, outcome);
-        return page.text;
+    if let Some(hint) = hint {
+        page.line(hint, Style::Faint);
     }
-    errors(&mut page, &outcome.errors, &report.coordinate);
-    effects(&mut page, outcome);
-    experiment(&mut page, report);
-    parameters(&mut page, outcome);
-    selection(&mut page, &outcome.candidates);
-    page.line("", Style::Plain);
-    page.wrapped(&whiteness(outcome), 0, Style::Faint);
-    page.wrapped(&cost(outcome), 0, Style::Faint);
+    if detail == Detail::Verbose {
+        numbers(&mut page, report);
+    }
     page.text
 }
 
-/// The answer in two sentences.
-pub(super) struct Headline {
-    /// What was missing.
-    pub finding: String,
-    /// What that does to the errors, on unseen data where there is some.
-    pub evidence: String,
-}
-
-impl Headline {
-    /// The sentences for a report.
-    pub fn of(report: &Report) -> Self {
-        let outcome = &report.outcome;
-        Self {
-            finding: finding(outcome),
-            evidence: evidence(report),
-        }
+/// Every number behind the answer.
+fn numbers(page: &mut Page, report: &Report) {
+    let outcome = &report.outcome;
+    for log in &outcome.resampled {
+        page.line("", Style::Plain);
+        page.wrapped(&resampled_line(log, &report.coordinate), 0, Style::Warning);
     }
+    if outcome.verdict == Verdict::LogAndMachineDisagree {
+        disagreement(page, outcome);
+        return;
+    }
+    errors(page, &outcome.errors, &report.coordinate);
+    effects(page, outcome);
+    experiment(page, report);
+    parameters(page, outcome);
+    selection(page, &outcome.candidates);
+    page.line("", Style::Plain);
+    page.wrapped(&whiteness(outcome), 0, Style::Faint);
+    page.wrapped(&cost(outcome), 0, Style::Faint);
 }
 
 /// What logs and machine file disagree in. A remedy is to be copied, and so is not broken into lines.
@@ -101,127 +97,6 @@ fn disagreement(page: &mut Page, outcome: &Outcome) {
     }
 }
 
-fn finding(outcome: &Outcome) -> String {
-    let ids: Vec<&str> = outcome.effects.iter().map(|e| e.id.as_str()).collect();
-    let known = match ids.len() {
-        0 => String::new(),
-        1 => format!("one effect was missing, {}.", ids[0]),
-        count => format!("{count} effects were missing, {}.", listed(&ids)),
-    };
-    let freed: Vec<&str> = outcome.freed().collect();
-    let verb = if freed.len() == 1 { "is" } else { "are" };
-    let wrong =
-        (!freed.is_empty()).then(|| format!("the declared {} {verb} wrong", listed(&freed)));
-    let next = outcome.next_experiment.as_ref();
-    let shown = if next.is_some_and(|next| !next.absorbed.is_empty()) {
-        " that the logs can show"
-    } else {
-        ""
-    };
-    match (outcome.verdict, &outcome.unknown) {
-        (Verdict::LogAndMachineDisagree, _) => {
-            "the log and the machine file do not belong together.".to_owned()
-        }
-        (Verdict::NoMissingEffect, _) => match wrong {
-            Some(wrong) => format!("no effect is missing{shown}, but {wrong}."),
-            None => format!("no effect is missing{shown}."),
-        },
-        (Verdict::EffectsFound, _) => match wrong {
-            Some(wrong) => format!("{known} Besides, {wrong}."),
-            None => known,
-        },
-        (Verdict::NothingProven, _) => format!("{}.", nothing_proven(outcome)),
-        (Verdict::UnknownEffect, unknown) => {
-            let subject = if known.is_empty() {
-                "an effect is missing"
-            } else {
-                " A further effect is missing"
-            };
-            let variable = unknown.as_ref().map_or(String::new(), |unknown| {
-                let variable = &unknown.depends_on;
-                format!("; it depends on {variable}")
-            });
-            format!("{known}{subject} that the catalogue does not name{variable}.")
-        }
-    }
-}
-
-fn evidence(report: &Report) -> String {
-    if report.outcome.verdict == Verdict::LogAndMachineDisagree {
-        return "Nothing was traced: with such files any effect would be an artefact.".to_owned();
-    }
-    let errors = &report.outcome.errors;
-    let (stages, logs, count, caveat) = match &errors.validate {
-        Some(validate) => (validate, "validation", report.validate.len(), ""),
-        None => (
-            &errors.train,
-            "training",
-            report.train.len(),
-            " No validation log was given: how the model does on unseen data is not known.",
-        ),
-    };
-    let place = if count > 1 {
-        format!("On the {count} {logs} logs")
-    } else {
-        format!("On the {logs} log")
-    };
-    let caveat = if is_extended(&report.outcome)
-        && errors.validate.is_some()
-        && stages.after.position_rms > NO_WORSE * stages.before.position_rms
-    {
-        " What was found does not hold there."
-    } else {
-        caveat
-    };
-    let position = Scale::of(&report.coordinate, [stages.before.position_rms]);
-    let percent = Scale::percent();
-    let sentence = if is_extended(&report.outcome) {
-        format!(
-            "{place} the windowed position error {}, the torque residual {}.",
-            movement(
-                &position,
-                stages.before.position_rms,
-                stages.after.position_rms,
-                " rms"
-            ),
-            movement(
-                &percent,
-                stages.before.torque_rel,
-                stages.after.torque_rel,
-                ""
-            ),
-        )
-    } else {
-        format!(
-            "{place} the windowed position error of the fitted model is {} rms, its torque residual \
-             {}; {}.",
-            position.quantity(stages.after.position_rms),
-            percent.quantity(stages.after.torque_rel),
-            best_refused(&report.outcome)
-        )
-    };
-    sentence + caveat
-}
-
-/// What came nearest to being found, if anything came near.
-fn best_refused(outcome: &Outcome) -> String {
-    let ratio = |candidate: &&Candidate| candidate.held_out_ratio.unwrap_or(f64::INFINITY);
-    let best = outcome
-        .candidates
-        .iter()
-        .min_by(|a, b| ratio(a).total_cmp(&ratio(b)))
-        .filter(|best| ratio(best) < NEARLY);
-    match best {
-        Some(best) => format!(
-            "{} would take {:.0} % off it on held-out data, but is refused: {}",
-            best.id,
-            100.0 * (1.0 - ratio(&best)),
-            best.reason
-        ),
-        None => "nothing that was tried lowers them clearly on held-out data".to_owned(),
-    }
-}
-
 /// What its values rest on.
 pub(super) fn presumed(effect: &FoundEffect) -> Option<String> {
     (!effect.presumes.is_empty()).then(|| {
@@ -230,21 +105,6 @@ pub(super) fn presumed(effect: &FoundEffect) -> Option<String> {
             effect.presumes.join(" or ")
         )
     })
-}
-
-/// `fell from 0.291 mm to 0.052 mm rms (-82 %)`
-fn movement(scale: &Scale, before: f64, after: f64, suffix: &str) -> String {
-    let verb = match after.total_cmp(&before) {
-        Ordering::Less => "fell",
-        Ordering::Equal => "went",
-        Ordering::Greater => "rose",
-    };
-    let change = change(before, after).map_or(String::new(), |change| format!(" ({change})"));
-    format!(
-        "{verb} from {} to {}{suffix}{change}",
-        scale.quantity(before),
-        scale.quantity(after)
-    )
 }
 
 /// Whether the model after the tracing differs from the one before.
@@ -490,24 +350,6 @@ fn effects(page: &mut Page, outcome: &Outcome) {
     }
 }
 
-/// Why nothing is said to be complete although nothing was found.
-fn nothing_proven(outcome: &Outcome) -> String {
-    let Some(residual) = &outcome.residual else {
-        return "nothing is proven".to_owned();
-    };
-    match residual.implausible {
-        Some(number) => format!(
-            "nothing is proven: to follow the logs, `{number}` had to go where no data sheet would let \
-             it, and no effect was found that explains why"
-        ),
-        None => format!(
-            "nothing is proven: the position error is {} times what the sensor and the restarts \
-             leave, and nothing that was tried predicts the rest of it",
-            significant(residual.position_rms / residual.floor, 2)
-        ),
-    }
-}
-
 /// What was learned, point by point.
 fn learned(page: &mut Page, unknown: &Unknown) {
     let map = &unknown.map;
@@ -547,6 +389,15 @@ fn experiment(page: &mut Page, report: &Report) {
     }
 }
 
+/// A fitted number without a deviation.
+pub(super) fn undetermined(parameter: &FittedParameter) -> String {
+    format!(
+        "{} {} (the logs do not determine it)",
+        given(parameter.fitted),
+        parameter.unit
+    )
+}
+
 fn parameters(page: &mut Page, outcome: &Outcome) {
     if outcome.fit.is_empty() {
         return;
@@ -555,11 +406,7 @@ fn parameters(page: &mut Page, outcome: &Outcome) {
     for parameter in &outcome.fit {
         let fitted = match parameter.std {
             Some(std) => estimate(parameter.fitted, std, &parameter.unit),
-            None => format!(
-                "{} {} (taken over by an effect)",
-                given(parameter.fitted),
-                parameter.unit
-            ),
+            None => undetermined(parameter),
         };
         let change = change(parameter.declared, parameter.fitted).unwrap_or_default();
         page.line(
@@ -650,74 +497,6 @@ fn selection(page: &mut Page, candidates: &[Candidate]) {
                 Style::Faint,
             );
         }
-    }
-}
-
-/// Text without what would move a terminal's cursor.
-fn printable(text: &str) -> String {
-    text.chars().filter(|c| !c.is_control()).collect()
-}
-
-#[derive(Clone, Copy)]
-enum Style {
-    Plain,
-    Strong,
-    Faint,
-    Good,
-    Warning,
-}
-
-struct Page {
-    text: String,
-    colour: bool,
-}
-
-impl Page {
-    fn line(&mut self, text: &str, style: Style) {
-        let code = match style {
-            Style::Plain => "",
-            Style::Strong => "1",
-            Style::Faint => "2",
-            Style::Good => "32",
-            Style::Warning => "33",
-        };
-        let text = text.trim_end();
-        if self.colour && !code.is_empty() && !text.is_empty() {
-            self.text += &format!("\x1b[{code}m{text}\x1b[0m\n");
-        } else {
-            self.text += text;
-            self.text.push('\n');
-        }
-    }
-
-    fn section(&mut self, title: &str) {
-        self.line("", Style::Plain);
-        self.line(title, Style::Strong);
-    }
-
-    /// A paragraph broken between words. Its own leading spaces stay, further lines have `hang`.
-    fn wrapped(&mut self, text: &str, hang: usize, style: Style) {
-        let indent = text.len() - text.trim_start().len();
-        let mut line = " ".repeat(indent);
-        let mut columns = indent;
-        let mut is_empty = true;
-        for word in text.split_whitespace() {
-            let length = word.chars().count();
-            if !is_empty && columns + 1 + length > WIDTH {
-                self.line(&line, style);
-                line = " ".repeat(hang);
-                columns = hang;
-                is_empty = true;
-            }
-            if !is_empty {
-                line.push(' ');
-                columns += 1;
-            }
-            line += word;
-            columns += length;
-            is_empty = false;
-        }
-        self.line(&line, style);
     }
 }
 

@@ -10,6 +10,7 @@ use model_core::gap::verdict::Verdict;
 use super::limits::LONGEST_PERIOD;
 use super::look;
 use crate::failure::Failure;
+use crate::gap::demand::Demand;
 use crate::gap::engine::AllCores;
 use crate::gap::metrics;
 use crate::gap::outcome::{
@@ -75,6 +76,7 @@ pub(in crate::gap) fn report(
         outcome,
         coordinate: machine.coordinate.unit().to_owned(),
         load_unit: machine.coordinate.load_unit().to_owned(),
+        demand: Demand::default(),
         train: Vec::new(),
         validate: Vec::new(),
     })

@@ -1,0 +1,303 @@
+//! The answer for people: what was found, how much better the model is with it, how sure that is, and what to
+//! do next. The terminal and the page begin with it; all numbers behind it come after, where they are asked
+//! for.
+
+mod gain;
+mod layout;
+mod next;
+
+use model_core::gap::verdict::Verdict;
+
+use self::gain::{gain, rises};
+pub use self::layout::LINES;
+pub(super) use self::layout::lines;
+pub use self::next::Step;
+use super::answer::listed;
+use super::effect_words::{Workshop, sentence};
+use super::outcome::{Candidate, FoundEffect, Outcome, Report};
+use crate::quantity::{Scale, probability, significant};
+
+/// Most effects that the first sentence names; of more it says the number.
+const NAMED: usize = 3;
+
+/// Share of the held-out error below which what a refused candidate leaves is no chance, most likely: the
+/// reader is told of it.
+const NEARLY: f64 = 0.5;
+
+/// Below this a probability is said to be less than that: nobody can tell such numbers apart.
+const LEAST_CHANCE: f64 = 1e-9;
+
+/// The answer in sentences.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Headline {
+    /// What was found; and which errors have risen, if any.
+    pub finding: String,
+    /// What that is, effect by effect, with its name in the catalogue.
+    pub details: Vec<(String, String)>,
+    /// How much better the model is, on unseen data where there is some.
+    pub gain: String,
+    /// How sure that is, and what else it could be.
+    pub certainty: String,
+    /// What to do next.
+    pub next: Vec<Step>,
+}
+
+impl Headline {
+    /// The sentences for a report.
+    pub fn of(report: &Report) -> Self {
+        let outcome = &report.outcome;
+        let workshop = Workshop::of(report);
+        let mut finding = finding(outcome);
+        for rise in rises(report) {
+            finding += " ";
+            finding += &rise;
+        }
+        let details = outcome.effects.iter();
+        let mut details: Vec<_> = details
+            .map(|effect| (effect.id.clone(), sentence(effect, &workshop)))
+            .collect();
+        details.extend(learned(report));
+        Self {
+            finding,
+            details,
+            gain: gain(report),
+            certainty: certainty(outcome),
+            next: next::steps(outcome, &report.coordinate),
+        }
+    }
+}
+
+fn finding(outcome: &Outcome) -> String {
+    let ids: Vec<&str> = outcome.effects.iter().map(|e| e.id.as_str()).collect();
+    let known = match ids.len() {
+        0 => String::new(),
+        1 => format!("one effect was missing, {}.", ids[0]),
+        count if count <= NAMED => format!("{count} effects were missing, {}.", listed(&ids)),
+        count => format!("{count} effects were missing."),
+    };
+    let freed: Vec<&str> = outcome.freed().collect();
+    let verb = if freed.len() == 1 { "is" } else { "are" };
+    let wrong =
+        (!freed.is_empty()).then(|| format!("the declared {} {verb} wrong", listed(&freed)));
+    let next = outcome.next_experiment.as_ref();
+    let shown = if next.is_some_and(|next| !next.absorbed.is_empty()) {
+        " that the logs can show"
+    } else {
+        ""
+    };
+    match (outcome.verdict, &outcome.unknown) {
+        (Verdict::LogAndMachineDisagree, _) => {
+            let found = outcome.disagreement.iter();
+            let whats: Vec<&str> = found.map(|found| found.what.as_str()).collect();
+            format!(
+                "the log and the machine file do not belong together: {}.",
+                whats.join("; ")
+            )
+        }
+        (Verdict::NoMissingEffect, _) => match wrong {
+            Some(wrong) => format!("no effect is missing{shown}, but {wrong}."),
+            None => format!("no effect is missing{shown}."),
+        },
+        (Verdict::EffectsFound, _) => match wrong {
+            Some(wrong) => format!("{known} Besides, {wrong}."),
+            None => known,
+        },
+        (Verdict::NothingProven, _) => format!("{}.", nothing_proven(outcome)),
+        (Verdict::UnknownEffect, unknown) => {
+            let subject = if known.is_empty() {
+                "an effect is missing"
+            } else {
+                " A further effect is missing"
+            };
+            let variable = unknown.as_ref().map_or(String::new(), |unknown| {
+                let variable = &unknown.depends_on;
+                format!("; it depends on {variable}")
+            });
+            format!("{known}{subject} that the catalogue does not name{variable}.")
+        }
+    }
+}
+
+/// Why nothing is said to be complete although nothing was found.
+fn nothing_proven(outcome: &Outcome) -> String {
+    let Some(residual) = &outcome.residual else {
+        return "nothing is proven".to_owned();
+    };
+    match residual.implausible {
+        Some(number) => format!(
+            "nothing is proven: to follow the logs, `{number}` had to go where no data sheet would let \
+             it, and no effect was found that explains why"
+        ),
+        None => format!(
+            "nothing is proven: the position error is {} times what the sensor's noise leaves to any \
+             model, and nothing that was tried predicts the rest of it",
+            significant(residual.position_rms / residual.floor, 2)
+        ),
+    }
+}
+
+/// What was found beside the effects of the catalogue: wrong numbers, and a learned law.
+fn learned(report: &Report) -> Vec<(String, String)> {
+    let outcome = &report.outcome;
+    let freed = outcome.fit.iter().filter(|parameter| parameter.freed);
+    let mut found: Vec<(String, String)> = freed
+        .map(|parameter| {
+            let unit = &parameter.unit;
+            let sentence = format!(
+                "The machine file has {} {unit}, the logs ask for {} {unit}.",
+                significant(parameter.declared, 3),
+                significant(parameter.fitted, 3)
+            );
+            (parameter.name.clone(), sentence)
+        })
+        .collect();
+    if let Some(unknown) = &outcome.unknown {
+        let map = &unknown.map;
+        let range = |values: &[f64], unit: &str| {
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let scale = Scale::of(unit, [low, high]);
+            format!("{} to {}", scale.number(low), scale.quantity(high))
+        };
+        let acts_as = match map.acts_as.as_str() {
+            "hysteresis" => "torque that remembers where the motion turned",
+            other => other,
+        };
+        let sentence = format!(
+            "A {acts_as} of {} over a {} of {}, learned from the logs, explains {} of what the fitted model \
+             leaves.",
+            range(&map.values, &map.unit),
+            map.over,
+            range(&map.at, &map.at_unit),
+            Scale::percent().quantity(unknown.score)
+        );
+        found.push((
+            format!("unknown effect of {}", unknown.depends_on),
+            sentence,
+        ));
+    }
+    found
+}
+
+/// How sure it is, and what else it could be.
+fn certainty(outcome: &Outcome) -> String {
+    match outcome.verdict {
+        Verdict::LogAndMachineDisagree => {
+            let first = outcome.disagreement.first();
+            first.map_or(String::new(), |found| {
+                format!("Evidence: {}.", found.evidence)
+            })
+        }
+        Verdict::NoMissingEffect | Verdict::NothingProven => {
+            let next = outcome.next_experiment.as_ref();
+            let doubt = next
+                .map(|next| next.doubt())
+                .filter(|doubt| !doubt.is_empty());
+            let mut sentences = vec![best_refused(outcome)];
+            sentences.extend(doubt);
+            sentences.join(" ")
+        }
+        Verdict::EffectsFound | Verdict::UnknownEffect => {
+            let mut sentences = Vec::new();
+            sentences.extend(chance(&outcome.effects));
+            sentences.extend(alternatives(outcome));
+            if outcome.verdict == Verdict::UnknownEffect {
+                sentences.push(
+                    "No effect of the catalogue follows the logs as well as the learned law."
+                        .to_owned(),
+                );
+            }
+            sentences.join(" ")
+        }
+    }
+}
+
+/// How often chance alone would show what was found, of the effect that is the least sure.
+fn chance(effects: &[FoundEffect]) -> Option<String> {
+    let least = effects
+        .iter()
+        .max_by(|a, b| a.p_value.total_cmp(&b.p_value))?;
+    let which = if effects.len() > 1 {
+        format!(" for {}, the least sure of them", least.id)
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "Sure: on data left out of the fit, chance alone would show such a gain {}{which} (p {}).",
+        once_in(least.p_value),
+        probability(least.p_value)
+    ))
+}
+
+/// A probability as a frequency.
+fn once_in(p: f64) -> String {
+    if p < LEAST_CHANCE {
+        return "less than once in a thousand million logs".to_owned();
+    }
+    let times = 1.0 / p;
+    // Two digits are as many as a p-value has.
+    let step = 10f64.powf(times.log10().floor() - 1.0).max(1.0);
+    let digits = format!("{:.0}", (times / step).round() * step);
+    let mut grouped = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            grouped.push(',');
+        }
+        grouped.push(digit);
+    }
+    format!("once in {grouped} logs")
+}
+
+/// What else may be true.
+fn alternatives(outcome: &Outcome) -> Option<String> {
+    let mut sentences: Vec<String> = outcome
+        .effects
+        .iter()
+        .filter(|effect| !effect.equivalent.is_empty())
+        .map(|effect| {
+            format!(
+                "The logs cannot tell {} from {}.",
+                effect.id,
+                listed(&effect.equivalent)
+            )
+        })
+        .collect();
+    if let Some(next) = &outcome.next_experiment {
+        sentences.extend(next.rivals());
+    }
+    (!sentences.is_empty()).then(|| sentences.join(" "))
+}
+
+/// What came nearest to being found, if anything came near.
+fn best_refused(outcome: &Outcome) -> String {
+    let ratio = |candidate: &&Candidate| candidate.held_out_ratio.unwrap_or(f64::INFINITY);
+    let best = outcome
+        .candidates
+        .iter()
+        .min_by(|a, b| ratio(a).total_cmp(&ratio(b)))
+        .filter(|best| ratio(best) < NEARLY);
+    match best {
+        Some(best) => format!(
+            "Nearest came {}: it would take {:.0} % off the error on data left out of the fit, but is \
+             refused: {}.",
+            best.id,
+            100.0 * (1.0 - ratio(&best)),
+            best.reason
+        ),
+        None => "Nothing that was tried lowers the error clearly on data left out of the fit."
+            .to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::once_in;
+
+    #[test]
+    fn a_probability_is_said_as_a_frequency() {
+        assert_eq!(once_in(0.0042), "once in 240 logs");
+        assert_eq!(once_in(0.04), "once in 25 logs");
+        assert_eq!(once_in(2.5e-7), "once in 4,000,000 logs");
+        assert_eq!(once_in(1e-12), "less than once in a thousand million logs");
+    }
+}

@@ -1,0 +1,155 @@
+//! How much better the model is with what was found, and what has become worse.
+
+use model_core::gap::verdict::Verdict;
+
+use crate::gap::answer::listed;
+use crate::gap::outcome::{ErrorSet, Report, Stages};
+use crate::gap::table::is_extended;
+use crate::quantity::{Scale, change};
+
+/// Ratio of two errors up to which the second one is no worse.
+pub(super) const NO_WORSE: f64 = 1.01;
+
+/// One kind of error before and after, in one unit.
+struct Movement {
+    label: &'static str,
+    scale: Scale,
+    before: f64,
+    after: f64,
+    /// ` rms`, where that is what it is.
+    suffix: &'static str,
+}
+
+impl Movement {
+    /// Whether it is worse after than before; a replay that diverges is.
+    fn rises(&self) -> bool {
+        let worse = !self.after.is_finite() || self.after > NO_WORSE * self.before;
+        self.before.is_finite() && worse
+    }
+
+    /// `the position error fell from 291 µm to 52.1 µm rms (-82 %)`; the verb only where it is given.
+    fn in_words(&self, verb: &str) -> String {
+        let change = change(self.before, self.after);
+        format!(
+            "the {}{verb} from {} to {}{}{}",
+            self.label,
+            self.scale.quantity(self.before),
+            self.scale.quantity(self.after),
+            self.suffix,
+            change.map_or(String::new(), |change| format!(" ({change})"))
+        )
+    }
+}
+
+/// The errors that a model is judged by.
+fn movements(stages: &Stages, report: &Report) -> [Movement; 3] {
+    let movement = |label, unit: Option<&str>, suffix, pick: fn(&ErrorSet) -> f64| {
+        let (before, after) = (pick(&stages.before), pick(&stages.after));
+        Movement {
+            label,
+            scale: unit.map_or_else(Scale::percent, |unit| Scale::of(unit, [before])),
+            before,
+            after,
+            suffix,
+        }
+    };
+    let unit = Some(report.coordinate.as_str());
+    let unexplained = if report.coordinate == "rad" {
+        "unexplained torque"
+    } else {
+        "unexplained force"
+    };
+    [
+        movement("position error", unit, " rms", |e| e.position_rms),
+        movement(unexplained, None, "", |e| e.torque_rel),
+        movement("free run error", unit, " rms", |e| e.free_run_rms),
+    ]
+}
+
+/// The set of logs that a model is judged on, and how a sentence begins about it.
+fn judged(report: &Report) -> (&Stages, String) {
+    let errors = &report.outcome.errors;
+    match &errors.validate {
+        Some(validate) => (validate, on("validation", report.validate.len())),
+        None => (&errors.train, on("training", report.train.len())),
+    }
+}
+
+fn on(kind: &str, count: usize) -> String {
+    if count > 1 {
+        format!("on the {count} {kind} logs")
+    } else {
+        format!("on the {kind} log")
+    }
+}
+
+/// The errors that have risen, a sentence for each set of logs.
+pub(super) fn rises(report: &Report) -> Vec<String> {
+    let outcome = &report.outcome;
+    if !is_extended(outcome) {
+        return Vec::new();
+    }
+    let mut sentences = Vec::new();
+    let (stages, place) = judged(report);
+    let movements_there = movements(stages, report);
+    let risen = |movements: &[Movement; 3]| -> Vec<String> {
+        let risen = movements.iter().filter(|movement| movement.rises());
+        risen.map(|movement| movement.in_words(" rose")).collect()
+    };
+    let there = risen(&movements_there);
+    if !there.is_empty() {
+        let fails = if outcome.errors.validate.is_some() && movements_there[0].rises() {
+            " What was found does not hold there."
+        } else {
+            ""
+        };
+        sentences.push(format!("But {place} {}.{fails}", listed(&there)));
+    }
+    if outcome.errors.validate.is_some() {
+        let train = risen(&movements(&outcome.errors.train, report));
+        if !train.is_empty() {
+            let place = on("training", report.train.len());
+            sentences.push(format!("But {place} {}.", listed(&train)));
+        }
+    }
+    sentences
+}
+
+/// How much better the model is; of errors that have risen the finding says so.
+pub(super) fn gain(report: &Report) -> String {
+    let outcome = &report.outcome;
+    if outcome.verdict == Verdict::LogAndMachineDisagree {
+        return "Nothing was traced: with such files any effect would be an artefact.".to_owned();
+    }
+    let (stages, place) = judged(report);
+    let movements = movements(stages, report);
+    let place = format!("O{}", &place[1..]);
+    let unseen = match &outcome.errors.validate {
+        Some(_) => ", which nothing was fitted to,",
+        None => "",
+    };
+    let caveat = match &outcome.errors.validate {
+        Some(_) => "",
+        None => " No validation log was given: how the model does on unseen data is not known.",
+    };
+    if !is_extended(outcome) {
+        let [position, torque, _] = &movements;
+        return format!(
+            "{place}{unseen} the position error of the fitted model is {} rms, its {} {}.{caveat}",
+            position.scale.quantity(position.after),
+            torque.label,
+            torque.scale.quantity(torque.after)
+        );
+    }
+    let better: Vec<String> = movements
+        .iter()
+        .filter(|movement| !movement.rises())
+        .enumerate()
+        .map(|(place, movement)| movement.in_words(if place == 0 { " went" } else { "" }))
+        .collect();
+    if better.is_empty() {
+        format!("{place}{unseen} no error has become smaller.{caveat}")
+    } else {
+        format!("{place}{unseen} {}.{caveat}", listed(&better))
+    }
+}

@@ -1,0 +1,157 @@
+//! What to do next: the line to declare, the log to record, the experiment to play, the call to run.
+
+use model_core::gap::verdict::Verdict;
+
+use super::gain::NO_WORSE;
+use crate::gap::answer::listed;
+use crate::gap::experiment::NextExperiment;
+use crate::gap::outcome::{Outcome, Stages};
+use crate::quantity::{Scale, given};
+
+/// A part of what to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Step {
+    /// In words.
+    Do(String),
+    /// A line to copy as it stands: a command, or a line of the machine file.
+    Copy(String),
+}
+
+/// What to do, the most useful first. `unit`: that of positions.
+pub(super) fn steps(outcome: &Outcome, unit: &str) -> Vec<Step> {
+    match outcome.verdict {
+        Verdict::LogAndMachineDisagree => remedies(outcome),
+        Verdict::EffectsFound | Verdict::NoMissingEffect => {
+            let mut steps = Vec::new();
+            let validate = outcome.errors.validate.as_ref();
+            if validate.is_some_and(fails) {
+                steps.push(said(
+                    "do not rely on it yet; record a longer log with more varied motion and give it with \
+                     another --train.",
+                ));
+            }
+            steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
+            if validate.is_none() {
+                steps.push(said(
+                    "record a second log, not for the fit, and give it with --validate.",
+                ));
+            }
+            steps.extend(declare(outcome));
+            if steps.is_empty() {
+                steps.push(said(
+                    "nothing; the machine file and these logs belong together.",
+                ));
+            }
+            steps
+        }
+        Verdict::UnknownEffect => {
+            let variable = outcome.unknown.as_ref();
+            let hint = hint(variable.map_or("", |unknown| unknown.depends_on.as_str()));
+            let mut steps = vec![said(&format!(
+                "see the learned law with --report DIR; {hint}."
+            ))];
+            steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
+            steps.extend(declare(outcome));
+            steps
+        }
+        Verdict::NothingProven => {
+            let mut steps: Vec<Step> = experiment(outcome.next_experiment.as_ref(), unit)
+                .into_iter()
+                .collect();
+            steps.push(said(
+                "record a longer log, slow and fast, both ways and with many reversals, with current_a and \
+                 velocity if they can be measured, and give it with another --train.",
+            ));
+            steps
+        }
+    }
+}
+
+/// Whether the position error is worse with what was found.
+fn fails(stages: &Stages) -> bool {
+    let (before, after) = (stages.before.position_rms, stages.after.position_rms);
+    !after.is_finite() || after > NO_WORSE * before
+}
+
+fn said(words: &str) -> Step {
+    Step::Do(words.to_owned())
+}
+
+/// What mends the files; a command that mends several things is said once.
+fn remedies(outcome: &Outcome) -> Vec<Step> {
+    let mut steps = vec![said("mend this, then run it again:")];
+    for found in &outcome.disagreement {
+        let remedy = Step::Copy(found.remedy.clone());
+        if !steps.contains(&remedy) {
+            steps.push(remedy);
+        }
+    }
+    steps
+}
+
+/// The experiment that settles a doubt: to be played, to be looked for, or none.
+fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
+    let next = next?;
+    if !next.looked {
+        return Some(said(
+            "run it again with --experiment FILE, which looks for an input that settles this doubt.",
+        ));
+    }
+    let (Some(_), Some(start), Some(duration)) =
+        (&next.excitation, next.start_position, next.duration_s)
+    else {
+        return Some(said(
+            "no input was found that settles this doubt; wider limits, another sensor or a brake may.",
+        ));
+    };
+    let file = next.file.as_deref().unwrap_or("the input of the report");
+    let seconds = Scale::of("s", [duration]).quantity(duration);
+    let start = Scale::of(unit, [start]).quantity(start);
+    let may = if next.confirmed {
+        "settles"
+    } else {
+        "may settle"
+    };
+    Some(said(&format!(
+        "play {file} in open loop from rest at {start} ({seconds}), and give its log with another --train: \
+         it {may} this doubt.",
+    )))
+}
+
+/// How the machine file takes what was found.
+fn declare(outcome: &Outcome) -> Vec<Step> {
+    let mut steps = Vec::new();
+    let freed = outcome.fit.iter().filter(|parameter| parameter.freed);
+    let freed: Vec<String> = freed
+        .map(|parameter| format!("`{} = {}`", parameter.name, given(parameter.fitted)))
+        .collect();
+    if !freed.is_empty() {
+        steps.push(said(&format!(
+            "set {} in the machine file.",
+            listed(&freed)
+        )));
+    }
+    match outcome.effects.as_slice() {
+        [] => {}
+        [one] => {
+            steps.push(said("to keep it, add to [fit] of the machine file:"));
+            steps.push(Step::Copy(format!("declared_effects = [{}]", one.declare)));
+        }
+        _ => steps.push(said(
+            "to keep them, declare them in the machine file; --verbose has the lines.",
+        )),
+    }
+    steps
+}
+
+/// Where to look on the machine for a law of this variable.
+fn hint(variable: &str) -> &'static str {
+    match variable {
+        "position" => "look along the stroke for a rough spot, a bent screw, a cable that pulls",
+        "velocity" => "look for what changes with speed: grease, a fan, a seal",
+        "current" => "look at motor, bridge and supply under load",
+        "load" => "look at gear, screw and bearings under load",
+        "time" => "look for what came, went or warmed up while the log was recorded",
+        _ => "look for what changes with it",
+    }
+}
