@@ -301,7 +301,7 @@ const LOGGED: [Quantity; 4] = [
 ];
 
 /// A sample from its text, or none if this is another message.
-fn parse_sample(message: &str) -> Option<Sample> {
+pub(crate) fn parse_sample(message: &str) -> Option<Sample> {
     let mut words = message.split(' ');
     if words.next() != Some("sample") {
         return None;

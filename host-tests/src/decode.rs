@@ -7,6 +7,7 @@ use crate::board_log::{BoardLog, Dictionary, Recording};
 use crate::error::{InputError, LARGEST_DATA, read_bytes};
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
+use crate::printed_log;
 
 /// What `cargo hil decode` takes.
 #[derive(Debug, clap::Args)]
@@ -14,7 +15,7 @@ pub struct Args {
     /// The image that wrote the log
     #[arg(value_name = "ELF")]
     elf: PathBuf,
-    /// What it sent, byte for byte
+    /// What it sent, byte for byte, or what `probe-rs run` printed of it
     #[arg(value_name = "LOG")]
     log: PathBuf,
     /// Write the samples of one experiment to this file instead of to the terminal
@@ -33,12 +34,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([&args.elf, &args.log]);
     let csv = outputs.file(args.csv.as_deref(), Kind::Log)?;
     let dictionary = Dictionary::read(&args.elf)?;
-    let bytes = read_bytes(&args.log, "a defmt log as the board sent it", LARGEST_DATA)?;
-    let log = dictionary.decode(&bytes);
+    let bytes = read_bytes(
+        &args.log,
+        "a defmt log as the board sent it or as probe-rs printed it",
+        LARGEST_DATA,
+    )?;
+    let printed = printed_log::read(&args.log, &bytes)?;
+    let others = printed.as_ref().map_or(0, |printed| printed.others);
+    let log = match printed {
+        Some(printed) => printed.log,
+        None => dictionary.decode(&bytes),
+    };
     let fault = |message: String| Failure::from(InputError::new(&args.log, None, message));
     if log.lines.is_empty() {
         return Err(fault(format!(
-            "no frame can be decoded; expected the log of {}",
+            "no frame can be decoded, and no line is one that probe-rs prints of a board's log; expected \
+             the log of {}",
             args.elf.display()
         )));
     }
@@ -73,6 +84,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     outputs.commit()?;
     print(&log, args.csv.is_some()).map_err(|error| Failure::system("standard output", &error))?;
+    if others > 0 {
+        eprintln!("note: {others} lines that are none of the board's left out");
+    }
     if log.damaged > 0 {
         eprintln!("warning: {} damaged frames left out", log.damaged);
     }

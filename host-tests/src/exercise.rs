@@ -8,6 +8,7 @@ use crate::error::InputError;
 use crate::gap::declared;
 use crate::log::Log;
 use crate::machine::Machine;
+use crate::printed_log;
 
 /// Name of the file that there is not.
 const FILE: &str = "bytes";
@@ -53,11 +54,17 @@ pub fn machine(bytes: &[u8]) {
     }
 }
 
-/// Decodes bytes as a board's log: each frame is a line or damaged, whatever it says.
+/// Decodes bytes as a board's log: each frame is a line or damaged, whatever it says. Reads them as what
+/// probe-rs prints of one, too.
 ///
 /// # Panics
-/// If a frame is lost, or counted twice.
+/// If a frame is lost, or counted twice; if an error of the printed log is none that helps.
 pub fn board_log(dictionary: &Dictionary, bytes: &[u8]) {
+    match printed_log::read(Path::new(FILE), bytes) {
+        Ok(Some(printed)) => assert!(printed.log.lines.len() + printed.others <= bytes.len()),
+        Ok(None) => {}
+        Err(error) => assert_helpful(&error, bytes),
+    }
     let decoded = dictionary.decode(bytes);
     let frames = bytes.split_inclusive(|&byte| byte == 0);
     let sent = frames.filter(|&frame| frame != [0]).count();

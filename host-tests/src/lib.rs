@@ -34,6 +34,7 @@ pub mod onboard;
 pub mod operation_on_host;
 pub mod outputs;
 mod page;
+pub mod printed_log;
 pub mod pwa;
 mod quantity;
 pub mod real_benchmark;

@@ -35,6 +35,19 @@ fn help_ends_with_an_example() {
 }
 
 #[test]
+fn the_version_is_the_packages() {
+    for option in ["--version", "-V"] {
+        let output = hil(&[option]);
+        assert!(output.status.success());
+        assert_eq!(
+            text(&output.stdout),
+            concat!("cargo hil ", env!("CARGO_PKG_VERSION"), "\n")
+        );
+        assert!(output.stderr.is_empty());
+    }
+}
+
+#[test]
 fn a_usage_error_is_one_line_and_status_2() {
     for (arguments, part) in [
         (&["--nonsense"][..], "'--nonsense'"),

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use host_tests::gap::headline::LINES;
 use model_core::effect::Id;
 use pushed_slide::HEADER;
 use rig::{Experiment, Machine, Trajectory};
@@ -702,7 +703,7 @@ fn no_output_replaces_what_is_read() {
 }
 
 #[test]
-fn a_pipe_gets_the_table_and_nothing_else() {
+fn a_pipe_gets_the_answer_and_nothing_else() {
     let bench = Bench::new();
     let logs = ["--train", TRAIN, "--validate", VALIDATE];
     let arguments = [&["--machine", MACHINE, "--report", REPORT][..], &logs].concat();
@@ -714,6 +715,28 @@ fn a_pipe_gets_the_table_and_nothing_else() {
     assert!(table.starts_with("slide-95kg: one effect was missing, offset_torque"));
     assert!(bench.path(REPORT).is_dir());
     assert!(!bench.path(JSON).exists());
+
+    // Twelve lines, which say what pushes, on unseen data, and what to do; the numbers are one option away.
+    assert!(table.lines().count() <= LINES, "{table}");
+    for part in [
+        "A constant force of",
+        "On the validation log",
+        "Next: ",
+        "declared_effects = [{ id",
+    ] {
+        assert!(table.contains(part), "no {part:?} in {table}");
+    }
+    assert!(!table.contains("Round 1 of the selection"), "{table}");
+    let verbose = bench.run(&[&["--machine", MACHINE, "--verbose"][..], &logs].concat());
+    let numbers = text(&verbose.stdout);
+    for part in [
+        "\nErrors\n",
+        "\nEffects\n",
+        "Round 1 of the selection",
+        "Cost: ",
+    ] {
+        assert!(numbers.contains(part), "no {part:?} in {numbers}");
+    }
 }
 
 /// Rows at uneven times are put on a grid, and the answer says so wherever it is given.

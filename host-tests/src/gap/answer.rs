@@ -46,7 +46,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             _ => format!("taken at first, but {} explains clearly more", in_words(by)),
         },
         (Decision::Refused(Refusal::NotSignificant { required }), Some(held_out)) => format!(
-            "gain on held-out blocks not significant: p = {}, with so many looks {} is required",
+            "gain on held-out blocks not significant: p = {}, with so many candidates {} is required",
             probability(held_out.p_value),
             probability(required)
         ),

@@ -186,24 +186,23 @@ impl Words<'_> {
         Scale::of(self.workshop.load_unit, [value]).quantity(value)
     }
 
-    /// Factor and unit of angles in degrees; of lengths in mm, or what suits them.
-    fn place_scale(&self, value: f64) -> (f64, String) {
+    /// Factor and unit of angles and lengths.
+    fn place_scale(&self) -> (f64, &'static str) {
         if self.workshop.rotary {
-            (180.0 / PI, "°".to_owned())
+            (180.0 / PI, "°")
         } else {
-            let scale = Scale::of("m", [value]);
-            (scale.factor, scale.unit)
+            (1e3, "mm")
         }
     }
 
     fn place(&self, span: Span) -> String {
-        let (factor, unit) = self.place_scale(span.value);
-        span.times(factor).in_words(&unit)
+        let (factor, unit) = self.place_scale();
+        span.times(factor).in_words(unit)
     }
 
     fn plain_place(&self, value: f64) -> String {
-        let (factor, unit) = self.place_scale(value);
-        with_unit(factor * value, &unit)
+        let (factor, unit) = self.place_scale();
+        with_unit(factor * value, unit)
     }
 
     fn speed(&self, value: f64) -> String {

@@ -11,8 +11,8 @@ use super::component;
 use super::headline::{Headline, Step};
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
-    ErrorCells, FREED, cost, error_legend, error_rows, is_extended, presumed, resampled_line,
-    rounds, undetermined, whiteness,
+    ErrorCells, FREED, SELECTION_LEGEND, cost, error_legend, error_rows, is_extended, presumed,
+    resampled_line, rounds, undetermined, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
@@ -385,11 +385,8 @@ fn selection(candidates: &[Candidate]) -> String {
     if candidates.is_empty() {
         return String::new();
     }
-    let mut text = String::from(
-        "<section>\n<h2>How it was chosen</h2>\n<p class=\"note\">Score: share of the residual \
-         that an effect explains once the fitted parameters are projected out. Identifiability: \
-         share of its trace that they cannot imitate. Held-out ratio: mean square error with the \
-         effect over that without, on blocks that were not fitted.</p>\n",
+    let mut text = format!(
+        "<section>\n<h2>How it was chosen</h2>\n<p class=\"note\">{SELECTION_LEGEND}</p>\n"
     );
     let scores = candidates.iter().map(|candidate| candidate.score);
     let best = scores.fold(f64::MIN_POSITIVE, f64::max);

@@ -441,6 +441,11 @@ fn parameters(page: &mut Page, outcome: &Outcome) {
     }
 }
 
+/// What the columns of the candidates mean.
+pub(super) const SELECTION_LEGEND: &str = "Score: share of the residual that an effect explains once the \
+    fitted parameters are projected out. Identifiability: share of its trace that they cannot imitate. \
+    Held-out ratio: mean square error with the effect over that without, on blocks that were not fitted.";
+
 fn selection(page: &mut Page, candidates: &[Candidate]) {
     for (number, round) in rounds(candidates) {
         page.section(&format!("Round {number} of the selection"));
@@ -497,6 +502,9 @@ fn selection(page: &mut Page, candidates: &[Candidate]) {
                 Style::Faint,
             );
         }
+    }
+    if !candidates.is_empty() {
+        page.wrapped(SELECTION_LEGEND, 0, Style::Faint);
     }
 }
 

@@ -27,17 +27,17 @@ impl Movement {
         self.before.is_finite() && worse
     }
 
-    /// `the position error fell from 291 µm to 52.1 µm rms (-82 %)`; the verb only where it is given.
+    /// `the position error went from 291 µm to 52.1 µm rms (-82 %)`; the verb only where it is given.
     fn in_words(&self, verb: &str) -> String {
+        let (label, suffix) = (self.label, self.suffix);
+        let before = self.scale.quantity(self.before);
+        if !self.after.is_finite() {
+            return format!("the {label}{verb} from {before}{suffix} beyond all bounds");
+        }
+        let after = self.scale.quantity(self.after);
         let change = change(self.before, self.after);
-        format!(
-            "the {}{verb} from {} to {}{}{}",
-            self.label,
-            self.scale.quantity(self.before),
-            self.scale.quantity(self.after),
-            self.suffix,
-            change.map_or(String::new(), |change| format!(" ({change})"))
-        )
+        let change = change.map_or(String::new(), |change| format!(" ({change})"));
+        format!("the {label}{verb} from {before} to {after}{suffix}{change}")
     }
 }
 

@@ -1,0 +1,390 @@
+//! Promise: the first twelve lines of `cargo hil gap` say what was found, how much better the model is, how sure
+//! that is and what to do next, for each verdict and however much was found; an error that has risen is said; and
+//! the page begins with the same words.
+
+use gap_example::{estimate, example, fitted, variants};
+use host_tests::gap::demand::Demand;
+use host_tests::gap::disagreement::Disagreement;
+use host_tests::gap::headline::{Headline, LINES, Step};
+use host_tests::gap::outcome::{FoundEffect, Report, Resampled};
+use host_tests::gap::report;
+use host_tests::gap::table::{Detail, WIDTH, render};
+use host_tests::log::resample::Resampling;
+use model_core::effect::Id;
+use model_core::gap::verdict::Verdict;
+
+mod gap_example;
+
+const HINT: &str = "More: --verbose.";
+
+/// What a pipe gets, as the program prints it and as the main loop does.
+fn brief(report: &Report) -> [String; 2] {
+    [Some(HINT), None].map(|hint| render(report, false, Detail::Brief { hint }))
+}
+
+/// The words of the answer in one line.
+fn words(report: &Report) -> String {
+    let [text, _] = brief(report);
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn variant(name: &str) -> Report {
+    let found = variants().into_iter().find(|(known, _)| *known == name);
+    found.expect(name).1
+}
+
+/// Logs and machine file that disagree in three things, each with a remedy of its own.
+fn disagreeing() -> Report {
+    let mut report = example();
+    let outcome = &mut report.outcome;
+    outcome.verdict = Verdict::LogAndMachineDisagree;
+    outcome.effects.clear();
+    outcome.fit.clear();
+    outcome.candidates.clear();
+    outcome.disagreement = ["position", "input", "current_a"]
+        .map(|column| Disagreement {
+            what: format!("{column} is in another unit"),
+            evidence: "the torque that the motion takes is 57 times what the motor gives, and 1.0 times \
+                       with the other unit, in each of the windows in which the machine clearly moves, \
+                       forward as well as backward, fast as well as slow, and with and without the brake"
+                .into(),
+            remedy: format!("cargo hil import a.csv --{column} {column}:other --out b.csv"),
+        })
+        .to_vec();
+    report
+}
+
+/// A report with every effect of the catalogue, names as long as a file system takes, numbers that are wrong,
+/// errors that have all risen, logs that were resampled, and no validation.
+fn crowded() -> Report {
+    let mut report = example();
+    let outcome = &mut report.outcome;
+    outcome.machine = "gearmotor-with-a-very-long-name-".repeat(8);
+    outcome.effects = Id::ALL
+        .iter()
+        .map(|id| {
+            let description = id.description();
+            let reported = description.reported.iter();
+            FoundEffect {
+                id: description.id.into(),
+                parameters: reported
+                    .map(|(name, _)| estimate(name, 0.5, 0.01, ""))
+                    .collect(),
+                declare: format!("{{ id = \"{}\" }}", description.id),
+                equivalent: Id::ALL
+                    .iter()
+                    .map(|id| id.description().id.into())
+                    .collect(),
+                ..outcome.effects[0].clone()
+            }
+        })
+        .collect();
+    outcome.fit = (0..5)
+        .map(|number| {
+            fitted(
+                &format!("a_number_that_is_wrong_{number}"),
+                1.0,
+                2.0,
+                Some(0.1),
+                "kg",
+            )
+        })
+        .collect();
+    for parameter in &mut outcome.fit {
+        parameter.freed = true;
+    }
+    let stages = outcome.errors.validate.as_mut().unwrap();
+    std::mem::swap(&mut stages.before, &mut stages.after);
+    let stages = &mut outcome.errors.train;
+    std::mem::swap(&mut stages.before, &mut stages.after);
+    outcome.resampled = vec![
+        Resampled {
+            log: "a/directory/".repeat(20) + "log.csv",
+            period_s: 1e-3,
+            change: Resampling {
+                rows: 1000,
+                displacement_max: 0.4,
+                displacement_rms: 0.2,
+                filled: 5,
+                merged: 0,
+                position_error: 1e-6,
+            },
+        };
+        3
+    ];
+    report
+}
+
+#[test]
+fn every_verdict_says_all_of_it_in_twelve_lines() {
+    let mut reports: Vec<(String, Report)> = variants()
+        .into_iter()
+        .map(|(name, report)| (name.to_owned(), report))
+        .collect();
+    reports.push(("disagreeing".to_owned(), disagreeing()));
+    reports.push(("crowded".to_owned(), crowded()));
+    for verdict in [
+        Verdict::EffectsFound,
+        Verdict::UnknownEffect,
+        Verdict::NothingProven,
+        Verdict::NoMissingEffect,
+    ] {
+        let mut report = crowded();
+        report.outcome.verdict = verdict;
+        report.outcome.unknown = variant("unknown").outcome.unknown;
+        reports.push((format!("crowded, {}", verdict.name()), report));
+        let mut report = crowded();
+        report.outcome.verdict = verdict;
+        report.outcome.errors.validate = None;
+        reports.push((
+            format!("crowded without validation, {}", verdict.name()),
+            report,
+        ));
+    }
+    let mut report = disagreeing();
+    report.outcome.machine = crowded().outcome.machine;
+    report.outcome.resampled = crowded().outcome.resampled;
+    reports.push(("crowded, disagreeing".to_owned(), report));
+    for (name, report) in reports {
+        for text in brief(&report) {
+            let lines: Vec<&str> = text.lines().collect();
+            assert!(
+                lines.len() <= LINES,
+                "{name}: {} lines\n{text}",
+                lines.len()
+            );
+            assert!(
+                lines.iter().any(|line| line.starts_with("Next: ")),
+                "{name}:\n{text}"
+            );
+            for line in lines {
+                // What is to be copied is not broken.
+                let copied =
+                    line.starts_with("  declared_effects") || line.starts_with("  cargo hil");
+                assert!(copied || line.chars().count() <= WIDTH, "{name}: {line:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_finds_no_room_is_counted() {
+    let report = crowded();
+    let headline = Headline::of(&report);
+    let text = words(&report);
+    let shown = headline
+        .details
+        .iter()
+        .filter(|(id, _)| text.contains(&format!("{id}: ")));
+    let left_out = headline.details.len() - shown.count();
+    assert!(left_out > 0);
+    assert!(
+        text.contains(&format!("and {left_out} more: ")),
+        "{left_out}: {text}"
+    );
+    assert!(text.contains("23 effects were missing."), "{text}");
+}
+
+#[test]
+fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
+    let text = words(&example());
+    for part in [
+        "slide: 2 effects were missing, asymmetric_viscous and sensor_delay.",
+        // 0.1 m/s of 167.21 and 241.52 N·s/m.
+        "asymmetric_viscous: Friction that grows with speed",
+        "16.7 N forward and 24.2 N backward",
+        "sensor_delay: The position is reported 0.504 ms",
+        "On the validation log, which nothing was fitted to, the position error went from 308 µm to 106 µm \
+         rms (-66 %), the unexplained force from 7.19 % to 3.68 % (-49 %)",
+        // The larger of 1.04e-6 and 0.0042.
+        "once in 240 logs for sensor_delay, the least sure of them (p 0.0042)",
+        "cannot tell asymmetric_viscous from offset_torque and spring.",
+        "Next: to keep them, declare them",
+    ] {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+    // One effect comes with the line that declares it, whole.
+    let mut report = example();
+    report.outcome.effects.truncate(1);
+    let [text, _] = brief(&report);
+    let line = "  declared_effects = [{ id = \"asymmetric_viscous\", difference = -37.155 }]";
+    assert!(text.lines().any(|known| known == line), "{text}");
+}
+
+#[test]
+fn the_other_verdicts_say_what_they_are_and_what_to_do() {
+    for (name, parts) in [
+        (
+            "no effect",
+            &[
+                "slide: no effect is missing.",
+                "the position error of the fitted model is 308 µm rms, its unexplained force 7.19 %",
+                "Next: nothing; the machine file and these logs belong together.",
+            ][..],
+        ),
+        (
+            "wrong number",
+            &[
+                "no effect is missing, but the declared inductance is wrong.",
+                "inductance: The machine file has 0.000120 H, the logs ask for 0.000132 H.",
+                "set `inductance = 0.00013156` in the machine file",
+            ],
+        ),
+        (
+            "unknown",
+            &[
+                "an effect is missing that the catalogue does not name; it depends on velocity.",
+                "A friction of -0.500 to 3.75 N over a velocity of 0 to 0.150 m/s",
+                "explains 40.6 %",
+                "Next: see the learned law with --report DIR; look for what changes with speed",
+            ],
+        ),
+        (
+            "nothing proven",
+            &[
+                "nothing is proven: the position error is 4.0 times",
+                "Next: record a longer log",
+            ],
+        ),
+        (
+            "implausible",
+            &["`viscous` had to go where no data sheet would let it"],
+        ),
+        (
+            "no validation",
+            &[
+                "On the training log the position error went",
+                "No validation log was given",
+                "Next: record a second log, not for the fit, and give it with --validate.",
+            ],
+        ),
+    ] {
+        let text = words(&variant(name));
+        for part in parts {
+            assert!(text.contains(part), "{name}: no {part:?} in {text}");
+        }
+    }
+    let report = disagreeing();
+    let [text, _] = brief(&report);
+    for found in &report.outcome.disagreement {
+        assert!(text.contains(&found.what), "{text}");
+        let line = format!("  {}", found.remedy);
+        assert!(text.lines().any(|known| known == line), "{text}");
+    }
+    assert!(words(&report).contains("Evidence: the torque that the motion takes is 57 times"));
+}
+
+/// Each error by itself, on each set of logs.
+#[test]
+fn an_error_that_has_risen_is_said_in_the_headline() {
+    type Raise = fn(&mut host_tests::gap::outcome::Stages);
+    let raises: [(&str, Raise); 3] = [
+        ("the position error rose from", |stages| {
+            stages.after.position_rms = 1.02 * stages.before.position_rms;
+        }),
+        ("the unexplained force rose from", |stages| {
+            stages.after.torque_rel = 1.5 * stages.before.torque_rel;
+        }),
+        ("the free run error rose from", |stages| {
+            stages.after.free_run_rms = f64::INFINITY;
+        }),
+    ];
+    for (said, raise) in raises {
+        let mut report = example();
+        assert!(!Headline::of(&report).finding.contains("rose"));
+        raise(report.outcome.errors.validate.as_mut().unwrap());
+        let finding = Headline::of(&report).finding;
+        assert!(
+            finding.contains(&format!("But on the validation log {said}")),
+            "{finding}"
+        );
+        assert_eq!(
+            finding.contains("does not hold there"),
+            said.contains("position"),
+            "{finding}"
+        );
+        assert!(words(&report).contains(said));
+
+        let mut report = example();
+        raise(&mut report.outcome.errors.train);
+        let finding = Headline::of(&report).finding;
+        assert!(
+            finding.contains(&format!("But on the training log {said}")),
+            "{finding}"
+        );
+
+        report.outcome.errors.validate = None;
+        let finding = Headline::of(&report).finding;
+        assert_eq!(finding.matches(said).count(), 1, "{finding}");
+    }
+    // As much worse as a rounding is no rise.
+    let mut report = example();
+    let validate = report.outcome.errors.validate.as_mut().unwrap();
+    validate.after.free_run_rms = 1.005 * validate.before.free_run_rms;
+    assert!(!Headline::of(&report).finding.contains("rose"));
+    // A model that was not changed has none either.
+    let mut report = variant("no effect");
+    let train = &mut report.outcome.errors.train;
+    train.after.free_run_rms = 2.0 * train.before.free_run_rms;
+    assert!(!Headline::of(&report).finding.contains("rose"));
+}
+
+#[test]
+fn what_does_not_hold_is_not_to_be_relied_on() {
+    let next = Headline::of(&variant("does not hold")).next;
+    assert!(
+        matches!(&next[0], Step::Do(words) if words.starts_with("do not rely on it yet")),
+        "{next:?}"
+    );
+}
+
+#[test]
+fn the_page_begins_with_the_same_words() {
+    for report in [
+        example(),
+        variant("unknown"),
+        variant("nothing proven"),
+        disagreeing(),
+    ] {
+        let page = report::page(&report).unwrap();
+        let headline = Headline::of(&report);
+        let header = page.split("</header>").next().unwrap();
+        let document = roxmltree::Document::parse_with_options(
+            &page,
+            roxmltree::ParsingOptions {
+                allow_dtd: true,
+                ..Default::default()
+            },
+        )
+        .unwrap();
+        assert!(header.contains("Next:"));
+        let shown = document
+            .descendants()
+            .find(|node| node.has_tag_name("header"))
+            .unwrap();
+        let texts: String = shown
+            .descendants()
+            .filter_map(|node| node.text())
+            .collect::<Vec<_>>()
+            .join(" ");
+        let said = [&headline.finding, &headline.gain, &headline.certainty];
+        let sentences = headline.details.iter().map(|(_, sentence)| sentence);
+        for words in said.into_iter().chain(sentences) {
+            // The first letter is made a capital.
+            let rest: String = words.chars().skip(1).collect();
+            assert!(texts.contains(&rest), "no {rest:?} in {texts}");
+        }
+        for step in &headline.next {
+            let (Step::Do(words) | Step::Copy(words)) = step;
+            assert!(texts.contains(words.as_str()), "no {words:?} in {texts}");
+        }
+    }
+}
+
+#[test]
+fn a_demand_without_numbers_prints_no_nonsense() {
+    let mut report = example();
+    report.demand = Demand::default();
+    let text = words(&report);
+    assert!(text.contains("at 1000 mm/s it is 167 N forward"), "{text}");
+}
