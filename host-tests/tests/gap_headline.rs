@@ -255,7 +255,7 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
             &[
                 "On the training log the position error went",
                 "No validation log was given",
-                "Next: record a second log, not for the fit, and give it with --validate.",
+                "Next: record a second log, not for the fit, and give it with --validate",
             ],
         ),
     ] {

@@ -6,12 +6,14 @@ mod gain;
 mod layout;
 mod next;
 
+use model_core::effect::Id;
 use model_core::gap::verdict::Verdict;
 
 use self::gain::{gain, rises};
 pub use self::layout::LINES;
 pub(super) use self::layout::lines;
 pub use self::next::Step;
+pub(super) use self::next::sentence as next_sentence;
 use super::answer::listed;
 use super::effect_words::{Workshop, sentence};
 use super::outcome::{Candidate, FoundEffect, Outcome, Report};
@@ -255,11 +257,15 @@ fn alternatives(outcome: &Outcome) -> Option<String> {
         .iter()
         .filter(|effect| !effect.equivalent.is_empty())
         .map(|effect| {
-            format!(
-                "The logs cannot tell {} from {}.",
-                effect.id,
-                listed(&effect.equivalent)
-            )
+            // One can be said in words too; of several the names are enough.
+            let others = match effect.equivalent.as_slice() {
+                [one] => match Id::from_id(one) {
+                    Some(id) => format!("{one} ({})", id.description().summary),
+                    None => one.clone(),
+                },
+                several => listed(several),
+            };
+            format!("The logs cannot tell {} from {others}.", effect.id)
         })
         .collect();
     if let Some(next) = &outcome.next_experiment {

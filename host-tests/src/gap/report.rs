@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::io;
 
 use super::component;
-use super::headline::{Headline, Step};
+use super::headline::{Headline, next_sentence};
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
     ErrorCells, FREED, SELECTION_LEGEND, cost, error_legend, error_rows, is_extended, presumed,
@@ -122,12 +122,10 @@ fn sentences(headline: &Headline) -> String {
             let _ = writeln!(text, "<p>{}</p>", escape(words));
         }
     }
-    text += "<p><b>Next:</b>";
-    for step in &headline.next {
-        let _ = match step {
-            Step::Do(words) => write!(text, " {}", escape(words)),
-            Step::Copy(line) => write!(text, "<br/><code>{}</code>", escape(line)),
-        };
+    let (next, copied) = next_sentence(&headline.next);
+    let _ = write!(text, "<p>{}", escape(&next));
+    for line in copied {
+        let _ = write!(text, "<br/><code>{}</code>", escape(line));
     }
     text + "</p>\n"
 }

@@ -1,15 +1,17 @@
 //! The answer for people as a terminal shows it.
 
-use super::{Headline, Step};
+use super::Headline;
+use super::next::sentence;
 use crate::gap::answer::listed;
 use crate::gap::outcome::{Outcome, Report};
 use crate::gap::terminal::{Style, WIDTH, printable, wrapped};
+use crate::quantity::Scale;
 
 /// Lines that the answer takes at most, as a terminal shows it.
 pub const LINES: usize = 12;
 
 /// Lines that stay for what was found, whatever the rest needs.
-const LEAST_FOR_DETAILS: usize = 2;
+const LEAST_FOR_DETAILS: usize = 4;
 
 /// Characters of a machine's name that the answer shows.
 const NAME: usize = 40;
@@ -19,26 +21,27 @@ const NAME: usize = 40;
 pub(in crate::gap) fn lines(report: &Report, reserved: usize) -> Vec<(String, Style)> {
     let headline = Headline::of(report);
     let name = shortened(&printable(&report.outcome.machine), NAME);
-    let (mut words, mut copied) = (vec!["Next:"], Vec::new());
-    for step in &headline.next {
-        match step {
-            Step::Do(step) => words.push(step),
-            Step::Copy(line) => copied.push(format!("  {}", printable(line))),
-        }
-    }
+    let (next, copied) = sentence(&headline.next);
+    let copied: Vec<String> = copied
+        .iter()
+        .map(|line| format!("  {}", printable(line)))
+        .collect();
     let mut blocks = [
         paragraph(&format!("{name}: {}", headline.finding)),
         paragraph(&headline.gain),
         paragraph(&headline.certainty),
-        paragraph(&words.join(" ")),
+        paragraph(&next),
     ];
-    let note = resampled(&report.outcome);
+    let note = resampled(&report.outcome, &report.coordinate).unwrap_or_default();
+    let note = paragraph(&note);
     let most = LINES - reserved;
-    let others = copied.len() + note.iter().count();
-    let least = LEAST_FOR_DETAILS.min(headline.details.len());
+    let others = copied.len() + note.len();
+    let sentences: Vec<Vec<String>> = headline.details.iter().map(detail).collect();
+    let least = LEAST_FOR_DETAILS.min(sentences.iter().map(Vec::len).sum());
     shorten(&mut blocks, most.saturating_sub(others + least));
     let used: usize = blocks.iter().map(Vec::len).sum();
-    let details = details(&headline.details, most.saturating_sub(others + used));
+    let room = most.saturating_sub(others + used);
+    let details = details(&headline.details, &sentences, room);
     let [finding, gain, certainty, next] = blocks;
     let parts = [
         (finding, Style::Strong),
@@ -47,7 +50,7 @@ pub(in crate::gap) fn lines(report: &Report, reserved: usize) -> Vec<(String, St
         (certainty, Style::Plain),
         (next, Style::Plain),
         (copied, Style::Plain),
-        (note.into_iter().collect(), Style::Warning),
+        (note, Style::Warning),
     ];
     let styled = parts.into_iter();
     styled
@@ -97,19 +100,20 @@ fn shortened(name: &str, most: usize) -> String {
     format!("{start}…")
 }
 
-/// As many of the sentences as so many lines take, and how many more there are.
-fn details(details: &[(String, String)], room: usize) -> Vec<String> {
-    let blocks: Vec<Vec<String>> = details
-        .iter()
-        .map(|(id, sentence)| wrapped(&printable(&format!("  {id}: {sentence}")), 4))
-        .collect();
+/// What was found, behind its name.
+fn detail((id, sentence): &(String, String)) -> Vec<String> {
+    wrapped(&printable(&format!("  {id}: {sentence}")), 4)
+}
+
+/// As many of the sentences, broken into `blocks`, as so many lines take, and how many more there are.
+fn details(details: &[(String, String)], blocks: &[Vec<String>], room: usize) -> Vec<String> {
     if blocks.iter().map(Vec::len).sum::<usize>() <= room {
         return blocks.concat();
     }
     let mut shown: Vec<String> = Vec::new();
     let mut count = 0;
     // The last line is for those that are left out.
-    for block in &blocks {
+    for block in blocks {
         if shown.len() + block.len() + 1 > room {
             break;
         }
@@ -136,19 +140,24 @@ fn details(details: &[(String, String)], room: usize) -> Vec<String> {
     shown
 }
 
-/// That logs were resampled, in one line.
-fn resampled(outcome: &Outcome) -> Option<String> {
+/// That logs were resampled, and what that changed in the first of them.
+fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
     let (first, others) = outcome.resampled.split_first()?;
     let also = match others.len() {
         0 => String::new(),
-        count => format!(", and {count} more logs"),
+        1 => "; another log was resampled too".to_owned(),
+        count => format!("; {count} more logs were resampled too"),
     };
     let name = printable(&first.log);
     // The end of a path says more than its beginning.
     let start = name.chars().count().saturating_sub(NAME);
     let name: String = name.chars().skip(start).collect();
+    let change = &first.change;
     Some(format!(
-        "{name} was resampled ({} samples filled in){also}.",
-        first.change.filled
+        "{name} was resampled: rows moved by up to {} of a period, {} samples filled in, some {} rms added to \
+         the position{also}.",
+        Scale::percent().quantity(change.displacement_max),
+        change.filled,
+        Scale::of(unit, [change.position_error]).quantity(change.position_error)
     ))
 }

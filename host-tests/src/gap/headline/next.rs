@@ -11,7 +11,7 @@ use crate::quantity::{Scale, given};
 /// A part of what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
-    /// In words.
+    /// In words, as a part of a sentence.
     Do(String),
     /// A line to copy as it stands: a command, or a line of the machine file.
     Copy(String),
@@ -27,19 +27,19 @@ pub(super) fn steps(outcome: &Outcome, unit: &str) -> Vec<Step> {
             if validate.is_some_and(fails) {
                 steps.push(said(
                     "do not rely on it yet; record a longer log with more varied motion and give it with \
-                     another --train.",
+                     another --train",
                 ));
             }
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             if validate.is_none() {
                 steps.push(said(
-                    "record a second log, not for the fit, and give it with --validate.",
+                    "record a second log, not for the fit, and give it with --validate",
                 ));
             }
             steps.extend(declare(outcome));
             if steps.is_empty() {
                 steps.push(said(
-                    "nothing; the machine file and these logs belong together.",
+                    "nothing; the machine file and these logs belong together",
                 ));
             }
             steps
@@ -48,7 +48,7 @@ pub(super) fn steps(outcome: &Outcome, unit: &str) -> Vec<Step> {
             let variable = outcome.unknown.as_ref();
             let hint = hint(variable.map_or("", |unknown| unknown.depends_on.as_str()));
             let mut steps = vec![said(&format!(
-                "see the learned law with --report DIR; {hint}."
+                "see the learned law with --report DIR; {hint}"
             ))];
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             steps.extend(declare(outcome));
@@ -60,11 +60,24 @@ pub(super) fn steps(outcome: &Outcome, unit: &str) -> Vec<Step> {
                 .collect();
             steps.push(said(
                 "record a longer log, slow and fast, both ways and with many reversals, with current_a and \
-                 velocity if they can be measured, and give it with another --train.",
+                 velocity if they can be measured, and give it with another --train",
             ));
             steps
         }
     }
+}
+
+/// What to do as one sentence, and the lines to copy behind it.
+pub(in crate::gap) fn sentence(steps: &[Step]) -> (String, Vec<&str>) {
+    let (mut words, mut copied) = (Vec::new(), Vec::new());
+    for step in steps {
+        match step {
+            Step::Do(step) => words.push(step.as_str()),
+            Step::Copy(line) => copied.push(line.as_str()),
+        }
+    }
+    let end = if copied.is_empty() { "." } else { ":" };
+    (format!("Next: {}{end}", words.join("; ")), copied)
 }
 
 /// Whether the position error is worse with what was found.
@@ -79,7 +92,7 @@ fn said(words: &str) -> Step {
 
 /// What mends the files; a command that mends several things is said once.
 fn remedies(outcome: &Outcome) -> Vec<Step> {
-    let mut steps = vec![said("mend this, then run it again:")];
+    let mut steps = vec![said("mend this, then run it again")];
     for found in &outcome.disagreement {
         let remedy = Step::Copy(found.remedy.clone());
         if !steps.contains(&remedy) {
@@ -94,14 +107,14 @@ fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
     let next = next?;
     if !next.looked {
         return Some(said(
-            "run it again with --experiment FILE, which looks for an input that settles this doubt.",
+            "run it again with --experiment FILE, which looks for an input that settles this doubt",
         ));
     }
     let (Some(_), Some(start), Some(duration)) =
         (&next.excitation, next.start_position, next.duration_s)
     else {
         return Some(said(
-            "no input was found that settles this doubt; wider limits, another sensor or a brake may.",
+            "no input was found that settles this doubt; wider limits, another sensor or a brake may",
         ));
     };
     let file = next.file.as_deref().unwrap_or("the input of the report");
@@ -114,7 +127,7 @@ fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
     };
     Some(said(&format!(
         "play {file} in open loop from rest at {start} ({seconds}), and give its log with another --train: \
-         it {may} this doubt.",
+         it {may} this doubt",
     )))
 }
 
@@ -126,19 +139,16 @@ fn declare(outcome: &Outcome) -> Vec<Step> {
         .map(|parameter| format!("`{} = {}`", parameter.name, given(parameter.fitted)))
         .collect();
     if !freed.is_empty() {
-        steps.push(said(&format!(
-            "set {} in the machine file.",
-            listed(&freed)
-        )));
+        steps.push(said(&format!("set {} in the machine file", listed(&freed))));
     }
     match outcome.effects.as_slice() {
         [] => {}
         [one] => {
-            steps.push(said("to keep it, add to [fit] of the machine file:"));
+            steps.push(said("to keep it, add to [fit] of the machine file"));
             steps.push(Step::Copy(format!("declared_effects = [{}]", one.declare)));
         }
         _ => steps.push(said(
-            "to keep them, declare them in the machine file; --verbose has the lines.",
+            "to keep them, declare them in the machine file; --verbose has the lines",
         )),
     }
     steps
