@@ -41,9 +41,10 @@ pub struct Printed {
     pub others: usize,
 }
 
-/// Whether these bytes are text. A board's own bytes end each frame with a zero, which no text has.
-fn is_text(bytes: &[u8]) -> bool {
-    !bytes.is_empty() && !bytes.contains(&0) && std::str::from_utf8(bytes).is_ok()
+/// These bytes as text, if they are some. A board's own bytes end each frame with a zero, which no text has.
+fn text(bytes: &[u8]) -> Option<&str> {
+    let text = str::from_utf8(bytes).ok()?;
+    (!text.is_empty() && !text.contains('\0')).then_some(text)
 }
 
 /// Reads what was printed; `None` of bytes that are no text.
@@ -56,11 +57,10 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Option<Printed>, InputError> {
             "is text in UTF-16; expected UTF-8 (PowerShell: `… | Out-File -Encoding utf8 FILE`)";
         return Err(InputError::new(path, None, message));
     }
-    if !is_text(bytes) {
+    let Some(text) = text(bytes) else {
         return Ok(None);
-    }
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut printed = Printed::default();
     for (index, row) in text.split_inclusive('\n').enumerate() {
         let bare = strip_str(row).to_string();

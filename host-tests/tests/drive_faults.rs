@@ -4,7 +4,7 @@
 //! The bound of the encoder is that of [`following`]: a rotor that stands still, by its encoder, under more than 1.1 I is
 //! found within three time constants. Two control periods more pass until a speed is known and the bridge off.
 
-use firmware::app::fault::back_emf::{TIME_CONSTANT, Tolerances};
+use firmware::app::fault::observer::{TIME_CONSTANT, Tolerances};
 use firmware::app::fault::output::Outputs;
 use firmware::app::fault::{Fault, Faults, following};
 use firmware::app::machine::EMA;

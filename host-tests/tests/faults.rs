@@ -7,10 +7,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use firmware::app::demonstration::{BRAKE, UNDECLARED, WEAR};
-use firmware::app::fault::back_emf::{self, Reading, Tolerances};
+use firmware::app::fault::back_emf;
 use firmware::app::fault::last_words::{LastWords, TEXT};
 use firmware::app::fault::latch::{Cause, Latch, NotCleared};
 use firmware::app::fault::monitor::{Limits, Measured, Monitors, Observers};
+use firmware::app::fault::observer::{Reading, TIME_CONSTANT, Tolerances};
 use firmware::app::fault::output::{Brake, Bridge, Outputs, Tracks};
 use firmware::app::fault::reset::ResetFlags;
 use firmware::app::fault::{Fault, Faults, following};
@@ -637,7 +638,7 @@ fn an_encoder_that_fails_is_found_within_three_time_constants() {
         panic!("the actuator has a winding");
     };
     let tolerances = Tolerances::INDUSTRIAL;
-    let within = (3.0 * back_emf::TIME_CONSTANT / CONTROL_PERIOD) as usize;
+    let within = (3.0 * TIME_CONSTANT / CONTROL_PERIOD) as usize;
     // What the encoder makes of a movement, and movements fast enough to tell.
     let cases = [
         ("without a signal", Fault::EncoderLost, 0.0, [0.5, -0.8]),

@@ -8,6 +8,9 @@ use super::measure::Measure;
 use super::rules;
 use crate::quantity::significant;
 
+/// What mends two numbers of which neither is known to be the wrong one.
+const LEAVE_OUT: &str = "leave out the less sure one";
+
 /// A value with what it was made of.
 struct Value<'a> {
     what: String,
@@ -75,7 +78,7 @@ pub(super) fn of_currents(point: &Point) -> Result<(), String> {
             unit: "A",
         };
         let rounding = current.rounding + resistance.rounding;
-        agree(&one, &other, rounding, "leave out the less sure one")?;
+        agree(&one, &other, rounding, LEAVE_OUT)?;
     }
     if let (Some(idle), Some(stall)) = (&sheet.no_load_current, &sheet.stall_current)
         && idle.value >= stall.value
@@ -226,6 +229,22 @@ pub(super) fn of_efficiency(
     ))
 }
 
+/// A part of the friction against the whole of it, both N·m or N at the coordinate. Less is fine: the rest is of
+/// the other kind.
+fn of_part(
+    point: &Point,
+    (what, part): (String, f64),
+    (of, whole): (String, f64),
+    rounding: f64,
+) -> Result<(), String> {
+    if part <= whole {
+        return Ok(());
+    }
+    let unit = load_unit(point);
+    let value = |what, value| Value { what, value, unit };
+    agree(&value(what, part), &value(of, whole), rounding, LEAVE_OUT)
+}
+
 /// A friction that is told against the no-load current that overcomes it.
 pub(super) fn of_friction(
     point: &Point,
@@ -234,22 +253,9 @@ pub(super) fn of_friction(
     idle: &Measure,
     whole: f64,
 ) -> Result<(), String> {
-    // Less is fine: the rest is viscous friction.
-    if torque <= whole {
-        return Ok(());
-    }
-    let one = Value {
-        what: format!("{friction}"),
-        value: torque,
-        unit: load_unit(point),
-    };
-    let other = Value {
-        what: format!("torque constant × {idle}"),
-        value: whole,
-        unit: load_unit(point),
-    };
-    let rounding = friction.rounding + idle.rounding;
-    agree(&one, &other, rounding, "leave out the less sure one")
+    let part = (format!("{friction}"), torque);
+    let whole = (format!("torque constant × {idle}"), whole);
+    of_part(point, part, whole, friction.rounding + idle.rounding)
 }
 
 /// A viscous friction that is told against what rubs without a load.
@@ -260,22 +266,12 @@ pub(super) fn of_viscous(
     whole: f64,
     idle: &Number,
 ) -> Result<(), String> {
-    // Less is fine: the rest is Coulomb friction.
-    if torque <= whole {
-        return Ok(());
-    }
-    let one = Value {
-        what: format!("{viscous} at the no-load speed"),
-        value: torque,
-        unit: load_unit(point),
-    };
-    let other = Value {
-        what: format!("torque constant × no-load current ({})", idle.why),
-        value: whole,
-        unit: load_unit(point),
-    };
-    let rounding = viscous.rounding + rounding_of(idle);
-    agree(&one, &other, rounding, "leave out the less sure one")
+    let part = (format!("{viscous} at the no-load speed"), torque);
+    let whole = (
+        format!("torque constant × no-load current ({})", idle.why),
+        whole,
+    );
+    of_part(point, part, whole, viscous.rounding + rounding_of(idle))
 }
 
 /// A rotor's inertia against a mechanical time constant. `found` is that of the inertia.
@@ -295,5 +291,5 @@ pub(super) fn of_time_constant(
         unit: "s",
     };
     let rounding = time.rounding + inertia.rounding + 2.0 * rules::MAKERS_TOLERANCE;
-    agree(&one, &other, rounding, "leave out the less sure one")
+    agree(&one, &other, rounding, LEAVE_OUT)
 }

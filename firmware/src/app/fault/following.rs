@@ -44,7 +44,7 @@ use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 
 use super::Fault;
-use super::back_emf::{Reading, TIME_CONSTANT, Tolerances};
+use super::observer::{Reading, TIME_CONSTANT, Tolerances, check_encoder};
 
 /// An interval of torques, N·m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,12 +131,7 @@ impl Coefficients {
         else {
             return refused("drive", "must be a voltage");
         };
-        if !(period > 0.0 && period <= TIME_CONSTANT) {
-            return refused("period", "must be above 0 and at most 4 ms");
-        }
-        if !(resolution >= 0.0 && resolution.is_finite()) {
-            return refused("resolution", "must be at least 0");
-        }
+        check_encoder(resolution, period)?;
         if !(load >= 0.0 && load.is_finite()) {
             return refused("load", "must be at least 0");
         }

@@ -4,13 +4,15 @@
 //! time and all of them as a set, until somebody clears it. While anything is latched the [`output`]s
 //! are safe: bridge off, brake on, tracks at their diagnostic level. What measurements tell is
 //! judged by the [`monitor`], with the encoder against the winding in [`back_emf`] and against the
-//! torque in [`following`]; what the start tells, by [`reset`], with the [`last_words`] of the program before it.
+//! torque in [`following`], on what both share in [`observer`]; what the start tells, by [`reset`], with the
+//! [`last_words`] of the program before it.
 
 pub mod back_emf;
 pub mod following;
 pub mod last_words;
 pub mod latch;
 pub mod monitor;
+pub mod observer;
 pub mod output;
 pub mod reset;
 

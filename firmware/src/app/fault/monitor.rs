@@ -5,9 +5,9 @@
 
 use model_core::numeric::invalid_parameter::InvalidParameter;
 
-use super::back_emf::{self, Reading};
-use super::following;
+use super::observer::Reading;
 use super::{Fault, Faults};
+use super::{back_emf, following};
 use crate::app::debounce::Debounce;
 
 /// What the drive bears.

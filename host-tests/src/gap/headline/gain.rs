@@ -8,7 +8,12 @@ use crate::gap::table::is_extended;
 use crate::quantity::{Scale, change};
 
 /// Ratio of two errors up to which the second one is no worse.
-pub(super) const NO_WORSE: f64 = 1.01;
+const NO_WORSE: f64 = 1.01;
+
+/// Whether an error is worse after than before; that of a replay that diverges is.
+pub(super) fn is_worse(before: f64, after: f64) -> bool {
+    !after.is_finite() || after > NO_WORSE * before
+}
 
 /// One kind of error before and after, in one unit.
 struct Movement {
@@ -21,10 +26,9 @@ struct Movement {
 }
 
 impl Movement {
-    /// Whether it is worse after than before; a replay that diverges is.
+    /// Whether it is worse after than before, where it was one before.
     fn rises(&self) -> bool {
-        let worse = !self.after.is_finite() || self.after > NO_WORSE * self.before;
-        self.before.is_finite() && worse
+        self.before.is_finite() && is_worse(self.before, self.after)
     }
 
     /// `the position error went from 291 µm to 52.1 µm rms (-82 %)`; the verb only where it is given.
@@ -66,20 +70,20 @@ fn movements(stages: &Stages, report: &Report) -> [Movement; 3] {
     ]
 }
 
-/// The set of logs that a model is judged on, and how a sentence begins about it.
+/// The set of logs that a model is judged on, and what a sentence calls them.
 fn judged(report: &Report) -> (&Stages, String) {
     let errors = &report.outcome.errors;
     match &errors.validate {
-        Some(validate) => (validate, on("validation", report.validate.len())),
-        None => (&errors.train, on("training", report.train.len())),
+        Some(validate) => (validate, logs("validation", report.validate.len())),
+        None => (&errors.train, logs("training", report.train.len())),
     }
 }
 
-fn on(kind: &str, count: usize) -> String {
+fn logs(kind: &str, count: usize) -> String {
     if count > 1 {
-        format!("on the {count} {kind} logs")
+        format!("the {count} {kind} logs")
     } else {
-        format!("on the {kind} log")
+        format!("the {kind} log")
     }
 }
 
@@ -90,7 +94,7 @@ pub(super) fn rises(report: &Report) -> Vec<String> {
         return Vec::new();
     }
     let mut sentences = Vec::new();
-    let (stages, place) = judged(report);
+    let (stages, logs_there) = judged(report);
     let movements_there = movements(stages, report);
     let risen = |movements: &[Movement; 3]| -> Vec<String> {
         let risen = movements.iter().filter(|movement| movement.rises());
@@ -103,13 +107,13 @@ pub(super) fn rises(report: &Report) -> Vec<String> {
         } else {
             ""
         };
-        sentences.push(format!("But {place} {}.{fails}", listed(&there)));
+        sentences.push(format!("But on {logs_there} {}.{fails}", listed(&there)));
     }
     if outcome.errors.validate.is_some() {
         let train = risen(&movements(&outcome.errors.train, report));
         if !train.is_empty() {
-            let place = on("training", report.train.len());
-            sentences.push(format!("But {place} {}.", listed(&train)));
+            let logs = logs("training", report.train.len());
+            sentences.push(format!("But on {logs} {}.", listed(&train)));
         }
     }
     sentences
@@ -121,9 +125,8 @@ pub(super) fn gain(report: &Report) -> String {
     if outcome.verdict == Verdict::LogAndMachineDisagree {
         return "Nothing was traced: with such files any effect would be an artefact.".to_owned();
     }
-    let (stages, place) = judged(report);
+    let (stages, logs) = judged(report);
     let movements = movements(stages, report);
-    let place = format!("O{}", &place[1..]);
     let unseen = match &outcome.errors.validate {
         Some(_) => ", which nothing was fitted to,",
         None => "",
@@ -135,7 +138,7 @@ pub(super) fn gain(report: &Report) -> String {
     if !is_extended(outcome) {
         let [position, torque, _] = &movements;
         return format!(
-            "{place}{unseen} the position error of the fitted model is {} rms, its {} {}.{caveat}",
+            "On {logs}{unseen} the position error of the fitted model is {} rms, its {} {}.{caveat}",
             position.scale.quantity(position.after),
             torque.label,
             torque.scale.quantity(torque.after)
@@ -148,8 +151,8 @@ pub(super) fn gain(report: &Report) -> String {
         .map(|(place, movement)| movement.in_words(if place == 0 { " went" } else { "" }))
         .collect();
     if better.is_empty() {
-        format!("{place}{unseen} no error has become smaller.{caveat}")
+        format!("On {logs}{unseen} no error has become smaller.{caveat}")
     } else {
-        format!("{place}{unseen} {}.{caveat}", listed(&better))
+        format!("On {logs}{unseen} {}.{caveat}", listed(&better))
     }
 }

@@ -68,15 +68,13 @@ fn paragraph(text: &str) -> Vec<String> {
 /// Takes lines from the ends of paragraphs until no more than `most` are left in all, or one of each. The
 /// order is finding, gain, certainty, next: of the last two the most can be read elsewhere.
 fn shorten(blocks: &mut [Vec<String>; 4], most: usize) {
-    for (place, least) in [2, 1, 3, 0]
-        .into_iter()
-        .flat_map(|place| [(place, 2)])
-        .chain([2, 1, 3, 0].map(|place| (place, 1)))
-    {
-        while blocks[place].len() > least && blocks.iter().map(Vec::len).sum::<usize>() > most {
-            blocks[place].pop();
-            if let Some(last) = blocks[place].last_mut() {
-                *last = with_ellipsis(last);
+    for least in [2, 1] {
+        for place in [2, 1, 3, 0] {
+            while blocks[place].len() > least && blocks.iter().map(Vec::len).sum::<usize>() > most {
+                blocks[place].pop();
+                if let Some(last) = blocks[place].last_mut() {
+                    *last = with_ellipsis(last);
+                }
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use model_core::gap::verdict::Verdict;
 
-use super::gain::NO_WORSE;
+use super::gain::is_worse;
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
 use crate::gap::outcome::{Outcome, Stages};
@@ -82,8 +82,7 @@ pub(in crate::gap) fn sentence(steps: &[Step]) -> (String, Vec<&str>) {
 
 /// Whether the position error is worse with what was found.
 fn fails(stages: &Stages) -> bool {
-    let (before, after) = (stages.before.position_rms, stages.after.position_rms);
-    !after.is_finite() || after > NO_WORSE * before
+    is_worse(stages.before.position_rms, stages.after.position_rms)
 }
 
 fn said(words: &str) -> Step {
