@@ -18,7 +18,7 @@ use host_tests::log::Log;
 use host_tests::machine::{DeclaredEffect, Machine};
 use host_tests::workspace;
 use model_core::gap::model::{Base, Model};
-use model_core::gap::replay::{Data, InOrder, Schedule, Settings};
+use model_core::gap::replay::{Data, InOrder, Schedule};
 use model_core::gap::select;
 use model_core::gap::verdict::{Consideration, Trace, Verdict};
 use model_core::gap::workbench::Options;
@@ -180,10 +180,7 @@ fn looks(experiment: &Experiment, schedule: &impl Schedule) -> (Vec<Consideratio
     let mut app = AppOnHost::new();
     let _ = app.run(experiment);
     let logs = [app.memory.log(&EMA.converters)];
-    let data = Data {
-        logs: &logs,
-        settings: Settings::new(logs[0].period, EMA.converters.position.unit()),
-    };
+    let data = Data::new(&logs, EMA.converters.position.unit()).unwrap();
     let declared = declared::model(&machine("ema-24v")).unwrap();
     let options = Options::new(&data, &declared, &check::BASE, true).unwrap();
     let mut looks = Vec::new();

@@ -260,12 +260,12 @@ mod bad_logs {
     #[test]
     fn with_too_little_in_them() {
         let bench = Bench::new();
-        // Four windows of 0.2 s to train on, one to validate on; 16 samples on either side and the
-        // one that the last step reaches.
-        bench.write("832.csv", head(832));
+        // Eight entries of the torque balance to train on. To validate, one window as long as those of the
+        // training log, here 0.2 s; 16 samples on either side and the one that the last step reaches.
+        bench.write("179.csv", head(179));
         bench.write("232.csv", head(232));
-        let words = ["too short", "expected at least 833 samples (0.833 s)"];
-        bench.refuses(&["--train", "832.csv"], "832.csv", &words);
+        let words = ["too short", "expected at least 180 samples (0.180 s)"];
+        bench.refuses(&["--train", "179.csv"], "179.csv", &words);
         let words = ["too short", "expected at least 233 samples (0.233 s)"];
         let logs = ["--train", TRAIN, "--validate", "232.csv"];
         bench.refuses(&logs, "232.csv", &words);

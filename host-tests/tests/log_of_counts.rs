@@ -9,7 +9,7 @@ use host_tests::log::Log;
 use host_tests::machine::Machine;
 use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::model::Base;
-use model_core::gap::replay::{Data, InOrder, Schedule, Settings, total_error};
+use model_core::gap::replay::{Data, InOrder, Schedule, total_error};
 use model_core::gap::select;
 use model_core::gap::workbench::Options;
 use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
@@ -59,10 +59,8 @@ fn traced(
         brake: None,
     };
     let model = declared::model(declared).unwrap();
-    let data = Data {
-        logs: &[log],
-        settings: Settings::new(PERIOD, declared.resolution.unwrap() as f32),
-    };
+    let logs = [log];
+    let data = Data::new(&logs, declared.resolution.unwrap() as f32).unwrap();
     let base = [Base::Inertia, Base::Viscous, Base::Coulomb, Base::Static];
     let options = Options::new(&data, &model, &base, true).unwrap();
     let mut looks = Vec::new();

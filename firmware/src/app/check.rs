@@ -5,7 +5,7 @@ use heapless::Vec;
 use model_core::effect::{Active, MOST_PARAMETERS};
 use model_core::gap::log::Log;
 use model_core::gap::model::{Base, Model};
-use model_core::gap::replay::{self, Data, InOrder, Settings};
+use model_core::gap::replay::{self, Data, InOrder};
 use model_core::gap::select::{self, LEAST_WINDOWS, ROUNDS};
 use model_core::gap::verdict::{Trace, Verdict};
 use model_core::gap::workbench::Options;
@@ -83,10 +83,7 @@ pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
         map: None,
     };
     let logs = [log];
-    let data = Data {
-        logs: &logs,
-        settings: Settings::new(logs[0].period, machine.converters.position.unit()),
-    };
+    let data = Data::new(&logs, machine.converters.position.unit()).ok_or(Failed::LogTooShort)?;
     if data.windows() < LEAST_WINDOWS {
         return Err(Failed::LogTooShort);
     }

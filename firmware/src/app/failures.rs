@@ -53,7 +53,7 @@ pub const FAILURES: [Experiment; 8] = [
     // Too short to look for anything in.
     Experiment {
         name: "short_check",
-        steps: STEPS_PER_SECOND / 2,
+        steps: STEPS_PER_SECOND / 20,
         evaluation: Evaluation::Check,
         ..SOUND
     },

@@ -199,10 +199,8 @@ pub fn trace(
     }
     let refused = |error: ParameterError| InputError::new(&machine.path, None, error.to_string());
     declared.build(period as f32).map_err(refused)?;
-    let data = Data {
-        logs: &logs,
-        settings: Settings::new(period as f32, machine.resolution.unwrap_or(0.0) as f32),
-    };
+    let resolution = machine.resolution.unwrap_or(0.0) as f32;
+    let data = Data::new(&logs, resolution).ok_or_else(|| Failure::other("no log to train on"))?;
     check_logs(&train[0].path, &data, &declared, LEAST_WINDOWS)?;
     let left_range = || {
         Failure::other(
@@ -403,16 +401,14 @@ pub(super) fn with_workbench<T>(
 ) -> Result<T, Failure> {
     let declared = model(machine)?;
     let base = base_parameters(machine);
-    let period = same_period(train, None)?;
+    same_period(train, None)?;
     let series: Vec<Series> = train
         .iter()
         .map(|log| Series::new(log, machine.motor.is_some()))
         .collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
-    let data = Data {
-        logs: &logs,
-        settings: Settings::new(period as f32, machine.resolution.unwrap_or(0.0) as f32),
-    };
+    let resolution = machine.resolution.unwrap_or(0.0) as f32;
+    let data = Data::new(&logs, resolution).ok_or_else(|| Failure::other("no log to train on"))?;
     let failed = || Failure::other("no window of the refit is in range: record longer logs");
     let rotary = machine.coordinate == Coordinate::Radian;
     let options = Options::new(&data, &declared, &base, rotary).ok_or_else(failed)?;

@@ -28,6 +28,10 @@ const NO_GAIN: f32 = 0.02;
 /// an effect that is tried at 128 periods, as all others are looked at too, 3.4e-6 is asked.
 const FEW_BLOCKS: usize = 19;
 
+/// Blocks that a log is cut into at least, where it is long enough: of 24 the four that differ least may lose, and
+/// the signed-rank p of 43/2²⁴ is still below what `FEW_BLOCKS` speaks of.
+pub const LEAST_BLOCKS: usize = 24;
+
 /// Held-out errors by block and channel. A block that was not tested is empty.
 pub type HeldOut = Vec<WindowError, MOST_BLOCKS>;
 
@@ -87,12 +91,12 @@ impl Comparison {
     }
 }
 
-/// Windows in a block: about as long as asked, at least two dozen blocks where the log allows it.
+/// Windows in a block: about as long as asked, at least [`LEAST_BLOCKS`] blocks where the log allows it.
 pub fn windows_per_block(data: &Data, samples: usize) -> usize {
     let windows = data.windows();
     let asked = (samples as f32 / data.settings.window as f32 + 0.5) as usize;
     asked
-        .min(windows / 24)
+        .min(windows / LEAST_BLOCKS)
         .max(windows.div_ceil(MOST_BLOCKS))
         .max(1)
 }

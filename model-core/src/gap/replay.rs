@@ -7,6 +7,7 @@
 
 use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
 use super::held::{Acting, Held, Varied};
+use super::held_out::LEAST_BLOCKS;
 use super::log::{Channel, Log};
 use super::simulator::{Course, Given, Simulator};
 use crate::effect::compliance::{Shaft, Twist};
@@ -55,6 +56,10 @@ pub struct Settings {
 /// Length of a replay window by which models are judged, and friction is estimated anew, s.
 pub const WINDOW: f32 = 0.2;
 
+/// Fewest samples in a window that is shorter than [`WINDOW`]: fewer are not much more than what a restart is
+/// smoothed over.
+const LEAST_SAMPLES: usize = 10;
+
 /// Counts of the sensor that a clear motion passes.
 pub(super) const CLEAR_COUNTS: f32 = 4.0;
 
@@ -77,8 +82,13 @@ const HEAT_STRIDE: f32 = 0.01;
 /// machine that turns has hardly moved in it.
 const TURN_STRIDE: f32 = 0.005;
 
-/// Travel, in shares of the reach, behind which the deflection that it began with is forgotten.
+/// Travel, in shares of the reach, behind which the deflection that it began with is forgotten; and time
+/// constants behind which a current is.
 const FORGOTTEN: f32 = 5.0;
+
+/// Periods under which a winding's current counts as steady: at a third of a period it is within 5 % of that
+/// after one.
+const FASTEST_WINDING: f32 = 0.3;
 
 /// Samples on either side of a restart that its state is smoothed over, until the tracing has
 /// chosen.
@@ -129,6 +139,20 @@ pub struct Window {
 }
 
 impl<'a> Data<'a> {
+    /// The logs, cut into windows of [`WINDOW`] seconds, or shorter ones where these would be fewer than the blocks
+    /// by which models are told apart: a fast machine is recorded for a second.
+    /// `resolution`: that of the sensor, rad or m; 0 if unknown.
+    ///
+    /// `None` without a log.
+    pub fn new(logs: &'a [Log<'a>], resolution: f32) -> Option<Self> {
+        let mut settings = Settings::new(logs.first()?.period, resolution);
+        let whole = |log: &Log| log.samples().saturating_sub(2 * MARGIN + 1);
+        let samples: usize = logs.iter().map(whole).sum();
+        let shorter = (samples / LEAST_BLOCKS).max(LEAST_SAMPLES);
+        settings.window = settings.window.min(shorter);
+        Some(Self { logs, settings })
+    }
+
     /// Whole windows in one log.
     fn windows_in(&self, log: &Log) -> usize {
         log.samples().saturating_sub(2 * MARGIN + 1) / self.settings.window
@@ -423,14 +447,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     ) -> Self {
         let own_velocity = settings.own_velocity(log).is_some();
         let mut state = simulator.state_behind(measured, own_velocity);
-        let late = start.saturating_sub(simulator.sensor_lateness().whole);
-        let input = log
-            .input
-            .at(start.saturating_sub(simulator.input_lateness().whole));
-        state.current = match log.current {
-            Some(current) => current.at(late),
-            None => simulator.steady_current(state.velocity.value(), input),
-        };
+        state.current = current_at(simulator, log, start, (&state, settings.half_width));
         let mut course = Course::new(state);
         if let Some(reach) = simulator.reach() {
             course.memory.deflection = deflection_at(log, start, reach);
@@ -637,6 +654,48 @@ fn warmth_at<M: Borrow<Modes>, H: Acting>(
         warmth = heating.after(warmth, current, step);
     }
     warmth
+}
+
+/// Current of a winding at a sample. It is integrated from the input and the measured motion, from so early that
+/// what it began with is forgotten. A measured current corrects it on the way: a wrong start would act like a
+/// torque for a time constant of the winding, so that the samples of the last time constant are averaged, each
+/// carried on to this one. `state`: that at the sample, smoothed over so many samples on either side.
+fn current_at<M: Borrow<Modes>, H: Acting>(
+    simulator: &Simulator<M, H>,
+    log: &Log,
+    start: usize,
+    (state, half_width): (&State, usize),
+) -> f32 {
+    let late = simulator.input_lateness().whole;
+    let input = |sample: usize| log.input.at(sample.saturating_sub(late));
+    let measured = |sample: usize| {
+        let sample = sample.saturating_sub(simulator.sensor_lateness().whole);
+        log.current.map(|current| current.at(sample))
+    };
+    let periods = simulator.electric_periods();
+    if periods < FASTEST_WINDING || start <= half_width {
+        return measured(start)
+            .unwrap_or_else(|| simulator.steady_current(state.velocity.value(), input(start)));
+    }
+    let longest = samples(WINDOW, log.period, 1).min(start - half_width);
+    let back = (FORGOTTEN * periods + 1.0).min(longest as f32) as usize;
+    let share = 1.0 - libm::expf(-1.0 / periods);
+    let most = periods.max(1.0);
+    let mut seen = 1.0;
+    let mut current = measured(start - back);
+    for sample in start - back..start {
+        let travel = log.position.at(sample + half_width) - log.position.at(sample - half_width);
+        let velocity = travel / (2.0 * half_width as f32 * log.period);
+        let steady = simulator.steady_current(velocity, input(sample));
+        let before = current.unwrap_or(steady);
+        let mut after = before + share * (steady - before);
+        if let Some(measured) = measured(sample + 1) {
+            seen = most.min(seen + 1.0);
+            after += (measured - after) / seen;
+        }
+        current = Some(after);
+    }
+    current.unwrap_or(0.0)
 }
 
 /// Deflection of a hysteresis with this reach behind the measured motion up to a sample.

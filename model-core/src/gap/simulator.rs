@@ -11,7 +11,7 @@ use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, Load, Unheld};
 use crate::plant::modes::{Basis, Modes};
-use crate::plant::parameters::{ParameterError, Winding};
+use crate::plant::parameters::{Drive, ParameterError, Winding};
 use crate::plant::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
@@ -120,6 +120,8 @@ pub struct Simulator<M = Modes, H = Held> {
     heats: bool,
     /// Way over which the deflection of a learned hysteresis follows the motion, where there is one.
     reach: Option<f32>,
+    /// Periods in which the winding's current comes to a share of 1 − 1/e of its steady value.
+    electric_periods: f32,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -172,6 +174,14 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             reading: chain.reading,
             heats: winding.is_there() && chain.heats,
             reach,
+            electric_periods: match plant.drive {
+                Drive::Voltage {
+                    resistance,
+                    inductance,
+                    ..
+                } => inductance / resistance / period,
+                Drive::Torque => 0.0,
+            },
         })
     }
 
@@ -328,6 +338,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     /// How late the position is reported beside the current.
     pub fn sensor_lateness(&self) -> Lateness {
         self.current
+    }
+
+    /// Periods in which the winding's current comes to a share of 1 − 1/e of its steady value; 0 without a
+    /// winding.
+    #[inline]
+    pub fn electric_periods(&self) -> f32 {
+        self.electric_periods
     }
 
     /// One step under what the log says of it. Gives the current in the step at the moment to which

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
-use model_core::gap::replay::{Data, Settings};
+use model_core::gap::replay::Data;
 use model_core::gap::verdict::Verdict;
 
 use super::limits::LONGEST_PERIOD;
@@ -104,14 +104,10 @@ fn declared_errors(machine: &Machine, declared: &Model, train: &[Log]) -> ErrorS
         .collect();
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = train[0].period_s;
-    let settings = Settings::new(period as f32, machine.resolution.unwrap_or(0.0) as f32);
-    let data = Data {
-        logs: &logs,
-        settings,
-    };
-    let replayed = (period <= LONGEST_PERIOD && data.windows() > 0)
-        .then(|| metrics::errors(&data, &AllCores, declared).ok())
-        .flatten();
+    let resolution = machine.resolution.unwrap_or(0.0) as f32;
+    let data = Data::new(&logs, resolution);
+    let data = data.filter(|data| period <= LONGEST_PERIOD && data.windows() > 0);
+    let replayed = data.and_then(|data| metrics::errors(&data, &AllCores, declared).ok());
     replayed.unwrap_or(ErrorSet {
         window_s: f64::NAN,
         position_rms: f64::NAN,

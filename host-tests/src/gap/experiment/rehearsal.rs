@@ -10,7 +10,7 @@
 use model_core::effect::Id;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
-use model_core::gap::replay::{Data, Settings};
+use model_core::gap::replay::Data;
 use model_core::gap::select;
 use model_core::gap::verdict::{Subject, Trace};
 use model_core::gap::workbench::Options;
@@ -153,10 +153,7 @@ fn traced(bench: &Bench, logs: &[CoreLog]) -> Option<Trace> {
     let workbench = bench.workbench;
     let known = workbench.options;
     let resolution = workbench.data.settings.resolution;
-    let data = Data {
-        logs,
-        settings: Settings::new(known.scope.period, resolution),
-    };
+    let data = Data::new(logs, resolution)?;
     let declared = workbench.declared;
     let options = Options::new(&data, declared, &workbench.base, known.scope.rotary)?;
     select::trace(&data, &AllCores, declared, &options, |_| ())
