@@ -231,3 +231,42 @@ fn a_delay_beyond_the_longest_is_fitted_as_the_longest() {
     };
     assert_ends_at(0.25, &swept(&plant(winding(1e-3), false), 270), effect);
 }
+
+/// A motion over less than a cycle and a half does not show that a torque repeats. A period that was declared
+/// stays.
+#[test]
+fn a_cogging_is_fitted_over_a_cycle_and_a_half_at_least() {
+    let limit = |period: f32| Variable::effect(Id::Cogging, 0, 2, period, &SCOPE).upper;
+    assert_eq!(limit(0.6 * SCOPE.stroke), SCOPE.stroke / 1.5);
+    assert_eq!(limit(0.2 * SCOPE.stroke), 3.0 * (0.2 * SCOPE.stroke));
+    assert_eq!(limit(1.5 * SCOPE.stroke), 1.5 * SCOPE.stroke);
+}
+
+/// A log of a second has as many windows as it takes to prove something, a long one windows of 0.2 s.
+#[test]
+fn a_short_log_is_cut_into_short_windows() {
+    for (seconds, period, longest) in [
+        (1.2, 5e-5, 0.05),
+        (0.3, 1e-3, 0.0125),
+        (5.0, 1e-3, 0.2),
+        (60.0, 1e-2, 0.2),
+    ] {
+        let values = vec![0.0; (seconds / period) as usize];
+        let channel = Channel::Values(&values);
+        let logs = [Log {
+            period,
+            input: channel,
+            position: channel,
+            current: None,
+            velocity: None,
+            brake: None,
+        }];
+        let data = Data::new(&logs, 0.0).unwrap();
+        let length = data.settings.window as f32 * period;
+        assert!(
+            length <= longest + 0.5 * period,
+            "{length} s in {seconds} s"
+        );
+        assert!(data.windows() >= 24, "{} in {seconds} s", data.windows());
+    }
+}

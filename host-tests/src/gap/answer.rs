@@ -71,10 +71,10 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "takes {} off the held-out error, not clearly more than the effects of the catalogue",
             held_out.map_or(String::new(), |held_out| share(held_out.ratio))
         ),
-        (Decision::Simpler { than }, _) => {
+        (Decision::InPlaceOf { other }, _) => {
             format!(
-                "follows the log as well as {}, with fewer parameters",
-                id(than)
+                "follows the log better than {}, or as well with fewer parameters",
+                id(other)
             )
         }
         (Decision::Refused(Refusal::Implausible), _) => {
@@ -119,7 +119,10 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         identifiability: decimal(look.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
         p_value: look.held_out.map(|held_out| held_out.p_value),
-        accepted: matches!(look.decision, Decision::Accepted | Decision::Simpler { .. }),
+        accepted: matches!(
+            look.decision,
+            Decision::Accepted | Decision::InPlaceOf { .. }
+        ),
         reason,
     }
 }

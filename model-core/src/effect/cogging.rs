@@ -10,7 +10,9 @@
 //!
 //! Told from a friction over position by passes in both directions, with which a friction turns and a
 //! torque does not, and from an encoder that is not centred by slow and fast passes over one place, at
-//! which a reading is off alike. A motion over less than a cycle shows a spring or an offset torque.
+//! which a reading is off alike. Of one cycle a turn it is an unbalanced load. A motion over less than a cycle
+//! and a half does not show that a torque repeats: a spring, straight or bent, looks like that. No longer period
+//! is fitted.
 
 use super::harmonic::Harmonic;
 use super::learned_map::Kind;
@@ -64,8 +66,12 @@ impl Effect for Cogging {
         scope.friction
     }
 
+    fn largest_shape(scope: &Scope) -> f32 {
+        scope.stroke / FIRST_CYCLES
+    }
+
     fn shape(scope: &Scope, index: usize) -> Option<f32> {
-        let longest = scope.stroke / FIRST_CYCLES;
+        let longest = Self::largest_shape(scope);
         if index < STROKE_TRIES {
             return Some(scope.stroke / (FIRST_CYCLES + CYCLES_STEP * index as f32));
         }

@@ -213,6 +213,11 @@ pub trait Effect: Copy {
         20.0 * Self::scale(scope, index)
     }
 
+    /// The largest value that a fit lets a shape parameter have: beyond it a log does not show what the effect is.
+    fn largest_shape(_scope: &Scope) -> f32 {
+        f32::INFINITY
+    }
+
     /// The `index`-th value to try for the shape parameter; `None` behind the last.
     fn shape(_scope: &Scope, _index: usize) -> Option<f32> {
         None
@@ -280,6 +285,11 @@ macro_rules! catalogue {
             /// How far from 0 a fit looks for its `index`-th strength, as far as its bounds allow that.
             pub fn reach(self, scope: &Scope, index: usize) -> f32 {
                 match self { $(Self::$name => $module::$name::reach(scope, index)),* }
+            }
+
+            /// The largest value that a fit lets a shape parameter have.
+            pub fn largest_shape(self, scope: &Scope) -> f32 {
+                match self { $(Self::$name => $module::$name::largest_shape(scope)),* }
             }
 
             /// Whether it remembers the last clear motion, which no measured state restores.

@@ -2,7 +2,8 @@
 //!
 //! What a log tells of one, it hardly tells of the other: an offset torque and a Coulomb friction that
 //! differs by direction in any motion, a spring and a load that hangs over a small angle, a spring
-//! that hardly pulls and an offset torque, and a load that hangs far from where the machine moves.
+//! that hardly pulls and an offset torque, a load that hangs far from where the machine moves, and a load that
+//! hangs and a cogging of one cycle a turn.
 
 use super::{Active, Id};
 use heapless::Vec;
@@ -20,6 +21,10 @@ pub const MOST_TWINS: usize = 2;
 /// // What pushes forward is friction that is less forward.
 /// let friction = Active { id: Id::AsymmetricCoulomb, values: [-0.125, 0.0, 0.0] };
 /// assert_eq!(twins(&offset), [friction]);
+/// // What ripples once a turn is a load that hangs.
+/// let ripple = Active { id: Id::Cogging, values: [0.25, -0.5, core::f32::consts::TAU] };
+/// let load = Active { id: Id::Gravity, values: [-0.25, 0.5, 0.0] };
+/// assert_eq!(twins(&ripple), [load]);
 /// ```
 pub fn twins(effect: &Active) -> Vec<Active, MOST_TWINS> {
     let [first, second, _] = effect.values;
@@ -38,6 +43,7 @@ pub fn twins(effect: &Active) -> Vec<Active, MOST_TWINS> {
             active(Id::OffsetTorque, -second, 0.0),
             active(Id::Spring, first.max(0.0), -second),
         ]),
+        Id::Cogging => Vec::from_iter([active(Id::Gravity, -first, -second)]),
         _ => Vec::new(),
     }
 }

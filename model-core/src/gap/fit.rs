@@ -111,7 +111,8 @@ impl Variable {
     }
 
     /// A value of an effect in the model: within the parameter's bounds, a strength no farther out than
-    /// the effect's reach, a shape no farther than three times off where it starts.
+    /// the effect's reach, a shape no farther than three times off where it starts, nor above the largest that
+    /// a log shows, unless it starts there.
     pub fn effect(id: Id, slot: usize, index: usize, value: f32, scope: &Scope) -> Self {
         let parameter = &id.description().parameters[index];
         let (scale, lower, upper) = match parameter.role {
@@ -119,7 +120,10 @@ impl Variable {
                 let reach = id.reach(scope, index);
                 (id.scale(scope, index), -reach, reach)
             }
-            Role::Shape => (0.2 * value, 0.3 * value, 3.0 * value),
+            Role::Shape => {
+                let largest = id.largest_shape(scope).max(value);
+                (0.2 * value, 0.3 * value, largest.min(3.0 * value))
+            }
         };
         Self {
             target: Target::Effect { slot, index },
@@ -170,6 +174,12 @@ impl Variable {
             Target::Effect { slot, index } => model.effects[slot].values[index],
             Target::Knot(index) => model.map.map_or(0.0, |map| map.knots[index]),
         }
+    }
+
+    /// The nearest value that it may have.
+    // Not `clamp`, which panics where rounding has crossed the bounds.
+    pub fn within_bounds(&self, value: f32) -> f32 {
+        value.max(self.lower).min(self.upper)
     }
 
     /// Sets it in a model.
@@ -458,7 +468,7 @@ fn damped_step(
         let start = variable.get(model);
         let value = start + *step as f32 * variable.scale;
         if value.is_finite() {
-            let value = value.max(variable.lower).min(variable.upper);
+            let value = variable.within_bounds(value);
             variable.set(&mut moved, value);
             *step = f64::from((value - start) / variable.scale);
         }

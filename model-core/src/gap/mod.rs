@@ -23,9 +23,10 @@
 //! * No portmanteau test stops the search. Windows that restart from a smoothed state are never
 //!   white, so that it would always say *go on*; whether something is missing is decided on held-out
 //!   blocks, and an error far beyond the sensor's is never called complete.
-//! * The base fit starts twice, through short windows and from the declared values, and keeps the
-//!   better: a least-squares start on accelerations would need derivatives that a coarse encoder
-//!   does not give.
+//! * Each fit starts from what the declared values come to in short windows too, not only from the fit
+//!   before, and keeps the better. A model that lacks something sticks where the machine slides, its base
+//!   bends to that, and no fit comes back. A least-squares start on accelerations would need derivatives
+//!   that a coarse encoder does not give.
 //! * The signed-rank test, and the t-test beside it where blocks are few, ask whether more than one percent
 //!   of the error is gained, not whether anything is: restarts and rounding leave something to every
 //!   candidate, and a test for that finds it in one clean log of ten.

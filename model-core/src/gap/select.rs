@@ -65,6 +65,9 @@ const TOLD_APART: f64 = 1.5;
 /// one with the fewest parameters is taken.
 const EQUALLY_GOOD: f64 = 1.1;
 
+/// Most exchanges of an effect for a twin of it.
+const MOST_EXCHANGES: usize = 2;
+
 /// An effect with a memory whose held-out error is within this ratio of the best one's may still be
 /// the better one: the restarts were chosen for a model without it.
 const CONTESTED: f64 = 3.0;
@@ -129,7 +132,7 @@ pub fn trace<S: Schedule>(
     if found.is_more(&workbench) {
         // Both models are judged on the same restarts, so the first is fitted to these too.
         let fitted = workbench.hold_freed();
-        before = workbench.best_fit([&before.model, model])?;
+        before = workbench.best_fit(&[&before.model, model])?;
         workbench.base = fitted;
     }
     let mut unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
@@ -186,7 +189,8 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
         fitted = workbench.fit_windows(&fitted, window)?.model;
     }
     workbench.restart(&fitted)?;
-    let best = workbench.best_fit([&fitted, declared])?;
+    let near = workbench.approach(declared);
+    let best = workbench.best_fit(&[&fitted, declared, near.as_ref().unwrap_or(declared)])?;
     Some(workbench.settle(best))
 }
 
@@ -261,7 +265,10 @@ impl Found {
         self.do_without(workbench, slot)?;
         let mut taken = None;
         add_effect(workbench, round, self, &mut |look| {
-            if matches!(look.decision, Decision::Accepted | Decision::Simpler { .. }) {
+            if matches!(
+                look.decision,
+                Decision::Accepted | Decision::InPlaceOf { .. }
+            ) {
                 taken = Some(*look);
             }
         })?;
@@ -301,11 +308,7 @@ impl Found {
         if id == out {
             return Some(false);
         }
-        let limit = if id.parameters() < out.parameters() {
-            EQUALLY_GOOD
-        } else {
-            1.0 / EQUALLY_GOOD
-        };
+        let limit = tolerated(id, out);
         let chosen = workbench.data;
         for restarts in [*data, chosen] {
             workbench.data = restarts;
@@ -474,10 +477,10 @@ fn take_winner(
     };
     let fitted = ask_twins(workbench, &mut winner, fitted)?;
     if winner.candidate.effect.id != effect.id {
-        let than = effect.id;
+        let other = effect.id;
         let look = winner
             .candidate
-            .look(round.number, Decision::Simpler { than });
+            .look(round.number, Decision::InPlaceOf { other });
         observe(&look);
     }
     // What is judged is the fit on its own restarts: on those of the model without, a window that restarts
@@ -491,6 +494,11 @@ fn take_winner(
         workbench.data = chosen;
         observe(&winner.candidate.look(round.number, decision));
         return Some(false);
+    }
+    if exchange_for_twin(workbench, &after.model, found)? {
+        let decision = Decision::Refused(Refusal::NotNeeded);
+        observe(&winner.candidate.look(round.number, decision));
+        return Some(true);
     }
     found.left *= winner.ratio;
     let _ = found.accepted.push(winner);
@@ -526,41 +534,93 @@ fn doubt(
     })
 }
 
+/// Puts a twin in the place of an effect that was found before the last one, if the log is followed as well with
+/// the twin and without the last one: the last one only made up for what is not alike in the two. `with`: the
+/// fit with all of them. Whether a twin was put there.
+#[inline(never)]
+fn exchange_for_twin(
+    workbench: &mut Workbench<impl Schedule>,
+    with: &Model,
+    found: &mut Found,
+) -> Option<bool> {
+    let first = workbench.declared.effects.len();
+    for place in 0..found.accepted.len() {
+        let known = with.effects[first + place];
+        for twin in twins(&known) {
+            if !is_allowed_beside(workbench, with, twin.id) {
+                continue;
+            }
+            let mut other = with.clone();
+            other.effects.pop();
+            other.effects[first + place] = twin;
+            let other = workbench.fit(&other)?;
+            if workbench.error_ratio(&other.model, with)? > LARGEST_RATIO {
+                let accepted = &mut found.accepted[place];
+                accepted.equivalent.retain(|id| *id != twin.id);
+                let _ = accepted.equivalent.push(known.id);
+                accepted.candidate.effect = other.model.effects[first + place];
+                found.after = other;
+                found.held_out = None;
+                return Some(true);
+            }
+        }
+    }
+    Some(false)
+}
+
+/// Whether a model lacks an effect that its coordinate may have.
+fn is_allowed_beside(workbench: &Workbench<impl Schedule>, model: &Model, id: Id) -> bool {
+    let has = model.effects.iter().any(|effect| effect.id == id);
+    !has && (workbench.options.scope.rotary || !id.description().rotary_only)
+}
+
 /// A model whose last effect has been found, beside those with its twins: which of them the log does
-/// not tell from it, and a simpler one in its place that follows the log as well. By itself a twin may
-/// not have been found, where a fit from the base alone does not come to it.
+/// not tell from it, and one in its place that follows the log better, or as well with fewer parameters. By
+/// itself a twin may not have been found, where a fit from the base alone does not come to it.
 #[inline(never)]
 fn ask_twins(
     workbench: &mut Workbench<impl Schedule>,
     winner: &mut Accepted,
     mut fitted: Model,
 ) -> Option<Model> {
-    let rotary = workbench.options.scope.rotary;
-    let mut asked = 0;
-    loop {
+    // Each exchange leaves fewer parameters or less error, so that hardly any goes back to the first one.
+    for _ in 0..=MOST_EXCHANGES {
         let effect = *fitted.effects.last()?;
-        let twins = twins(&effect);
-        let Some(&twin) = twins.get(asked) else {
-            return Some(fitted);
+        let mut better = None;
+        for twin in twins(&effect) {
+            if !is_allowed_beside(workbench, &fitted, twin.id) {
+                continue;
+            }
+            let mut other = fitted.clone();
+            *other.effects.last_mut()? = twin;
+            let other = workbench.fit(&other)?.model;
+            let ratio = workbench.error_ratio(&fitted, &other)?;
+            winner.equivalent.retain(|id| *id != twin.id);
+            if ratio <= tolerated(twin.id, effect.id) {
+                better = Some(other);
+                break;
+            }
+            if ratio <= TOLD_APART {
+                let _ = winner.equivalent.push(twin.id);
+            }
+        }
+        let Some(other) = better else {
+            break;
         };
-        asked += 1;
-        let has = fitted.effects.iter().any(|effect| effect.id == twin.id);
-        if has || (twin.id.description().rotary_only && !rotary) {
-            continue;
-        }
-        let mut other = fitted.clone();
-        *other.effects.last_mut()? = twin;
-        let other = workbench.fit(&other)?.model;
-        let ratio = workbench.error_ratio(&fitted, &other)?;
-        winner.equivalent.retain(|id| *id != twin.id);
-        if ratio <= EQUALLY_GOOD && twin.id.parameters() < effect.id.parameters() {
-            let _ = winner.equivalent.push(effect.id);
-            winner.candidate.effect = *other.effects.last()?;
-            fitted = other;
-            asked = 0;
-        } else if ratio <= TOLD_APART {
-            let _ = winner.equivalent.push(twin.id);
-        }
+        let _ = winner.equivalent.push(effect.id);
+        fitted = other;
+        winner.candidate.effect = *fitted.effects.last()?;
+    }
+    Some(fitted)
+}
+
+/// Multiple of the error with an effect up to which another one is taken in its place: as well with fewer
+/// parameters, better with as many or more.
+fn tolerated(other: Id, than: Id) -> f64 {
+    if other.parameters() < than.parameters() {
+        EQUALLY_GOOD
+    } else {
+        1.0 / EQUALLY_GOOD
     }
 }
 

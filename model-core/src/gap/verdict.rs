@@ -16,10 +16,10 @@ use heapless::Vec;
 pub enum Decision {
     /// Best of those that passed.
     Accepted,
-    /// Follows the log as well as what was accepted, has fewer parameters, and so is taken for it.
-    Simpler {
+    /// Follows the log better than what was accepted, or as well with fewer parameters, and is taken for it.
+    InPlaceOf {
         /// What was accepted.
-        than: Id,
+        other: Id,
     },
     /// Passed, but something else explains the residual better.
     Outdone {

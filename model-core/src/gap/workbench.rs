@@ -45,6 +45,9 @@ const CLEAR_STROKE: f32 = 5e-4;
 /// Length of a replay window for screening, s.
 const SCREEN_WINDOW: f32 = 0.04;
 
+/// Least windows for screening in one for judging: 0.2 s over 0.04 s, as where a log is long.
+const SHORTER: usize = 5;
+
 /// A tried strength whose error, before anything is fitted to it, is beyond this multiple of what the
 /// model has without is hopeless. Large, for a base that has settled without it has bent to that.
 const WORTH_A_FIT: f64 = 10.0;
@@ -111,7 +114,9 @@ impl<'a> Options<'a> {
             base,
             scope,
             ranges,
-            screen_window: samples(SCREEN_WINDOW, scope.period, 4),
+            screen_window: samples(SCREEN_WINDOW, scope.period, 4)
+                .min(data.settings.window / SHORTER)
+                .max(4),
             block: samples(BLOCK, scope.period, 1),
         })
     }
@@ -182,21 +187,23 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(fit)
     }
 
-    /// Fits a model to all of the log from two starts and keeps the better one. One of them is the
+    /// Fits a model to all of the log from several starts and keeps the best one. One of them is the
     /// model that is compared with: the fit is never worse than that.
-    pub fn best_fit(&mut self, starts: [&Model; 2]) -> Option<Fit> {
+    pub fn best_fit(&mut self, starts: &[&Model]) -> Option<Fit> {
         self.best_with(starts, FULL)
     }
 
     #[inline(never)]
-    fn best_with(&mut self, starts: [&Model; 2], effort: Effort) -> Option<Fit> {
+    fn best_with(&mut self, starts: &[&Model], effort: Effort) -> Option<Fit> {
         let window = self.data.settings.window;
-        let mut best = self.fit_with(starts[0], window, effort)?;
-        let other = self.fit_with(starts[1], window, effort)?;
-        if other.cost < best.cost {
-            best = other;
+        let mut best: Option<Fit> = None;
+        for start in starts {
+            let fit = self.fit_with(start, window, effort)?;
+            if best.as_ref().is_none_or(|best| fit.cost < best.cost) {
+                best = Some(fit);
+            }
         }
-        Some(best)
+        best
     }
 
     /// The best of fits that start around this one, until none has come below it for a while.
@@ -245,7 +252,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
                 Target::Effect { .. } | Target::Knot(_) => 0.0,
             };
             let moved = value + reach * (2.0 * random.uniform() - 1.0);
-            variable.set(&mut beside, moved);
+            variable.set(&mut beside, variable.within_bounds(moved));
         }
         beside
     }
@@ -505,15 +512,21 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         held_out
     }
 
-    /// The model, where a fit of more than its base starts: beside a base that is bent fitted already,
-    /// from there and from the declared base, whichever follows the log better.
+    /// The model, where a fit of more than its base starts: as it is, or from the declared base.
     #[inline(never)]
     pub fn unbend(&mut self, model: &Model) -> Option<Model> {
-        if self.is_bent(model) {
-            let unbent = self.unbent(model);
-            Some(self.best_with([model, &unbent], ROUGH)?.model)
-        } else {
-            Some(model.clone())
+        self.nearest(model.clone(), &self.unbent(model))
+    }
+
+    /// The start of a fit: a model, or what another one comes to in short windows. What lacks something bends its
+    /// base to it, by a factor of twenty where the machine sticks and the model slides, and no fit comes back from
+    /// there. Of two that may be it, that is taken of which a rough fit follows the log better.
+    fn nearest(&mut self, near: Model, unbent: &Model) -> Option<Model> {
+        let cost = self.cost(&near)?;
+        let far = self.approach(unbent);
+        match far.filter(|far| self.cost(far).is_some_and(|far| far < cost)) {
+            Some(far) => Some(self.best_with(&[&near, &far], ROUGH)?.model),
+            None => Some(near),
         }
     }
 
@@ -521,7 +534,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     #[inline(never)]
     pub fn free(&mut self, model: &Model, numbers: &[Base]) -> Option<Fit> {
         let _ = self.base.extend_from_slice(numbers);
-        let fitted = self.best_with([model, &self.unbent(model)], ROUGH)?.model;
+        let start = self.unbend(model)?;
+        let fitted = self.best_with(&[&start, &self.unbent(model)], ROUGH)?.model;
         self.restart(&fitted)?;
         let fit = self.fit(&fitted)?;
         Some(self.settle(fit))
@@ -668,8 +682,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         })
     }
 
-    /// The model with an effect, where a fit of it starts. Beside a base that is bent it has been fitted
-    /// already, from there and from the declared base, whichever follows the log better.
+    /// The model with an effect, where a fit of it starts: beside the base as it is, or where the declared one
+    /// comes to with it. With one that acts for a while it has been fitted already.
     ///
     /// `None` inside if it is hopeless or the model is full.
     #[inline(never)]
@@ -694,11 +708,26 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             }
             return Some(best.map(|fit| fit.model));
         }
-        Some(Some(if bent {
-            self.best_with([&larger, &unbent], ROUGH)?.model
-        } else {
-            self.take_along(model, larger)?
-        }))
+        let near = self.take_along(model, larger)?;
+        self.nearest(near, &unbent).map(Some)
+    }
+
+    /// A model fitted in short windows, which hardly know where the machine sticks. `None` if it leaves the
+    /// plant's range.
+    // A fit, which is not to lie below the rest of the tracing.
+    #[inline(never)]
+    pub fn approach(&mut self, start: &Model) -> Option<Model> {
+        let fit = self.fit_with(start, self.options.screen_window, ROUGH)?;
+        let model = fit.model;
+        // A breakaway level has no slope where nothing sticks.
+        if !self.base.contains(&Base::Static) {
+            return Some(model);
+        }
+        let mut lower = model.clone();
+        lower.set(Base::Static, lower.get(Base::Coulomb));
+        let cost = self.cost(&model)?;
+        let lower = Some(lower).filter(|lower| self.cost(lower).is_some_and(|lower| lower < cost));
+        Some(lower.unwrap_or(model))
     }
 
     /// A model with an effect at its strength from a screening, which is that beside a base that moves along:
