@@ -622,45 +622,49 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(measured as u64)
     }
 
-    /// The model with an effect, fitted from the strength at which it follows the log best. Each is
-    /// tried beside the fitted base and beside the declared one: a base that was fitted without a
-    /// large play has bent to it, and leaves the play nothing to explain.
+    /// The model with an effect, fitted from the strength at which it follows the log best beside the fitted base,
+    /// and from that beside the declared one: a base that was fitted without a large play has bent to it, and leaves
+    /// the play nothing to explain. Of the two that is taken of which a rough fit follows the log better.
     ///
     /// `None` inside if no strength comes near to what the model does without.
     #[inline(never)]
     fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
-        let unbent = self.unbent(model);
         let without = self.cost(model)?;
-        let limit = WORTH_A_FIT * without;
-        let mut best: Option<(Model, f64)> = None;
-        for base in [model, &unbent] {
-            let values = (0..).map_while(|index| id.trial(&self.options.scope, index));
-            for values in values {
-                let Some(tried) = screen::with_effect(base, Active { id, values }) else {
-                    return Some(None);
-                };
-                // Beyond the plant's range there is nothing to try.
-                let Some(cost) = self.cost(&tried) else {
-                    continue;
-                };
-                if cost < best.as_ref().map_or(limit, |(_, least)| *least) {
-                    best = Some((tried, cost));
-                }
+        let near = self.best_strength(model, id, without);
+        let unbent = self.unbent(model);
+        let far = self.best_strength(&unbent, id, without);
+        let started = match (&near, &far) {
+            (Some(near), Some(far)) => self.best_with(&[near, far], ROUGH)?.model,
+            (Some(only), None) | (None, Some(only)) => only.clone(),
+            (None, None) => return Some(None),
+        };
+        let fit = self.fit(&started)?;
+        // With more to fit it can only be worse where it was caught on its way.
+        let settled = if fit.cost > without {
+            self.settle(fit)
+        } else {
+            fit
+        };
+        Some(Some(settled.model))
+    }
+
+    /// The model with an effect at that of its trial strengths at which it follows the log best. `None` if none
+    /// of them comes near to this cost.
+    #[inline(never)]
+    fn best_strength(&mut self, model: &Model, id: Id, without: f64) -> Option<Model> {
+        let mut best: Option<Model> = None;
+        let mut least = WORTH_A_FIT * without;
+        for values in (0..).map_while(|index| id.trial(&self.options.scope, index)) {
+            let tried = screen::with_effect(model, Active { id, values })?;
+            // Beyond the plant's range there is nothing to try.
+            let Some(cost) = self.cost(&tried) else {
+                continue;
+            };
+            if cost < least {
+                (best, least) = (Some(tried), cost);
             }
         }
-        Some(match best {
-            Some((tried, _)) => {
-                let fit = self.fit(&tried)?;
-                // With more to fit it can only be worse where it was caught on its way.
-                let settled = if fit.cost > without {
-                    self.settle(fit)
-                } else {
-                    fit
-                };
-                Some(settled.model)
-            }
-            None => None,
-        })
+        best
     }
 
     /// The model with its base as it is declared.
