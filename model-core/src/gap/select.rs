@@ -323,6 +323,18 @@ impl Found {
         Some(true)
     }
 
+    /// Place of the first effect whose strength may be none.
+    #[inline(never)]
+    fn uncertain(&self, workbench: &mut Workbench<impl Schedule>) -> Option<Option<usize>> {
+        let first = workbench.declared.effects.len();
+        for place in 0..self.accepted.len() {
+            if workbench.certainty(&self.after.model, first + place)? < LEAST_CERTAINTY {
+                return Some(Some(place));
+            }
+        }
+        Some(None)
+    }
+
     /// Whether two of its effects act in the same way over one variable.
     fn has_two_of_one_variable(&self) -> bool {
         let map = |accepted: &Accepted| accepted.candidate.effect.id.map();
@@ -509,9 +521,7 @@ fn take_winner(
 
 /// What speaks against the effect in a slot of a fitted model, though held-out blocks are followed better with
 /// it: it is within half a count of the sensor; a fit without it, from where the one with it has come to, does
-/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain. That is
-/// asked of standard deviations, which are linear: a window in which the machine all but sticks may make them
-/// as large as the strength of an effect without which most of the error is left.
+/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain.
 #[inline(never)]
 fn doubt(
     workbench: &mut Workbench<impl Schedule>,
@@ -527,7 +537,7 @@ fn doubt(
     let ratio = workbench.error_ratio(&without, with)?;
     Some(if ratio > LARGEST_RATIO {
         Some(Decision::Refused(Refusal::NotNeeded))
-    } else if ratio > POOR_EXPLANATION && workbench.certainty(with, slot)? < LEAST_CERTAINTY {
+    } else if workbench.certainty(with, slot)? < LEAST_CERTAINTY {
         Some(Decision::Refused(Refusal::Uncertain))
     } else {
         None
@@ -624,9 +634,9 @@ fn tolerated(other: Id, than: Id) -> f64 {
     }
 }
 
-/// Whether what was found may be said: it needs no number that no data sheet would allow, and nothing that was
-/// fitted to held-out blocks of one length predicts clearly worse over shorter or longer ones. Effects go one by
-/// one, the last first, until the rest may be said.
+/// Whether what was found may be said: no strength is uncertain beside all others, it needs no number that no data
+/// sheet would allow, and nothing that was fitted to held-out blocks of one length predicts clearly worse over
+/// shorter or longer ones. Effects go one by one, an uncertain one before the last one, until the rest may be said.
 #[inline(never)]
 fn stands(
     workbench: &mut Workbench<impl Schedule>,
@@ -639,28 +649,29 @@ fn stands(
         if !is_map && !found.is_more(workbench) {
             return Some(true);
         }
-        let refusal = if workbench.farthest(&found.after.model).is_some() {
+        let uncertain = found.uncertain(workbench)?;
+        let refusal = if uncertain.is_some() {
+            Refusal::Uncertain
+        } else if workbench.farthest(&found.after.model).is_some() {
             Refusal::Implausible
         } else if workbench.is_clearly_worse(&found.after.model, before)? {
             Refusal::WorseElsewhere
         } else {
             return Some(true);
         };
-        let Some(last) = found.accepted.pop() else {
+        let Some(last) = found.accepted.len().checked_sub(1) else {
             // A map, or numbers of the machine file.
             workbench.hold_freed();
             return Some(false);
         };
-        observe(
-            &last
-                .candidate
-                .look(found.accepted.len() + 1, Decision::Refused(refusal)),
-        );
+        let place = uncertain.unwrap_or(last);
+        let refused = found.accepted.remove(place).candidate;
+        observe(&refused.look(last + 1, Decision::Refused(refusal)));
         if found.accepted.is_empty() {
             workbench.hold_freed();
             return Some(false);
         }
-        let slot = workbench.declared.effects.len() + found.accepted.len();
+        let slot = workbench.declared.effects.len() + place;
         found.do_without(workbench, slot)?;
     }
 }
