@@ -145,10 +145,10 @@ fn both_find_two_effects_at_once() {
 }
 
 #[test]
-fn both_say_that_a_second_proves_nothing_of_a_rough_spot() {
+fn both_call_a_rough_spot_unknown_by_position() {
     let finding = found_alike(&ROUGH_SPOT);
-    assert_eq!(finding.verdict, Verdict::NothingProven);
-    assert_eq!(finding.unknown, None);
+    assert_eq!(finding.verdict, Verdict::UnknownEffect);
+    assert_eq!(finding.unknown, Some("position"));
 }
 
 #[test]

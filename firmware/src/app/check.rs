@@ -53,7 +53,7 @@ pub struct Finding {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "tasks", derive(defmt::Format))]
 pub enum Failed {
-    /// Fewer than four windows of 0.2 s between the log's margins.
+    /// Fewer than four windows, of ten samples at least, between the log's margins.
     LogTooShort,
     /// The machine cannot be simulated, or the fit left the range in which it can.
     Machine,
