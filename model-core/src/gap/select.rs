@@ -521,7 +521,9 @@ fn take_winner(
 
 /// What speaks against the effect in a slot of a fitted model, though held-out blocks are followed better with
 /// it: it is within half a count of the sensor; a fit without it, from where the one with it has come to, does
-/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain.
+/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain. That is asked
+/// here only of an effect that leaves most of the error: what is still missing makes the strength of one that
+/// takes most of it uncertain too. In the end [`stands`] asks it of all.
 #[inline(never)]
 fn doubt(
     workbench: &mut Workbench<impl Schedule>,
@@ -537,7 +539,7 @@ fn doubt(
     let ratio = workbench.error_ratio(&without, with)?;
     Some(if ratio > LARGEST_RATIO {
         Some(Decision::Refused(Refusal::NotNeeded))
-    } else if workbench.certainty(with, slot)? < LEAST_CERTAINTY {
+    } else if ratio > POOR_EXPLANATION && workbench.certainty(with, slot)? < LEAST_CERTAINTY {
         Some(Decision::Refused(Refusal::Uncertain))
     } else {
         None
