@@ -260,12 +260,16 @@ mod bad_logs {
     #[test]
     fn with_too_little_in_them() {
         let bench = Bench::new();
-        // Eight entries of the torque balance to train on. To validate, one window as long as those of the
-        // training log, here 0.2 s; 16 samples on either side and the one that the last step reaches.
-        bench.write("179.csv", head(179));
+        // To train on, eight entries of the torque balance beside the five that are left out at either end. There is
+        // one for each ten samples; the last ten need not be whole.
+        // To validate, one window as long as those of the training log, here 0.2 s; 16 samples on either side and
+        // the one that the last step reaches.
+        bench.write("170.csv", head(170));
         bench.write("232.csv", head(232));
-        let words = ["too short", "expected at least 180 samples (0.180 s)"];
-        bench.refuses(&["--train", "179.csv"], "179.csv", &words);
+        let words = ["too short", "expected at least 171 samples (0.171 s)"];
+        bench.refuses(&["--train", "170.csv"], "170.csv", &words);
+        bench.write("171.csv", head(171));
+        bench.answer(&["--train", "171.csv"]);
         let words = ["too short", "expected at least 233 samples (0.233 s)"];
         let logs = ["--train", TRAIN, "--validate", "232.csv"];
         bench.refuses(&logs, "232.csv", &words);
@@ -277,7 +281,7 @@ mod bad_logs {
         let slow = format!("{HEADER}\n{}\n", every_tenth.join("\n"));
         let bench = Bench::new();
         bench.write("slow.csv", slow);
-        let words = ["too short", "expected at least 180 samples (1.800 s)"];
+        let words = ["too short", "expected at least 171 samples (1.710 s)"];
         bench.refuses(&["--train", "slow.csv"], "slow.csv", &words);
     }
 

@@ -24,9 +24,9 @@ pub fn balance_entries(samples: usize) -> usize {
     samples.div_ceil(DECIMATE).saturating_sub(2 * EDGE)
 }
 
-/// Samples of a log that give its torque balance so many entries.
+/// Fewest samples of a log that give its torque balance so many entries, one at least.
 pub fn balanced_samples(entries: usize) -> usize {
-    (entries + 2 * EDGE) * DECIMATE
+    (entries + 2 * EDGE - 1) * DECIMATE + 1
 }
 
 /// The torque residual of one log, decimated.
