@@ -258,7 +258,13 @@ impl Machine {
     /// # Errors
     /// The first fault found, with its line. A missing section is reported at the file's last line.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        Self::of_text(path, &read_text(path, EXPECTED, LARGEST_DECLARATION)?)
+        Ok(Self::read_with_text(path)?.0)
+    }
+
+    /// As [`Machine::read`], with the file's text, which a pipe gives only once.
+    pub(crate) fn read_with_text(path: &Path) -> Result<(Self, String), InputError> {
+        let text = read_text(path, EXPECTED, LARGEST_DECLARATION)?;
+        Ok((Self::of_text(path, &text)?, text))
     }
 
     /// As [`Machine::read`], of what a file holds.

@@ -9,13 +9,14 @@ use indicatif::ProgressBar;
 
 use super::engine::Answer;
 use super::experiment::{self, Plan};
+use super::outcome::Report;
 use super::table::Detail;
-use super::{engine, report, table};
+use super::{engine, machine_out, report, table};
 use crate::error::{InputError, warn};
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Output, Outputs};
 
 /// What `cargo hil gap` takes.
 #[derive(Debug, clap::Args)]
@@ -40,6 +41,11 @@ pub struct Args {
     /// this file, CSV with time_s,input; with --report, it goes into the report's directory too
     #[arg(long, value_name = "FILE")]
     pub experiment: Option<PathBuf>,
+    /// Write the machine file with what was found to this file: your file with its comments, fitted numbers
+    /// where it declares them, each with what it was and its 95 % interval, and found effects among
+    /// declared_effects. Not written where nothing is proven, or log and machine file disagree
+    #[arg(long, value_name = "M2.toml")]
+    pub machine_out: Option<PathBuf>,
     /// Print every number too: errors, effects, fitted numbers, what was refused and why
     #[arg(long)]
     pub verbose: bool,
@@ -59,13 +65,8 @@ const NEXT_EXPERIMENT: &str = "next-experiment.csv";
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = args.train.iter().chain(&args.validate);
     let mut outputs = Outputs::reading(logs.chain([&args.machine]));
-    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
-    let experiment = outputs.file(args.experiment.as_deref(), Kind::Input)?;
-    let report = outputs.directory(
-        args.report.as_deref(),
-        [("index.html", Kind::Marked), (NEXT_EXPERIMENT, Kind::Input)],
-    )?;
-    let machine = Machine::read(&args.machine)?;
+    let places = Places::of(args, &mut outputs)?;
+    let (machine, source) = Machine::read_with_text(&args.machine)?;
     let mut doubts = Vec::new();
     let train = read_train(&args.train, &mut doubts)?;
     // A name that is wrong is better said now than after the fit; what is inside stays unread.
@@ -85,45 +86,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         || Ok(read_validate(&args.validate, &train, &mut doubts)?),
         |message| progress.set_message(message.to_owned()),
     )
-    .and_then(|answer| {
-        let found = match answer {
-            Answer::Found(found) => found,
-            Answer::Disagree(report) => return Ok((*report, None)),
-        };
-        let next = if args.experiment.is_some() || args.report.is_some() {
-            progress.set_message("looking for the next experiment");
-            experiment::next(&machine, &train, &found)?
-        } else {
-            experiment::doubt(&machine, &train, &found)?
-        };
-        Ok((found.report, next))
-    });
+    .and_then(|answer| results(args, (&machine, &source), &train, answer, &progress));
     progress.finish_and_clear();
-    let (mut found, mut next) = result?;
+    let results = result?;
     warn(&doubts);
-    let input = next.as_ref().and_then(|next| next.plan.as_ref());
-    let input = input.map(Plan::to_csv);
-    if let (Some(next), Some(_)) = (&mut next, &input) {
-        let beside = args.report.as_ref();
-        let beside = beside.map(|directory| directory.join(NEXT_EXPERIMENT));
-        let file = args.experiment.as_ref().or(beside.as_ref());
-        next.file = file.map(|file| file.display().to_string());
-    }
-    found.outcome.next_experiment = next;
-
-    outputs.stage_json(json, &found.outcome)?;
-    if let (Some(experiment), Some(input)) = (experiment, &input) {
-        outputs.stage(experiment, input.as_str())?;
-    }
-    if let Some([page, next_experiment]) = report {
-        match &input {
-            Some(input) => outputs.stage(next_experiment, input.as_str())?,
-            // A report without one keeps none from before.
-            None => outputs.stage_removal(next_experiment),
-        }
-        let text = report::page(&found).map_err(|error| Failure::system("the report", &error))?;
-        outputs.stage(page, text)?;
-    }
+    let input = results.input.as_deref();
+    places.stage(&mut outputs, &results)?;
     outputs.commit()?;
     let mut out = io::stdout();
     let detail = if args.verbose {
@@ -131,18 +99,140 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     } else {
         Detail::Brief { hint: Some(HINT) }
     };
-    let mut text = table::render(&found, out.is_terminal(), detail);
-    let next = found.outcome.next_experiment.as_ref();
+    let mut text = table::render(&results.report, out.is_terminal(), detail);
     if let Some(path) = &args.experiment
-        && next.is_none_or(|next| next.plan.is_none())
+        && input.is_none()
     {
         text += &format!(
             "\nThere is no experiment to propose: {} was not written.\n",
             path.display()
         );
     }
+    if let Some(path) = &args.machine_out
+        && let Some(reason) = machine_out::refusal(results.report.outcome.verdict)
+    {
+        text += &format!("\n{} was not written: {reason}.\n", path.display());
+    }
     out.write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
+}
+
+/// Where the results go, as far as they were asked for.
+struct Places {
+    json: Option<Output>,
+    experiment: Option<Output>,
+    machine_out: Option<Output>,
+    report: Option<[Output; 2]>,
+}
+
+impl Places {
+    /// Those that the user named.
+    ///
+    /// # Errors
+    /// What [`Outputs::file`] and [`Outputs::directory`] refuse.
+    fn of(args: &Args, outputs: &mut Outputs) -> Result<Self, Failure> {
+        Ok(Self {
+            json: outputs.file(args.json.as_deref(), Kind::Json)?,
+            experiment: outputs.file(args.experiment.as_deref(), Kind::Input)?,
+            machine_out: outputs.file(args.machine_out.as_deref(), Kind::Marked)?,
+            report: outputs.directory(
+                args.report.as_deref(),
+                [("index.html", Kind::Marked), (NEXT_EXPERIMENT, Kind::Input)],
+            )?,
+        })
+    }
+
+    /// Prepares every result that has a place.
+    ///
+    /// # Errors
+    /// What the file system reports; a report that cannot be drawn.
+    fn stage(self, outputs: &mut Outputs, results: &Results) -> Result<(), Failure> {
+        outputs.stage_json(self.json, &results.report.outcome)?;
+        if let (Some(experiment), Some(input)) = (self.experiment, &results.input) {
+            outputs.stage(experiment, input.as_str())?;
+        }
+        if let (Some(machine_out), Some(machine)) = (self.machine_out, &results.machine) {
+            outputs.stage(machine_out, machine.as_str())?;
+        }
+        if let Some([page, next_experiment]) = self.report {
+            match &results.input {
+                Some(input) => outputs.stage(next_experiment, input.as_str())?,
+                // A report without one keeps none from before.
+                None => outputs.stage_removal(next_experiment),
+            }
+            let text = report::page(&results.report)
+                .map_err(|error| Failure::system("the report", &error))?;
+            outputs.stage(page, text)?;
+        }
+        Ok(())
+    }
+}
+
+/// What is shown and written.
+struct Results {
+    report: Report,
+    /// The next experiment's input, CSV.
+    input: Option<String>,
+    /// The machine file with what was found.
+    machine: Option<String>,
+}
+
+/// What an answer gives. `declared`: the machine and the text of its file.
+///
+/// # Errors
+/// What the next experiment or the machine file cannot be made of.
+fn results(
+    args: &Args,
+    declared: (&Machine, &str),
+    train: &[Log],
+    answer: Answer,
+    progress: &ProgressBar,
+) -> Result<Results, Failure> {
+    let found = match answer {
+        Answer::Found(found) => found,
+        Answer::Disagree(report) => {
+            return Ok(Results {
+                report: *report,
+                input: None,
+                machine: None,
+            });
+        }
+    };
+    let (machine, source) = declared;
+    let mut next = if args.experiment.is_some() || args.report.is_some() {
+        progress.set_message("looking for the next experiment");
+        experiment::next(machine, train, &found)?
+    } else {
+        experiment::doubt(machine, train, &found)?
+    };
+    let refitted = match &args.machine_out {
+        Some(_) if machine_out::refusal(found.report.outcome.verdict).is_none() => {
+            Some(machine_out::text(source, machine, &args.train, &found)?)
+        }
+        _ => None,
+    };
+    let input = next.as_ref().and_then(|next| next.plan.as_ref());
+    let input = input.map(Plan::to_csv);
+    if let (Some(next), Some(_)) = (&mut next, &input) {
+        next.file = experiment_file(args);
+    }
+    let mut report = found.report;
+    report.outcome.next_experiment = next;
+    let written = refitted.as_ref().and(args.machine_out.as_ref());
+    report.outcome.machine_out = written.map(|file| file.display().to_string());
+    Ok(Results {
+        report,
+        input,
+        machine: refitted,
+    })
+}
+
+/// The file of the next experiment's input, as the user would name it.
+fn experiment_file(args: &Args) -> Option<String> {
+    let beside = args.report.as_ref();
+    let beside = beside.map(|directory| directory.join(NEXT_EXPERIMENT));
+    let file = args.experiment.as_ref().or(beside.as_ref())?;
+    Some(file.display().to_string())
 }
 
 /// Refuses a path that leads to nothing, or to a directory.

@@ -6,8 +6,9 @@ use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 
 use super::catalogue;
+use super::metrics::decimal;
 use crate::error::InputError;
-use crate::machine::{Coordinate, Machine};
+use crate::machine::{Coordinate, Machine, PARAMETERS, Parameter};
 
 /// The core's model of a machine file.
 ///
@@ -137,6 +138,38 @@ pub fn base_parameters(machine: &Machine) -> Vec<Base> {
         .into_iter()
         .filter(|base| machine.fit.iter().any(|name| name == base.name()))
         .collect()
+}
+
+/// These base parameters as a machine file holds them, SI: the inverse of [`model`] for a model that was
+/// fitted from this machine. The breakaway level is among them where it has to rise with the Coulomb level,
+/// below which the plant raises it by itself and the file's reader refuses it.
+pub(super) fn numbers(machine: &Machine, fitted: &Model, base: &[Base]) -> Vec<(Parameter, f64)> {
+    let named = |name: &str| PARAMETERS.into_iter().find(|known| known.name == name);
+    let mut numbers: Vec<(Parameter, f64)> = base
+        .iter()
+        .filter_map(|&base| Some((named(base.name())?, held(fitted.get(base)))))
+        .collect();
+    let level = |base: Base| {
+        let fitted = numbers.iter().find(|(known, _)| known.name == base.name());
+        let declared = || machine.parameter(base.name()).unwrap_or_default();
+        fitted.map_or_else(declared, |&(_, value)| value)
+    };
+    let coulomb = level(Base::Coulomb);
+    if level(Base::Static) < coulomb {
+        let name = Base::Static.name();
+        numbers.retain(|(known, _)| known.name != name);
+        numbers.extend(named(name).map(|known| (known, coulomb)));
+    }
+    numbers
+}
+
+/// A number that a machine file may hold: none so small that single precision does not hold it in full.
+fn held(value: f32) -> f64 {
+    if value.abs() < f32::MIN_POSITIVE {
+        0.0
+    } else {
+        decimal(value)
+    }
 }
 
 #[cfg(test)]
@@ -335,6 +368,48 @@ mod tests {
                 assert!(error.ends_with(&words), "{error}");
             }
         }
+    }
+
+    #[test]
+    fn fitted_numbers_are_those_of_the_model_that_the_file_gives() {
+        let file = workspace::root().join("host-tests/machines/ema-24v.toml");
+        let machine = Machine::read(&file).unwrap();
+        let declared = model(&machine).unwrap();
+        for base in Base::ALL {
+            let mut fitted = declared.clone();
+            let value = 0.9 * declared.get(base) + 1e-6;
+            fitted.set(base, value);
+            let numbers = numbers(&machine, &fitted, &[base]);
+            let [(parameter, number)] = numbers[..] else {
+                panic!("{base:?}: {numbers:?}");
+            };
+            assert_eq!(parameter.name, base.name());
+            assert_eq!(number as f32, value, "{base:?}");
+        }
+    }
+
+    /// The file's reader refuses a breakaway level below the Coulomb level.
+    #[test]
+    fn the_breakaway_level_rises_with_the_coulomb_level() {
+        let file = workspace::root().join("host-tests/machines/ema-24v.toml");
+        let machine = Machine::read(&file).unwrap();
+        let mut fitted = model(&machine).unwrap();
+        fitted.set(Base::Coulomb, 0.2);
+        let names = |base: &[Base]| {
+            let numbers = numbers(&machine, &fitted, base);
+            let named = numbers.iter().map(|(known, value)| (known.name, *value));
+            named.collect::<Vec<_>>()
+        };
+        let both = [("coulomb", 0.2), ("static", 0.2)];
+        assert_eq!(names(&[Base::Coulomb]), both);
+        assert_eq!(names(&[Base::Coulomb, Base::Static]), both);
+    }
+
+    #[test]
+    fn a_number_too_small_for_a_file_is_none() {
+        assert_eq!(held(1e-40), 0.0);
+        assert!(held(-0.0).is_sign_positive());
+        assert_eq!(held(0.1), 0.1);
     }
 
     #[test]

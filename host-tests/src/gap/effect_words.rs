@@ -14,7 +14,7 @@ use super::outcome::{Estimate, FoundEffect, Report};
 use crate::quantity::{Scale, significant};
 
 /// Standard deviations on either side of a value that a 95 % interval of a normal distribution has.
-const DEVIATIONS: f64 = 1.96;
+pub(super) const DEVIATIONS: f64 = 1.96;
 
 /// Share by which the resistance of copper rises with each kelvin.
 const COPPER_PER_KELVIN: f64 = 0.0039;

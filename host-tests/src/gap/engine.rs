@@ -294,6 +294,7 @@ pub fn trace(
         },
         candidates,
         next_experiment: None,
+        machine_out: None,
         whiteness: whiteness(&judged, &trace.before.model)?,
         resampled,
         cost: Cost {

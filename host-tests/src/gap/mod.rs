@@ -12,6 +12,7 @@ pub mod engine;
 mod evidence;
 pub mod experiment;
 pub mod headline;
+mod machine_out;
 pub mod metrics;
 pub mod outcome;
 pub mod report;

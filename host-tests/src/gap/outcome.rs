@@ -38,6 +38,10 @@ pub struct Outcome {
     /// What would tell apart what the training logs do not; null where nothing is in doubt, or
     /// nobody asked.
     pub next_experiment: Option<NextExperiment>,
+    /// The machine file with what was found, as the user named it; left out of the JSON where none was
+    /// written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub machine_out: Option<String>,
     /// Whiteness of the residual of the base fit, as evidence.
     pub whiteness: Whiteness,
     /// Logs whose rows were not at even times, and what putting them on a grid changed; left out of the

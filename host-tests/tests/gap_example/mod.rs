@@ -172,6 +172,7 @@ pub fn example() -> Report {
             }),
         },
         next_experiment: None,
+        machine_out: None,
         candidates: vec![
             Candidate {
                 held_out_ratio: Some(0.153),

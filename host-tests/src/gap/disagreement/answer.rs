@@ -55,6 +55,7 @@ pub(in crate::gap) fn report(
         },
         candidates: Vec::new(),
         next_experiment: None,
+        machine_out: None,
         whiteness: Whiteness {
             ljung_box: nothing,
             lags: 0,

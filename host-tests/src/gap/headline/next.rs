@@ -133,22 +133,38 @@ fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
 /// How the machine file takes what was found.
 fn declare(outcome: &Outcome) -> Vec<Step> {
     let mut steps = Vec::new();
+    if let Some(file) = &outcome.machine_out {
+        steps.push(said(&match outcome.unknown {
+            None => format!("use {file} from now on, the machine file with what was found"),
+            Some(_) => format!(
+                "{file} has the fitted numbers; the learned law is what no machine file can declare"
+            ),
+        }));
+        return steps;
+    }
     let freed = outcome.fit.iter().filter(|parameter| parameter.freed);
     let freed: Vec<String> = freed
         .map(|parameter| format!("`{} = {}`", parameter.name, given(parameter.fitted)))
         .collect();
+    let again = "run it again with --machine-out FILE";
     if !freed.is_empty() {
-        steps.push(said(&format!("set {} in the machine file", listed(&freed))));
+        let freed = listed(&freed);
+        steps.push(said(&format!(
+            "{again}, or set {freed} in the machine file"
+        )));
     }
     match outcome.effects.as_slice() {
         [] => {}
         [one] => {
-            steps.push(said("to keep it, add to [fit] of the machine file"));
+            let way = if freed.is_empty() { again } else { "do the same" };
+            steps.push(said(&format!(
+                "to keep it, {way}, or add to [fit] of the machine file"
+            )));
             steps.push(Step::Copy(format!("declared_effects = [{}]", one.declare)));
         }
-        _ => steps.push(said(
-            "to keep them, declare them in the machine file; --verbose has the lines",
-        )),
+        _ => steps.push(said(&format!(
+            "to keep them, declare them in the machine file: {again}, or copy the lines of --verbose"
+        ))),
     }
     steps
 }
