@@ -209,6 +209,14 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
     let [text, _] = brief(&report);
     let line = "  declared_effects = [{ id = \"asymmetric_viscous\", difference = -37.155 }]";
     assert!(text.lines().any(|known| known == line), "{text}");
+    // Where a file has it already, there is nothing to copy.
+    report.outcome.machine_out = Some("refitted.toml".into());
+    let [text, _] = brief(&report);
+    assert!(
+        words(&report).contains("use refitted.toml from now on"),
+        "{text}"
+    );
+    assert!(!text.contains("declared_effects"), "{text}");
 }
 
 #[test]
@@ -227,7 +235,7 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
             &[
                 "no effect is missing, but the declared inductance is wrong.",
                 "inductance: The machine file has 0.000120 H, the logs ask for 0.000132 H.",
-                "set `inductance = 0.00013156` in the machine file",
+                "run it again with --machine-out FILE, or set `inductance = 0.00013156` in the machine file",
             ],
         ),
         (

@@ -92,7 +92,7 @@ fn head(machine: &Machine, train: &[PathBuf], outcome: &Outcome) -> String {
             unknown.depends_on
         ),
     };
-    let paragraphs = [
+    let mut paragraphs = vec![
         format!(
             "{MARK} gap from the machine file {}.",
             machine.path.display()
@@ -101,6 +101,10 @@ fn head(machine: &Machine, train: &[PathBuf], outcome: &Outcome) -> String {
         format!("Verdict: {verdict}."),
         "Behind each fitted number stands what it was, and its 95 % interval.".to_owned(),
     ];
+    let freed: Vec<&str> = outcome.freed().collect();
+    if !freed.is_empty() {
+        paragraphs.push(format!("Wrong, though not in [fit]: {}.", freed.join(", ")));
+    }
     let lines = paragraphs
         .iter()
         .flat_map(|text| wrapped(&one_line(text), 2));

@@ -156,15 +156,19 @@ fn declare(outcome: &Outcome) -> Vec<Step> {
     match outcome.effects.as_slice() {
         [] => {}
         [one] => {
-            let way = if freed.is_empty() { again } else { "do the same" };
+            let way = if freed.is_empty() {
+                again
+            } else {
+                "do the same"
+            };
             steps.push(said(&format!(
                 "to keep it, {way}, or add to [fit] of the machine file"
             )));
             steps.push(Step::Copy(format!("declared_effects = [{}]", one.declare)));
         }
-        _ => steps.push(said(&format!(
-            "to keep them, declare them in the machine file: {again}, or copy the lines of --verbose"
-        ))),
+        _ => steps.push(said(
+            "to keep them, declare them with --machine-out FILE, or with the lines of --verbose",
+        )),
     }
     steps
 }
