@@ -111,7 +111,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.machine_out
         && let Some(reason) = machine_out::refusal(results.report.outcome.verdict)
     {
-        text += &format!("\n{} was not written: {reason}.\n", path.display());
+        let earlier = if path.is_file() {
+            "; what is there is of an earlier run"
+        } else {
+            ""
+        };
+        let path = path.display();
+        text += &format!("\n{path} was not written: {reason}{earlier}.\n");
     }
     out.write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
