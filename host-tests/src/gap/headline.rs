@@ -26,8 +26,9 @@ const NAMED: usize = 3;
 /// reader is told of it.
 const NEARLY: f64 = 0.5;
 
-/// Below this a probability is said to be less than that: nobody can tell such numbers apart.
-const LEAST_CHANCE: f64 = 1e-9;
+/// Least chance that is told as a number. A p-value takes the tail of a distribution from some dozens of blocks; that
+/// far out nobody has checked it.
+const LEAST_CHANCE: f64 = 1e-6;
 
 /// The answer in sentences.
 #[derive(Debug, Clone, PartialEq)]
@@ -225,7 +226,7 @@ fn chance(effects: &[FoundEffect]) -> Option<String> {
         String::new()
     };
     Some(format!(
-        "Sure: on data left out of the fit, chance alone would show such a gain {}{which} (p {}).",
+        "Something is missing: on data left out of the fit, chance alone would show such a gain {}{which} (p {}).",
         once_in(least.p_value),
         probability(least.p_value)
     ))
@@ -234,7 +235,7 @@ fn chance(effects: &[FoundEffect]) -> Option<String> {
 /// A probability as a frequency.
 fn once_in(p: f64) -> String {
     if p < LEAST_CHANCE {
-        return "less than once in a thousand million logs".to_owned();
+        return "less than once in a million logs".to_owned();
     }
     let times = 1.0 / p;
     // Two digits are as many as a p-value has.
@@ -303,7 +304,7 @@ mod tests {
     fn a_probability_is_said_as_a_frequency() {
         assert_eq!(once_in(0.0042), "once in 240 logs");
         assert_eq!(once_in(0.04), "once in 25 logs");
-        assert_eq!(once_in(2.5e-7), "once in 4,000,000 logs");
-        assert_eq!(once_in(1e-12), "less than once in a thousand million logs");
+        assert_eq!(once_in(2.5e-6), "once in 400,000 logs");
+        assert_eq!(once_in(9e-7), "less than once in a million logs");
     }
 }
