@@ -430,12 +430,11 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     pub fn farthest(&mut self, model: &Model) -> Option<Base> {
         let far = |number: Base| {
             let (declared, fitted) = (self.declared.get(number), model.get(number));
-            let bound = if fitted > declared {
-                FARTHEST * declared
+            let beyond = if fitted > declared {
+                fitted - FARTHEST * declared
             } else {
-                declared / FARTHEST
+                declared / FARTHEST - fitted
             };
-            let beyond = (fitted - bound) * (fitted - declared).signum();
             let is_checked = declared > 0.0 && number.dimension() != Dimension::Position;
             (is_checked && beyond > 0.0).then_some(f64::from(beyond))
         };

@@ -66,7 +66,8 @@ fn paragraph(text: &str) -> Vec<String> {
 }
 
 /// Takes lines from the ends of paragraphs until no more than `most` are left in all, or one of each. The
-/// order is finding, gain, certainty, next: of the last two the most can be read elsewhere.
+/// paragraphs are finding, gain, certainty and next step. The certainty is shortened first, then the gain: the
+/// report holds both in full.
 fn shorten(blocks: &mut [Vec<String>; 4], most: usize) {
     for least in [2, 1] {
         for place in [2, 1, 3, 0] {
