@@ -176,6 +176,7 @@ impl Plant for ThrottleWires {
 /// A motor with its bridge and sensors, in the place of a real one. Its brake holds it at once.
 pub struct Motor {
     actuator: Actuator,
+    plant: Parameters,
     /// Position, velocity and current.
     pub state: State,
     converters: Converters,
@@ -195,6 +196,9 @@ pub struct Motor {
     pub current: Option<f32>,
     /// What draws the noise of the current sensor, none for one without.
     pub noise: Option<Random>,
+    /// Whether a voltage acts a whole tick late; a bridge's timer takes it over within half of one.
+    pub late: bool,
+    next: Option<f32>,
     voltage: Option<f32>,
 }
 
@@ -206,6 +210,7 @@ impl Motor {
     fn new(plant: &Parameters, inputs: &'static Inputs, work: actuator::Actuator) -> Self {
         Self {
             actuator: Actuator::build(plant, PLANT_PERIOD).expect("a motor in its ranges"),
+            plant: *plant,
             state: State::new(0.0, 0.0),
             converters: ACTUATOR.machine.converters,
             inputs,
@@ -217,8 +222,21 @@ impl Motor {
             broken: false,
             current: None,
             noise: None,
+            late: false,
+            next: None,
             voltage: None,
         }
+    }
+
+    /// From here on it is blocked where it is.
+    pub fn block(&mut self) {
+        let here = self.state.position.value();
+        let blocked = Parameters {
+            lower_stop: here - 1e-4,
+            upper_stop: here + 1e-4,
+            ..self.plant
+        };
+        self.actuator = Actuator::build(&blocked, PLANT_PERIOD).expect("a motor in its ranges");
     }
 
     /// Whether the bridge drove in the last tick.
@@ -262,11 +280,18 @@ impl Plant for Motor {
 
     fn write(&mut self, wiring: &Wiring) {
         let driven = wiring.latch().outputs().bridge == Bridge::Driven;
-        self.voltage = driven.then(|| {
+        let voltage = driven.then(|| {
             let volts = self.converters.bridge.value(wiring.duty());
             let duty = bridge::duty(volts, wiring.supply());
             f32::from(duty) / f32::from(FULL_DUTY) * self.supply
         });
+        let before = core::mem::replace(&mut self.next, voltage);
+        // Switches open at once.
+        self.voltage = if self.late && driven && before.is_some() {
+            before
+        } else {
+            voltage
+        };
     }
 }
 

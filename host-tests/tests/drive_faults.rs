@@ -4,7 +4,10 @@
 //! The bound of the encoder is that of [`following`]: a rotor that stands still, by its encoder, under more than 1.1 I is
 //! found within three time constants. Two control periods more pass until a speed is known and the bridge off.
 
-use firmware::app::fault::observer::{TIME_CONSTANT, Tolerances};
+mod any_drive;
+
+use any_drive::{TOLERANCES, any_command, image, perform, winding};
+use firmware::app::fault::observer::TIME_CONSTANT;
 use firmware::app::fault::output::Outputs;
 use firmware::app::fault::{Fault, Faults, following};
 use firmware::app::machine::EMA;
@@ -12,22 +15,7 @@ use firmware::app::operation::drive::SWITCH_STEPS;
 use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
 use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
-use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
-
-const TOLERANCES: Tolerances = Tolerances::INDUSTRIAL;
-
-/// Resistance, inductance and torque constant of the declared winding.
-fn winding() -> [f32; 3] {
-    match EMA.plant.drive {
-        Drive::Voltage {
-            resistance,
-            inductance,
-            torque_constant,
-        } => [resistance, inductance, torque_constant],
-        Drive::Torque => panic!("the actuator has a winding"),
-    }
-}
 
 /// The current beyond which nothing that is declared holds the rotor, A.
 fn most_holding_current() -> f32 {
@@ -38,75 +26,6 @@ fn most_holding_current() -> f32 {
 
 /// How long a current of 1.1 times that may last, s.
 const LONGEST: f32 = 3.0 * TIME_CONSTANT + 2.0 * CONTROL_PERIOD;
-
-/// Evenly from −1 to 1.
-fn either_way(random: &mut Random) -> f32 {
-    2.0 * random.uniform() - 1.0
-}
-
-/// An actuator somewhere within the declared tolerances, with a load.
-fn any_actuator(random: &mut Random) -> Parameters {
-    let [resistance, inductance, torque_constant] = winding();
-    let mut off = |share: f32| 1.0 + share * either_way(random);
-    let drive = Drive::Voltage {
-        resistance: resistance * off(TOLERANCES.resistance),
-        inductance: inductance * off(TOLERANCES.inductance),
-        torque_constant: torque_constant * off(TOLERANCES.torque_constant),
-    };
-    let inertia = EMA.plant.inertia * off(TOLERANCES.inertia);
-    let friction = off(TOLERANCES.mechanics);
-    let scaled = |level: Directional| Directional::both(level.forward * friction);
-    let stroke = EMA.plant.upper_stop - EMA.plant.lower_stop;
-    let mut moved = || TOLERANCES.stop * stroke * either_way(random);
-    Parameters {
-        drive,
-        inertia,
-        viscous: scaled(EMA.plant.viscous),
-        coulomb: scaled(EMA.plant.coulomb),
-        breakaway: scaled(EMA.plant.breakaway),
-        lower_stop: EMA.plant.lower_stop + moved(),
-        upper_stop: EMA.plant.upper_stop + moved(),
-        offset: EMA.limits.load * either_way(random),
-        ..EMA.plant
-    }
-}
-
-/// A command of any kind in either mode, weak or strong.
-fn any_command(random: &mut Random) -> (&'static str, String) {
-    let (mode, most) = if random.uniform() < 0.6 {
-        ("mode position", 1.0)
-    } else {
-        ("mode voltage", 24.0)
-    };
-    let mut value = || {
-        let strength = random.uniform();
-        most * strength * either_way(random)
-    };
-    let (first, second) = (value(), value());
-    let frequency = 0.5 + 9.5 * random.uniform();
-    let line = match (random.uniform() * 5.0) as u32 {
-        0 | 1 => format!("step {first} {second} {}", 0.1 * random.uniform()),
-        2 => format!("ramp {first} {second} {}", 0.01 + random.uniform()),
-        3 => format!("sine 0 {first} {frequency}"),
-        _ => format!("triangle {} {} {frequency}", 0.5 * first, 0.5 * second),
-    };
-    (mode, line)
-}
-
-fn image(random: &mut Random) -> OperationOnHost<Motor> {
-    let actuator = any_actuator(random);
-    let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
-    image.plant.noise = Some(Random::new(random.bits().into(), 2));
-    image.plant.supply = 20.0 + 9.0 * random.uniform();
-    image.run_ms(20);
-    image
-}
-
-fn perform(image: &mut OperationOnHost<Motor>, lines: &[&str]) {
-    for line in lines {
-        assert_eq!(image.line(line), "ok", "{line}");
-    }
-}
 
 /// What the drive itself finds of a command that asks for more than winding or bridge bear.
 fn is_too_much(causes: Faults) -> bool {

@@ -288,6 +288,7 @@ fn a_ram_that_was_without_power_has_no_last_words() {
 const LIMITS: Limits = Limits {
     peak_current: 20.0,
     continuous_current: 5.0,
+    current_limit: 15.0,
     peak_time: 0.5,
     load: 0.24,
     supply: [18.0, 30.0],
@@ -323,6 +324,7 @@ const QUIET: Measured = Measured {
         position: 0.0,
         current: 0.0,
         voltage: None,
+        spread: 0.0,
     },
     supply: 24.0,
     switches: [false; 2],
@@ -505,6 +507,7 @@ fn judge(machine: &Machine, samples: &[(f32, f32, f32)]) -> Vec<(usize, Fault)> 
             position,
             current,
             voltage: stood.replace(input),
+            spread: 0.0,
         };
         if let Some(fault) = observer.step(&mut state, &reading) {
             found.push((step, fault));
@@ -682,6 +685,7 @@ fn with_the_bridge_off_the_encoder_is_believed_and_a_fault_of_it_is_over() {
         position: 0.0,
         current: 0.0,
         voltage: Some(24.0),
+        spread: 0.0,
     };
     let mut found = None;
     for _ in 0..20 {
@@ -693,6 +697,7 @@ fn with_the_bridge_off_the_encoder_is_believed_and_a_fault_of_it_is_over() {
             position,
             current: 0.0,
             voltage: None,
+            spread: 0.0,
         };
         assert_eq!(observer.step(&mut state, &off), None);
     }

@@ -46,7 +46,7 @@ const EMA_SUPPLY: f32 = 24.0;
 /// periods of the loop long: one count of the encoder is then 0.1 V, not 0.4.
 ///
 /// The peak current lies above the 24 A that the supply drives through the winding and below the 25 A of
-/// the amplifier. The winding bears 6 A for ever and the peak for a second. What these make beyond friction,
+/// the amplifier; the drive lets 20 A flow, as the bridge is one of 20 A. The winding bears 6 A for ever and the peak for a second. What these make beyond friction,
 /// 0.06 N·m/A · 6 A − 0.12 N·m, is the load: what it can hold for ever it may have to. The supply is that of an
 /// industrial 24 V, −25 and +25 %; the capacitors bear 35 V, the gate drivers switch from 8 V up.
 pub const EMA: Machine = Machine {
@@ -88,6 +88,7 @@ pub const EMA: Machine = Machine {
     limits: Limits {
         peak_current: 24.5,
         continuous_current: 6.0,
+        current_limit: 20.0,
         peak_time: 1.0,
         load: 0.24,
         supply: [18.0, 30.0],
@@ -145,6 +146,7 @@ pub const THROTTLE: Machine = Machine {
     limits: Limits {
         peak_current: 8.0,
         continuous_current: 3.0,
+        current_limit: 6.0,
         peak_time: 1.0,
         load: 0.6,
         supply: [8.0, 16.0],

@@ -67,12 +67,63 @@ impl Wire {
     }
 }
 
+/// What a bridge held over a control period, in counts of its duty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Applied {
+    /// The mean.
+    pub mean: i16,
+    /// The most less the least.
+    pub spread: i16,
+}
+
+/// The ticks of a control period, one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Application {
+    ticks: i32,
+    sum: i32,
+    range: Option<[i16; 2]>,
+    off: bool,
+}
+
+impl Application {
+    /// What the bridge holds in a tick, in counts of its duty; none with its switches off.
+    pub fn take(&mut self, counts: Option<i16>) {
+        let Some(counts) = counts else {
+            self.off = true;
+            return;
+        };
+        self.ticks += 1;
+        self.sum += i32::from(counts);
+        let [low, high] = self.range.unwrap_or([counts; 2]);
+        self.range = Some([low.min(counts), high.max(counts)]);
+    }
+
+    /// Ends the period, and begins the next one.
+    pub fn end(&mut self) -> Option<Applied> {
+        let Self {
+            ticks,
+            sum,
+            range,
+            off,
+        } = core::mem::take(self);
+        let [low, high] = range.filter(|_| !off)?;
+        // The nearest: of equal counts exactly these. A mean lies within its range.
+        let mean = (2 * sum + ticks).div_euclid(2 * ticks);
+        Some(Applied {
+            mean: mean as i16,
+            spread: high.saturating_sub(low),
+        })
+    }
+}
+
 /// All wires of one actuator. Relaxed ordering for values: one core, and interrupts order
 /// themselves.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Wiring {
     duty: AtomicI16,
+    bounds: [AtomicI16; 2],
     applied: AtomicI16,
+    spread: AtomicI16,
     commanded: AtomicBool,
     position: AtomicI32,
     current: AtomicI16,
@@ -99,12 +150,20 @@ pub struct Wiring {
 /// On the wire of what is applied: every switch of the bridge is off.
 const NOTHING: i16 = i16::MIN;
 
+impl Default for Wiring {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Wiring {
     /// Everything at zero, no fault.
     pub const fn new() -> Self {
         Self {
             duty: AtomicI16::new(0),
+            bounds: [AtomicI16::new(i16::MIN), AtomicI16::new(i16::MAX)],
             applied: AtomicI16::new(NOTHING),
+            spread: AtomicI16::new(0),
             commanded: AtomicBool::new(true),
             position: AtomicI32::new(0),
             current: AtomicI16::new(0),
@@ -134,11 +193,27 @@ impl Wiring {
         self.duty.store(duty, Relaxed);
     }
 
-    /// The duty at the bridge, in counts: what was asked for, or zero with the bridge off.
+    /// The duty at the bridge, in counts: what was asked for within its bounds, or zero with the bridge
+    /// off.
     pub fn duty(&self) -> i16 {
         match self.latch.outputs().bridge {
             Bridge::Off => 0,
-            Bridge::Driven => self.duty.load(Relaxed),
+            Bridge::Driven => {
+                let [low, high] = self.bounds();
+                self.duty.load(Relaxed).min(high).max(low)
+            }
+        }
+    }
+
+    /// Least and most duty that the motor's current bears now, in counts.
+    pub(super) fn bounds(&self) -> [i16; 2] {
+        [0, 1].map(|side: usize| self.bounds[side].load(Relaxed))
+    }
+
+    /// Bounds the duty.
+    pub(super) fn set_bounds(&self, counts: [i16; 2]) {
+        for (bound, counts) in self.bounds.iter().zip(counts) {
+            bound.store(counts, Relaxed);
         }
     }
 
@@ -152,15 +227,20 @@ impl Wiring {
         self.commanded.store(commanded, Relaxed);
     }
 
-    /// What the bridge holds at the winding, in counts of its duty; none with its switches off.
-    pub fn applied(&self) -> Option<i16> {
-        let counts = self.applied.load(Relaxed);
-        (counts != NOTHING).then_some(counts)
+    /// What the bridge held at the winding over the control period that ended last; none if its switches
+    /// were off in any of its ticks.
+    pub fn applied(&self) -> Option<Applied> {
+        let mean = self.applied.load(Relaxed);
+        let spread = self.spread.load(Relaxed);
+        (mean != NOTHING).then_some(Applied { mean, spread })
     }
 
-    /// Says what the bridge holds at the winding.
-    pub(super) fn set_applied(&self, counts: Option<i16>) {
-        self.applied.store(counts.unwrap_or(NOTHING), Relaxed);
+    /// Says what the bridge held at the winding.
+    pub(super) fn set_applied(&self, applied: Option<Applied>) {
+        let mean = applied.map_or(NOTHING, |applied| applied.mean);
+        let spread = applied.map_or(0, |applied| applied.spread);
+        self.applied.store(mean, Relaxed);
+        self.spread.store(spread, Relaxed);
     }
 
     /// Supply of the bridge, V.

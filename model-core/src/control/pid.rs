@@ -260,7 +260,28 @@ impl Coefficients {
         set_point: f32,
         measurement: f32,
     ) -> Result<f32, NonFinite> {
-        self.advance(state, set_point, measurement, true)
+        let limits = [self.output_minimum, self.output_maximum];
+        self.advance(state, set_point, measurement, true, limits)
+    }
+
+    /// As [`Coefficients::step`], with an output within `limits` too, the lower one first: those of this moment, of a supply
+    /// or of a current. The anti-windup knows of them as of its own. Limits that are NaN do not count.
+    ///
+    /// # Errors
+    /// As [`Coefficients::step`].
+    #[inline]
+    pub fn step_between(
+        &self,
+        state: &mut State,
+        set_point: f32,
+        measurement: f32,
+        [lower, upper]: [f32; 2],
+    ) -> Result<f32, NonFinite> {
+        let limits = [
+            self.output_minimum.max(lower),
+            self.output_maximum.min(upper),
+        ];
+        self.advance(state, set_point, measurement, true, limits)
     }
 
     /// As [`Coefficients::step`], with the integral as it stands: for an anti-windup that looks at
@@ -275,7 +296,8 @@ impl Coefficients {
         set_point: f32,
         measurement: f32,
     ) -> Result<f32, NonFinite> {
-        self.advance(state, set_point, measurement, false)
+        let limits = [self.output_minimum, self.output_maximum];
+        self.advance(state, set_point, measurement, false, limits)
     }
 
     #[inline(always)]
@@ -285,6 +307,7 @@ impl Coefficients {
         set_point: f32,
         measurement: f32,
         integrates: bool,
+        [minimum, maximum]: [f32; 2],
     ) -> Result<f32, NonFinite> {
         let proportional = self.proportional * (self.set_point_weight * set_point - measurement);
         let derivative_input = self.derivative_set_point_weight * set_point - measurement;
@@ -293,10 +316,10 @@ impl Coefficients {
                 * (derivative_input - state.derivative_input.unwrap_or(derivative_input));
         let unsaturated = proportional + state.integral.value() + derivative;
 
-        let output = if unsaturated > self.output_maximum {
-            self.output_maximum
-        } else if unsaturated < self.output_minimum {
-            self.output_minimum
+        let output = if unsaturated > maximum {
+            maximum
+        } else if unsaturated < minimum {
+            minimum
         } else {
             unsaturated
         };
@@ -502,6 +525,40 @@ mod tests {
         // 0.2 after ln(1.1/0.2)/−ln 0.99 = 169.6 ticks.
         let tracked = recovery(AntiWindup::BackCalculation { tracking_time: 0.1 });
         assert_eq!(tracked, 170);
+    }
+
+    /// Limits of a moment act as the controller's own, and are forgotten with the moment.
+    #[test]
+    fn limits_of_a_moment_hold_output_and_integral_as_its_own_do() {
+        for anti_windup in [
+            AntiWindup::None,
+            AntiWindup::ConditionalIntegration,
+            AntiWindup::BackCalculation { tracking_time: 0.1 },
+        ] {
+            let narrow = bounded(anti_windup);
+            let wide = Parameters {
+                proportional: 1.0,
+                integral: 20.0,
+                output_minimum: -5.0,
+                output_maximum: 5.0,
+                anti_windup,
+                ..Parameters::default()
+            }
+            .build(PERIOD)
+            .unwrap();
+            let [mut own, mut told] = [State::default(); 2];
+            for k in 0..300 {
+                let set_point = if k < 200 { 2.0 } else { -2.0 };
+                let output = wide
+                    .step_between(&mut told, set_point, 0.0, [-1.0, 1.0])
+                    .unwrap();
+                assert_eq!(output, narrow.step(&mut own, set_point, 0.0).unwrap());
+                assert_eq!(told, own);
+            }
+            let free = wide.step_between(&mut told, -2.0, 0.0, [f32::NAN; 2]);
+            assert_eq!(free, wide.step(&mut own, -2.0, 0.0));
+            assert_eq!(told, own);
+        }
     }
 
     #[test]

@@ -11,10 +11,11 @@
 //! stays below
 //!
 //! b = δu + δR R |i₀ + i₁|/2 + R |i₁ − i₀|/2 + δL L |i₁ − i₀|/h
-//!   + (δk k |Δθ₀ + Δθ₁| + k |Δθ₁ − Δθ₀|)/2h + l |u₁ − u₀|/h,
+//!   + (δk k |Δθ₀ + Δθ₁| + k |Δθ₁ − Δθ₀|)/2h + l |u₁ − u₀|/h + (s₀ + s₁)/8,
 //!
-//! whose third and sixth terms are the trapezoidal rule's worst, and whose last one is that of a voltage that acts
-//! by *l* later than it was told. Both go through one first-order filter with the time constant *τ*. Its
+//! whose third and sixth terms are the trapezoidal rule's worst, and whose seventh one is that of a voltage that acts
+//! by *l* later than it was told. Where the current is limited the voltage changes within a period, by *s*: the period
+//! that slides weighs a triangle's half, which is off from the mean by a quarter in all, of at most s/2. Both go through one first-order filter with the time constant *τ*. Its
 //! response is positive, so |e| ≤ b in every period keeps the filtered |E| below the filtered B. Reading in steps
 //! of *r* rad is wrong by half a step at most however long it moves, which the filter makes k r/τ of; twice that
 //! covers what it hides of b too. Hence |E| > B + 2 k r/τ means that the encoder, the current sensor or
@@ -57,8 +58,19 @@ pub struct Coefficients {
 struct Before {
     position: f32,
     current: f32,
-    /// The period that it ended, as far as the bridge drove: its voltage, V, and the encoder's way.
-    period: Option<(f32, f32)>,
+    /// The period that it ended, as far as the bridge drove.
+    period: Option<Period>,
+}
+
+/// A period in which the bridge drove.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Period {
+    /// Mean voltage, V.
+    voltage: f32,
+    /// Most less least voltage, V.
+    spread: f32,
+    /// The encoder's way.
+    moved: f32,
 }
 
 /// What the observer remembers.
@@ -114,9 +126,12 @@ impl Coefficients {
     /// does with the bridge off.
     pub fn step(&self, state: &mut State, reading: &Reading) -> Option<Fault> {
         let &Reading {
-            position, current, ..
+            position,
+            current,
+            spread,
+            ..
         } = reading;
-        let finite = position.is_finite() && current.is_finite();
+        let finite = position.is_finite() && current.is_finite() && spread.is_finite();
         let mut now = Before {
             position,
             current,
@@ -131,9 +146,17 @@ impl Coefficients {
             return None;
         };
         let moved = position - before.position;
-        now.period = Some((voltage, moved));
+        now.period = Some(Period {
+            voltage,
+            spread,
+            moved,
+        });
         state.before = Some(now);
-        let (voltage_before, moved_before) = before.period?;
+        let Period {
+            voltage: voltage_before,
+            spread: spread_before,
+            moved: moved_before,
+        } = before.period?;
         let mean = |before: f32, now: f32| 0.5 * (before + now);
         let mean_current = mean(before.current, current);
         let change = current - before.current;
@@ -147,7 +170,8 @@ impl Coefficients {
             + (0.5 * self.resistance + self.tolerances.inductance * self.inductance) * change.abs()
             + self.tolerances.torque_constant * claimed.abs()
             + 0.5 * self.back_emf * (moved - moved_before).abs()
-            + self.latency * (voltage - voltage_before).abs();
+            + self.latency * (voltage - voltage_before).abs()
+            + 0.125 * (spread_before + spread);
         state.residual += self.gain * (residual - state.residual);
         state.bound += self.gain * (bound - state.bound);
         state.claimed += self.gain * (claimed.abs() - state.claimed);

@@ -221,6 +221,7 @@ impl Coefficients {
             position,
             current,
             voltage,
+            ..
         } = reading;
         let finite = position.is_finite() && current.is_finite();
         let driven = voltage.is_some_and(f32::is_finite);

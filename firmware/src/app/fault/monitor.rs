@@ -10,6 +10,10 @@ use super::{Fault, Faults};
 use super::{back_emf, following};
 use crate::app::debounce::Debounce;
 
+/// The current that is let flow at most, as a share of what the bridge may carry: what the
+/// [limiter](crate::app::operation::current_limit) may be beyond its limit for a moment lies between the two.
+pub const CURRENT_SHARE: f32 = 0.85;
+
 /// What the drive bears.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -18,6 +22,8 @@ pub struct Limits {
     pub peak_current: f32,
     /// What the winding bears for ever, A: the motor's rated current.
     pub continuous_current: f32,
+    /// Most that the drive lets flow, A, either way.
+    pub current_limit: f32,
     /// How long it bears the peak current after rest, s: I² t, as the copper takes the heat of so
     /// short a time up by itself.
     pub peak_time: f32,
@@ -31,6 +37,14 @@ pub struct Limits {
     pub supply_time: f32,
     /// How long commands of a terminal are driven that sends nothing more, s; 0 for ever.
     pub command_timeout: f32,
+}
+
+impl Limits {
+    /// Most current that the drive lets flow, A, either way: as it is set, and no nearer to the peak than
+    /// [`CURRENT_SHARE`].
+    pub fn current(&self) -> f32 {
+        self.current_limit.min(CURRENT_SHARE * self.peak_current)
+    }
 }
 
 /// What a control step measures.
@@ -96,6 +110,7 @@ impl Monitors {
         let Limits {
             peak_current,
             continuous_current,
+            current_limit,
             peak_time,
             load: _,
             supply: [least, most],
@@ -113,6 +128,7 @@ impl Monitors {
             "peak_current",
             "must be above the continuous current, at most 1e6 A",
         )?;
+        require(positive(current_limit), "current_limit", "must be above 0")?;
         require(positive(peak_time), "peak_time", "must be above 0")?;
         require(
             least >= 0.0 && most > least && most.is_finite(),
@@ -152,6 +168,7 @@ impl Monitors {
             position,
             current,
             voltage,
+            ..
         } = measured.reading;
         let [least, most] = self.limits.supply;
         let supply = measured.supply;

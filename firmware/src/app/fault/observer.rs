@@ -30,9 +30,11 @@ pub struct Reading {
     pub position: f32,
     /// In the motor, A: its mean since the reading before.
     pub current: f32,
-    /// That stood at the winding since the reading before, V; none with the bridge off, which leaves
+    /// That stood at the winding since the reading before, V, in the mean; none with the bridge off, which leaves
     /// the winding to itself.
     pub voltage: Option<f32>,
+    /// Between the most and the least voltage since then, V: 0 but where the current is limited.
+    pub spread: f32,
 }
 
 /// How far the truth may be from the declared actuator, as shares of the declared numbers.

@@ -2,20 +2,22 @@
 //!
 //! A tick follows each conversion, in the middle of a period of the PWM, where the current is its mean
 //! over that period. Over a control period the readings are averaged, so that no ripple folds into
-//! the loop. A current beyond the peak is latched in the tick that reads it.
+//! the loop. A current beyond the peak is latched in the tick that reads it, and the duty is bounded in each so that
+//! the current stays at its [limit](current_limit).
 
 use core::sync::atomic::{AtomicBool, AtomicU16, Ordering::Relaxed};
 
 use model_core::plant::potentiometer::Track;
 
 use super::calibration::Calibration;
+use super::current_limit;
 use super::encoder::Extension;
 use super::order::{Order, Receiver};
 use crate::app::conversion::{Converter, Converters};
 use crate::app::fault::Fault;
 use crate::app::fault::output::Bridge;
 use crate::app::timing::TICKS_PER_CONTROL;
-use crate::app::wiring::{Measurement, Truth, Wiring};
+use crate::app::wiring::{Application, Measurement, Truth, Wiring};
 use crate::app::work::PlantWork;
 
 /// Code of the current sensor without a current: the middle of a 12-bit converter.
@@ -93,6 +95,10 @@ pub struct Numbers {
     pub calibration: Calibration,
     /// Current beyond which the bridge is switched off, A, either way.
     pub peak: f32,
+    /// Range in which the current is kept, A.
+    pub range: [f32; 2],
+    /// What keeps it there.
+    pub limiter: current_limit::Coefficients,
     /// Stroke over which the tracks run, rad.
     pub stroke: [f32; 2],
 }
@@ -107,6 +113,10 @@ pub struct Actuator {
     /// Sums over the control period: current and supply.
     sums: [i32; 2],
     ticks: u32,
+    limit: current_limit::State,
+    /// What the bridge holds since the last tick, in counts; none with its switches off.
+    held: Option<i16>,
+    application: Application,
 }
 
 impl Actuator {
@@ -124,6 +134,9 @@ impl Actuator {
             encoder: Extension::default(),
             sums: [0; 2],
             ticks: 0,
+            limit: current_limit::State::default(),
+            held: None,
+            application: Application::default(),
         }
     }
 
@@ -131,6 +144,27 @@ impl Actuator {
     fn is_borne(&self, counts: i32) -> bool {
         let amperes = self.numbers.converters.current.value(counts);
         amperes.abs() <= self.numbers.peak
+    }
+
+    /// Bounds the duty so that the current stays in its range, and says what the bridge holds from now on.
+    fn limit(&mut self, counts: i32) {
+        let Numbers {
+            converters,
+            range,
+            limiter,
+            ..
+        } = &self.numbers;
+        let current = converters.current.value(counts);
+        let voltage = self.held.map(|counts| converters.bridge.value(counts));
+        let bounds = limiter.step(&mut self.limit, current, voltage, *range);
+        let [low, high] = bounds.map(|voltage| converters.bridge.counts(voltage));
+        match (low, high) {
+            (Some(low), Some(high)) => self.wiring.set_bounds([low, high]),
+            _ => self.wiring.trip(Fault::NonFinite),
+        }
+        let driven = self.wiring.latch().outputs().bridge == Bridge::Driven;
+        self.held = driven.then(|| self.wiring.duty());
+        self.application.take(self.held);
     }
 
     fn publish(&mut self, position: i32) {
@@ -182,6 +216,7 @@ impl PlantWork for Actuator {
         }
         self.wiring.set_bridge_broken(readings.broken);
         self.wiring.set_switches(readings.switches);
+        self.limit(current);
         self.sums[0] += current;
         self.sums[1] += i32::from(readings.supply);
         if self.wiring.take_zero() {
@@ -193,8 +228,7 @@ impl PlantWork for Actuator {
         if due {
             self.ticks = 0;
             self.publish(position);
-            let driven = self.wiring.latch().outputs().bridge == Bridge::Driven;
-            self.wiring.set_applied(driven.then(|| self.wiring.duty()));
+            self.wiring.set_applied(self.application.end());
             self.wiring.set_control_due(true);
         }
         due

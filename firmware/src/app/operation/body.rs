@@ -11,7 +11,7 @@ use crate::app::ecu::loopback::Wires;
 use crate::app::fault::Fault;
 use crate::app::fault::output;
 use crate::app::timing::TICKS_PER_CONTROL;
-use crate::app::wiring::{Measurement, Truth, Wiring};
+use crate::app::wiring::{Application, Measurement, Truth, Wiring};
 use crate::app::work::PlantWork;
 
 /// Supply of its bridge before another one is told, V.
@@ -26,6 +26,7 @@ pub struct Body {
     supply: f32,
     wires: &'static Wires,
     wiring: &'static Wiring,
+    application: Application,
     /// Ticks so far. The first samples the initial state, without a step.
     ticks: u32,
 }
@@ -47,6 +48,7 @@ impl Body {
             supply: SUPPLY,
             wires,
             wiring,
+            application: Application::default(),
             ticks: 0,
         }
     }
@@ -111,7 +113,7 @@ impl PlantWork for Body {
         let bridge = self.bridge();
         let voltage = bridge.voltage(self.supply);
         let counts = voltage.and_then(|volts| self.converters.bridge.counts(volts));
-        self.wiring.set_applied(counts);
+        self.application.take(counts);
         if self.ticks > 0 && self.throttle.step(bridge, self.supply).is_err() {
             self.wiring.trip(Fault::NonFinite);
         }
@@ -128,6 +130,7 @@ impl PlantWork for Body {
         }
         let due = self.ticks.is_multiple_of(TICKS_PER_CONTROL);
         if due {
+            self.wiring.set_applied(self.application.end());
             self.wiring.set_control_due(true);
         }
         self.ticks = self.ticks.wrapping_add(1);

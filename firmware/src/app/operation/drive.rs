@@ -21,7 +21,7 @@ use crate::app::fault::{Fault, Faults};
 use crate::app::machine::FULL_DUTY;
 use crate::app::profile::Generator;
 use crate::app::record::{Marks, Recorder, Sample};
-use crate::app::wiring::{Measurement, Wiring};
+use crate::app::wiring::{Applied, Measurement, Wiring};
 use crate::app::work::ControlWork;
 
 /// Control steps that a limit switch has to be open for before that counts: contacts bounce for a
@@ -80,8 +80,8 @@ pub struct Drive {
     commanded: f32,
     state: pid::State,
     switches: [Debounce; 2],
-    /// Voltage that stood at the winding since the step before, V.
-    told: Option<f32>,
+    /// The step before, as far as it is known: its voltage stands until this one.
+    sample: Option<Sample>,
     /// Driven control steps since the terminal last sent a command.
     silent: u32,
     missed: u32,
@@ -109,7 +109,7 @@ impl Drive {
             commanded: 0.0,
             state: pid::State::default(),
             switches: [Debounce::default(); 2],
-            told: None,
+            sample: None,
             silent: 0,
             missed: 0,
             sequence: 0,
@@ -175,12 +175,22 @@ impl Drive {
         self.commanded
     }
 
+    /// The step before with what the bridge held since: the log has what was driven.
+    fn record(&mut self, applied: Option<Applied>) {
+        let sample = self.sample.take().filter(|_| !self.wiring.is_stalled());
+        if let Some(mut sample) = sample {
+            sample.duty = applied.map_or(0, |applied| applied.mean);
+            sample.marks.driven = applied.is_some();
+            self.recorder.push(sample);
+        }
+    }
+
     fn is_driven(&self) -> bool {
         self.wiring.latch().outputs().bridge == Bridge::Driven
     }
 
     /// Latches what is wrong. False if a number is not finite.
-    fn judge(&mut self, position: f32, current: f32) -> bool {
+    fn judge(&mut self, position: f32, current: f32, applied: Option<Applied>) -> bool {
         let supply = self.wiring.supply();
         let [lower, upper] = self.wiring.switches();
         let switches = [
@@ -189,14 +199,16 @@ impl Drive {
         ];
         let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken());
         // A period in which the bridge went off and the brake on says nothing of the encoder.
-        let driven = self.is_driven();
+        let applied = applied.filter(|_| self.is_driven());
+        let bridge = self.setup.converters.bridge;
         if let Some(monitors) = &mut self.setup.monitors {
             present = present
                 | monitors.step(&Measured {
                     reading: Reading {
                         position,
                         current,
-                        voltage: self.told.filter(|_| driven),
+                        voltage: applied.map(|applied| bridge.value(applied.mean)),
+                        spread: applied.map_or(0.0, |applied| bridge.value(applied.spread)),
                     },
                     supply,
                     switches,
@@ -221,20 +233,23 @@ impl Drive {
         }
     }
 
-    /// The voltage that the command asks for, V, as far as the supply reaches. None if it is not a
-    /// number.
+    /// The voltage that the command asks for, V, as far as the supply reaches and the motor's current
+    /// bears it. None if it is not a number.
     fn voltage(&mut self, command: f32, position: f32) -> Option<f32> {
+        let most = self.wiring.supply() * (f32::from(MOST_DUTY) / f32::from(FULL_DUTY));
+        let bridge = self.setup.converters.bridge;
+        let [low, high] = self.wiring.bounds().map(|counts| bridge.value(counts));
+        let [low, high] = [low.max(-most), high.min(most)];
         let wanted = match self.mode {
             Mode::Position => self
                 .setup
                 .pid
-                .step(&mut self.state, command, position)
+                .step_between(&mut self.state, command, position, [low, high])
                 .ok()?,
             Mode::Voltage => command,
             Mode::Wires => 0.0,
         };
-        let most = self.wiring.supply() * (f32::from(MOST_DUTY) / f32::from(FULL_DUTY));
-        let voltage = wanted.min(most).max(-most);
+        let voltage = wanted.min(high).max(low);
         voltage.is_finite().then_some(voltage)
     }
 }
@@ -245,7 +260,9 @@ impl ControlWork for Drive {
         let converters = self.setup.converters;
         let angle = converters.position.value(position);
         let amperes = self.setup.current.of(converters.current.value(current));
-        let mut finite = self.judge(angle, amperes);
+        let applied = self.wiring.applied();
+        self.record(applied);
+        let mut finite = self.judge(angle, amperes, applied);
         let begins = self.obey(angle);
         self.watch_terminal(self.is_driven());
 
@@ -263,31 +280,21 @@ impl ControlWork for Drive {
         }
         self.wiring.drive(counts.unwrap_or(0));
 
-        let commanded = self.wiring.is_commanded();
-        let held = if commanded {
-            armed.then(|| self.wiring.duty())
-        } else {
-            self.wiring.applied()
-        };
-        self.told = held.map(|counts| converters.bridge.value(counts));
-        let sample = Sample {
+        // A log has a gap where the processor stood still.
+        self.sample = (!self.wiring.is_stalled()).then(|| Sample {
             sequence: self.sequence,
             command,
-            duty: held.unwrap_or(0),
+            duty: 0,
             position,
             current: converters.current.counts(amperes).unwrap_or(0),
             truth: self.wiring.truth(),
             marks: Marks {
                 command: begins && armed,
                 fault: self.wiring.latch().is_tripped(),
-                driven: held.is_some(),
+                driven: false,
             },
-        };
+        });
         self.sequence = self.sequence.wrapping_add(1);
-        // A log has a gap where the processor stood still.
-        if !self.wiring.is_stalled() {
-            self.recorder.push(sample);
-        }
         let missed = self.wiring.missed();
         if finite && missed == self.missed && self.wiring.all_tasks_go_on() {
             self.wiring.vouch();

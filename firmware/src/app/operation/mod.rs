@@ -9,13 +9,14 @@
 //! | [`evaluation`] | task below it | the refit and the check, which take their time |
 //!
 //! An image is a [`kit`]: which actuator, which limits, which modes. What stands between converters and
-//! the drive, a board calls and a test can: the [`bridge`]'s duties, the [`encoder`]'s 16 bits, the
+//! the drive, a board calls and a test can: the [`bridge`]'s duties, the [`current_limit`], the [`encoder`]'s 16 bits, the
 //! [`duty_input`], the outputs' [`calibration`].
 
 pub mod actuator;
 pub mod body;
 pub mod bridge;
 pub mod calibration;
+pub mod current_limit;
 pub mod drive;
 pub mod duty_input;
 pub mod encoder;

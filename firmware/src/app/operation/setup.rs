@@ -9,6 +9,7 @@ use model_core::plant::throttle::{BuildError, Throttle};
 use super::actuator;
 use super::bridge::MOST_DUTY;
 use super::calibration::{Calibration, Correction};
+use super::current_limit;
 use super::drive;
 use super::kit::Kit;
 use crate::app::ecu::loopback;
@@ -17,7 +18,7 @@ use crate::app::fault::following;
 use crate::app::fault::monitor::{Monitors, Observers};
 use crate::app::fault::observer::Tolerances;
 use crate::app::machine::Machine;
-use crate::app::store::field::Values;
+use crate::app::store::field::{Field, Values};
 use crate::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
 
 /// Values that do not go together.
@@ -142,6 +143,11 @@ impl Kit {
                 ..Calibration::of(values)
             },
             peak: machine.limits.peak_current,
+            range: [-machine.limits.current(), machine.limits.current()],
+            limiter: current_limit::Coefficients::new(
+                values.get(Field::Resistance),
+                values.get(Field::Inductance),
+            ),
             stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
         }
     }

@@ -71,6 +71,8 @@ pub enum Field {
     Load = 28,
     /// How long commands are driven without another one; 0 for ever.
     CommandTimeout = 29,
+    /// Most current that the drive lets flow.
+    CurrentLimit = 30,
 }
 
 /// How many there are.
@@ -123,6 +125,7 @@ pub static DESCRIPTIONS: [Description; FIELDS] = [
     described("supply_maximum", "V", 5.0, 36.0),
     described("load", "N·m", 0.0, 1e2),
     described("command_timeout", "s", 0.0, 3600.0),
+    described("current_limit", "A", 0.1, 24.9),
 ];
 
 const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
@@ -136,7 +139,7 @@ const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f3
 
 impl Field {
     /// All of them, by number.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 30] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -166,6 +169,7 @@ impl Field {
         Self::SupplyMaximum,
         Self::Load,
         Self::CommandTimeout,
+        Self::CurrentLimit,
     ];
 
     /// Its name, unit and bounds.
@@ -297,6 +301,7 @@ impl Values {
             limits.supply[1],
             limits.load,
             limits.command_timeout,
+            limits.current_limit,
         ]);
         for (field, value) in values.iter() {
             field.check(value).map_err(|_| InvalidParameter {
@@ -363,6 +368,7 @@ impl Values {
         limits.supply = [Field::SupplyMinimum, Field::SupplyMaximum].map(|field| self.get(field));
         limits.load = self.get(Field::Load);
         limits.command_timeout = self.get(Field::CommandTimeout);
+        limits.current_limit = self.get(Field::CurrentLimit);
         machine
     }
 }

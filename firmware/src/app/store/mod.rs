@@ -28,7 +28,7 @@
 //! [`Disarmed`].
 //!
 //! # Wear
-//! A set takes 744 bytes with all its fields, so that a sector takes 19 sets: an erase for every 19
+//! A set takes 768 bytes with all its fields, so that a sector takes 19 sets: an erase for every 19
 //! commits that change a value. With three sectors of 10,000 erases each that makes 570,000 commits.
 
 use core::fmt;

@@ -1,0 +1,94 @@
+//! Any drive: an actuator within its tolerances, with a load, a noisy current sensor and any supply, and what it is told.
+
+use firmware::app::fault::observer::Tolerances;
+use firmware::app::machine::EMA;
+use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
+use model_core::numeric::random::Random;
+use model_core::plant::Directional;
+use model_core::plant::parameters::{Drive, Parameters};
+
+/// How far the actuator may be from what is declared.
+pub const TOLERANCES: Tolerances = Tolerances::INDUSTRIAL;
+
+/// Resistance, inductance and torque constant of the declared winding.
+pub fn winding() -> [f32; 3] {
+    match EMA.plant.drive {
+        Drive::Voltage {
+            resistance,
+            inductance,
+            torque_constant,
+        } => [resistance, inductance, torque_constant],
+        Drive::Torque => panic!("the actuator has a winding"),
+    }
+}
+
+/// Evenly from −1 to 1.
+pub fn either_way(random: &mut Random) -> f32 {
+    2.0 * random.uniform() - 1.0
+}
+
+/// An actuator somewhere within the declared tolerances, with a load.
+pub fn any_actuator(random: &mut Random) -> Parameters {
+    let [resistance, inductance, torque_constant] = winding();
+    let mut off = |share: f32| 1.0 + share * either_way(random);
+    let drive = Drive::Voltage {
+        resistance: resistance * off(TOLERANCES.resistance),
+        inductance: inductance * off(TOLERANCES.inductance),
+        torque_constant: torque_constant * off(TOLERANCES.torque_constant),
+    };
+    let inertia = EMA.plant.inertia * off(TOLERANCES.inertia);
+    let friction = off(TOLERANCES.mechanics);
+    let scaled = |level: Directional| Directional::both(level.forward * friction);
+    let stroke = EMA.plant.upper_stop - EMA.plant.lower_stop;
+    let mut moved = || TOLERANCES.stop * stroke * either_way(random);
+    Parameters {
+        drive,
+        inertia,
+        viscous: scaled(EMA.plant.viscous),
+        coulomb: scaled(EMA.plant.coulomb),
+        breakaway: scaled(EMA.plant.breakaway),
+        lower_stop: EMA.plant.lower_stop + moved(),
+        upper_stop: EMA.plant.upper_stop + moved(),
+        offset: EMA.limits.load * either_way(random),
+        ..EMA.plant
+    }
+}
+
+/// A command of any kind in either mode, weak or strong.
+pub fn any_command(random: &mut Random) -> (&'static str, String) {
+    let (mode, most) = if random.uniform() < 0.6 {
+        ("mode position", 1.0)
+    } else {
+        ("mode voltage", 24.0)
+    };
+    let mut value = || {
+        let strength = random.uniform();
+        most * strength * either_way(random)
+    };
+    let (first, second) = (value(), value());
+    let frequency = 0.5 + 9.5 * random.uniform();
+    let line = match (random.uniform() * 5.0) as u32 {
+        0 | 1 => format!("step {first} {second} {}", 0.1 * random.uniform()),
+        2 => format!("ramp {first} {second} {}", 0.01 + random.uniform()),
+        3 => format!("sine 0 {first} {frequency}"),
+        _ => format!("triangle {} {} {frequency}", 0.5 * first, 0.5 * second),
+    };
+    (mode, line)
+}
+
+/// The image that drives it.
+pub fn image(random: &mut Random) -> OperationOnHost<Motor> {
+    let actuator = any_actuator(random);
+    let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+    image.plant.noise = Some(Random::new(random.bits().into(), 2));
+    image.plant.supply = 20.0 + 9.0 * random.uniform();
+    image.run_ms(20);
+    image
+}
+
+/// Lines that must be done.
+pub fn perform(image: &mut OperationOnHost<Motor>, lines: &[&str]) {
+    for line in lines {
+        assert_eq!(image.line(line), "ok", "{line}");
+    }
+}

@@ -1,0 +1,218 @@
+//! What the drive keeps within its limits whatever it is told, on actuators that are not as declared.
+
+mod any_drive;
+
+use any_drive::{any_command, either_way, image, perform, winding};
+use firmware::app::fault::monitor::CURRENT_SHARE;
+use firmware::app::machine::EMA;
+use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
+use model_core::numeric::random::Random;
+use model_core::plant::parameters::{Drive, Parameters};
+
+/// What resistance and inductance of a winding are off by.
+const OFF: f32 = 0.3;
+
+/// Volts that act at once, and are observed later, make this many amperes: 1/(R + L/τ) with τ of four ticks.
+fn amperes_per_volt() -> f32 {
+    let [resistance, inductance, _] = winding();
+    1.0 / (resistance + inductance / 200e-6)
+}
+
+/// Declared but for the winding.
+fn wound(resistance: f32, inductance: f32) -> Parameters {
+    let [declared_resistance, declared_inductance, torque_constant] = winding();
+    Parameters {
+        drive: Drive::Voltage {
+            resistance: resistance * declared_resistance,
+            inductance: inductance * declared_inductance,
+            torque_constant,
+        },
+        ..EMA.plant
+    }
+}
+
+/// With other stops, as far either way.
+fn stopped_at(plant: Parameters, stop: f32) -> Parameters {
+    Parameters {
+        lower_stop: -stop,
+        upper_stop: stop,
+        ..plant
+    }
+}
+
+/// Largest current of so many milliseconds, A.
+fn peak(image: &mut OperationOnHost<Motor>, milliseconds: u32) -> f32 {
+    let mut peak = 0.0_f32;
+    for _ in 0..20 * milliseconds {
+        image.tick();
+        peak = peak.max(image.plant.state.current.abs());
+    }
+    peak
+}
+
+/// Says a line, while the time goes on.
+fn say(image: &mut OperationOnHost<Motor>, line: &str) {
+    line.bytes()
+        .chain([b'\r'])
+        .for_each(|byte| image.byte(byte));
+}
+
+/// The hardest that a drive can be told: mode, line, milliseconds.
+const HARD: [(&str, &str, u32); 4] = [
+    ("mode voltage", "step 0 24", 150),
+    ("mode voltage", "step 24 -24 0.1", 250),
+    ("mode position", "step 0.9 -0.9 0.15", 400),
+    ("mode position", "triangle 0 0.8 10", 400),
+];
+
+/// Largest current over all that is hard, on all windings, A.
+fn hardest(limit: f32) -> f32 {
+    let mut worst = 0.0_f32;
+    let corners = [1.0 - OFF, 1.0, 1.0 + OFF];
+    let windings = corners.map(|r| corners.map(|l| wound(r, l)));
+    for plant in windings.into_iter().flatten() {
+        // Blocked, between its stops, and free.
+        for plant in [1e-4, 1.0, 1e3].map(|stop| stopped_at(plant, stop)) {
+            for ((mode, line, milliseconds), late) in HARD
+                .into_iter()
+                .flat_map(|hard| [(hard, false), (hard, true)])
+            {
+                for supply in [20.0, 24.0, 29.5] {
+                    let mut image = OperationOnHost::controller(&SharedFlash::new(), &plant);
+                    image.plant.supply = supply;
+                    image.plant.late = late;
+                    image.plant.noise = Some(Random::new(7, 0));
+                    image.run_ms(20);
+                    let set = format!("set current_limit {limit}");
+                    perform(&mut image, &[&set, mode, "arm"]);
+                    say(&mut image, line);
+                    worst = worst.max(peak(&mut image, milliseconds));
+                }
+            }
+        }
+    }
+    worst
+}
+
+/// What comes on top of a limit: an actuator that hits its stop at full speed loses its back-EMF at once, two radians
+/// of way under the limit's current, and a winding whose inductance is off takes a part of each step of the voltage
+/// for one.
+#[test]
+fn the_current_stays_at_its_limit_in_every_mode_on_windings_off_by_a_third() {
+    let [_, _, torque_constant] = winding();
+    for limit in [4.0_f32, 10.0, 20.0] {
+        let worst = hardest(limit);
+        // From stop to stop, against friction alone.
+        let torque = torque_constant * limit - EMA.plant.coulomb.forward;
+        let speed = (2.0 * torque / EMA.plant.inertia * 2.0).sqrt();
+        let most = limit + amperes_per_volt() * torque_constant * speed;
+        println!("{worst:.2} A with a limit of {limit} A, {most:.2} A at most");
+        assert!(worst <= most, "{worst} A with a limit of {limit} A");
+        // It is a limit, not a smaller one.
+        assert!(worst >= 0.99 * limit.min(20.0), "{worst} A");
+    }
+}
+
+/// A limit that is set above what the bridge may carry ends below it.
+#[test]
+fn no_limit_is_nearer_to_the_peak_than_its_share() {
+    let plant = stopped_at(wound(1.0 - OFF, 1.0), 1e-4);
+    for (set, limit) in [
+        ("set peak_current 8", 8.0 * CURRENT_SHARE),
+        ("set current_limit 24.9", 24.5 * CURRENT_SHARE),
+        ("set current_limit 3", 3.0),
+    ] {
+        let mut image = OperationOnHost::controller(&SharedFlash::new(), &plant);
+        perform(
+            &mut image,
+            &[set, "set load 3", "mode voltage", "arm", "step 0 24"],
+        );
+        image.run_ms(100);
+        let current = image.plant.state.current;
+        assert!((current - limit).abs() < 0.02 * limit, "{set}: {current} A");
+        assert!(image.wiring.latch().causes().is_empty());
+    }
+}
+
+#[test]
+fn the_current_stays_at_its_limit_whatever_fails_at_any_time() {
+    const RUNS: u64 = 600;
+    let limit = EMA.limits.current_limit;
+    let (mut worst, mut near) = (0.0_f32, 0);
+    for seed in 0..RUNS {
+        let mut random = Random::new(seed, 5);
+        let mut image = image(&mut random);
+        image.plant.late = random.uniform() < 0.5;
+        let (mode, line) = any_command(&mut random);
+        perform(&mut image, &[mode, "arm"]);
+        say(&mut image, &line);
+        let mut most = peak(&mut image, (300.0 * random.uniform()) as u32);
+        match (4.0 * random.uniform()) as u32 {
+            0 => image.plant.block(),
+            1 => image.plant.encoder = [0.0, -1.0, 0.5][(3.0 * random.uniform()) as usize],
+            2 => {
+                image.plant.supply = (image.plant.supply + 6.0 * either_way(&mut random)).min(29.9)
+            }
+            _ => say(&mut image, "step 0 0"),
+        }
+        most = most.max(peak(&mut image, 400));
+        assert!(most <= 1.1 * limit, "{seed}: {most} A, {mode}, {line}");
+        worst = worst.max(most);
+        near += u32::from(most > 0.95 * limit);
+    }
+    println!("{worst:.2} A in {RUNS} runs, {near} of them at the limit");
+    assert!(near > 30, "{near}");
+}
+
+/// A loop that is not told of the limit winds up while the current is held at it: here to 20 V, which its integral of 15 V/s
+/// takes more than a second to give back.
+#[test]
+fn the_position_loop_does_not_wind_up_while_the_current_is_limited() {
+    let plant = stopped_at(EMA.plant, 1e-4);
+    let mut image = OperationOnHost::controller(&SharedFlash::new(), &plant);
+    let lines = [
+        "set current_limit 2",
+        "set load 3",
+        "arm",
+        "step 0.1 -0.1 2",
+    ];
+    perform(&mut image, &lines);
+    image.run_ms(1900);
+    assert!((image.plant.state.current - 2.0).abs() < 0.1);
+    // Turned at 2 s: 3 V of proportional action against 2 V less 3 V of integral.
+    image.run_ms(150);
+    let current = image.plant.state.current;
+    assert!((current + 2.0).abs() < 0.1, "{current} A");
+}
+
+/// What a sound drive is told within its limits is driven as if there were none: the log has the same duties.
+#[test]
+fn a_motion_below_the_limit_is_not_touched_by_it() {
+    for line in [
+        "sine 0 0.5 1",
+        "triangle 0 0.3 2",
+        "sweep 0 0.3 0.5 3 2",
+        "ramp 0 0.5 1",
+    ] {
+        let runs = ["set current_limit 15", "set current_limit 20"].map(|set| {
+            let mut image = OperationOnHost::controller(&SharedFlash::new(), &EMA.plant);
+            perform(
+                &mut image,
+                &[
+                    set,
+                    "record 0 500 command command input current_a",
+                    "arm",
+                    line,
+                ],
+            );
+            let most = peak(&mut image, 1500);
+            assert!(most < 15.0, "{line}: {most} A");
+            perform(&mut image, &["dump"]);
+            image.run_ms(1500);
+            assert!(image.wiring.latch().causes().is_empty());
+            image.asked.take().rows
+        });
+        assert_eq!(runs[0].len(), 500);
+        assert_eq!(runs[0], runs[1], "{line}");
+    }
+}
