@@ -2,9 +2,13 @@
 
 mod any_drive;
 
-use any_drive::{any_command, either_way, image, perform, winding};
+use any_drive::{TOLERANCES, any_actuator, any_command, either_way, image, perform, winding};
+use firmware::app::capture::QUANTITIES;
+use firmware::app::fault::Fault;
 use firmware::app::fault::monitor::CURRENT_SHARE;
 use firmware::app::machine::EMA;
+use firmware::app::operation::motion_limit;
+use firmware::app::timing::CONTROL_PERIOD;
 use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -210,9 +214,190 @@ fn a_motion_below_the_limit_is_not_touched_by_it() {
             perform(&mut image, &["dump"]);
             image.run_ms(1500);
             assert!(image.wiring.latch().causes().is_empty());
-            image.asked.take().rows
+            let rows = image.asked.take().rows;
+            // What was not asked for is no number.
+            rows.concat()
+                .into_iter()
+                .map(f32::to_bits)
+                .collect::<Vec<_>>()
         });
-        assert_eq!(runs[0].len(), 500);
+        assert_eq!(runs[0].len(), 500 * QUANTITIES);
         assert_eq!(runs[0], runs[1], "{line}");
     }
+}
+
+/// Torque that may be there or not, over inertia: what makes a loop with the time constant τ pass its limit, rad/s.
+fn overshoot() -> f32 {
+    let friction = (1.0 + TOLERANCES.mechanics) * EMA.plant.breakaway.forward;
+    let torque = 2.0 * EMA.limits.load + 2.0 * friction;
+    torque * motion_limit::TIME_CONSTANT / ((1.0 - TOLERANCES.inertia) * EMA.plant.inertia)
+}
+
+#[test]
+fn the_speed_stays_at_its_limit_in_every_mode_under_any_load() {
+    const RUNS: u64 = 400;
+    let (mut worst, mut near) = (0.0_f32, 0);
+    for seed in 0..RUNS {
+        let mut random = Random::new(seed, 6);
+        let actuator = any_actuator(&mut random);
+        let free = random.uniform() < 0.5;
+        let actuator = if free {
+            stopped_at(actuator, 1e3)
+        } else {
+            actuator
+        };
+        let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+        image.plant.noise = Some(Random::new(random.bits().into(), 2));
+        let limit = [5.0_f32, 20.0, 60.0][(3.0 * random.uniform()) as usize];
+        let (mode, line) = if free {
+            let volts = (12.0 + 12.0 * random.uniform()).copysign(either_way(&mut random));
+            ("mode voltage", format!("step 0 {volts} 0.02"))
+        } else {
+            any_command(&mut random)
+        };
+        perform(
+            &mut image,
+            &[&format!("set speed_limit {limit}"), mode, "arm"],
+        );
+        say(&mut image, &line);
+        let (mut most, mut last) = (0.0_f32, 0.0_f32);
+        for millisecond in 0..400 {
+            image.run_ms(1);
+            let speed = image.plant.state.velocity.value().abs();
+            most = most.max(speed);
+            last = if millisecond < 200 {
+                0.0
+            } else {
+                last.max(speed)
+            };
+        }
+        let causes = image.wiring.latch().causes();
+        assert!(
+            causes.is_empty(),
+            "{seed}: {causes}, {limit} rad/s, {mode}, {line}"
+        );
+        assert!(
+            most <= limit + overshoot(),
+            "{seed}: {most} rad/s of {limit}, {mode}, {line}"
+        );
+        worst = worst.max(most - limit);
+        if free {
+            // For good it is the limit itself, within two of the encoder's steps in a period.
+            let step = 2.0 * EMA.converters.position.unit() / CONTROL_PERIOD;
+            assert!(
+                (last - limit).abs() <= step + 0.02 * limit,
+                "{seed}: {last} of {limit}, {line}"
+            );
+            near += 1;
+        }
+    }
+    println!(
+        "at most {worst:.2} rad/s beyond the limit, {:.1} rad/s allowed",
+        overshoot()
+    );
+    assert!(near > 100, "{near}");
+}
+
+#[test]
+fn an_actuator_that_its_load_drives_beyond_the_limit_is_let_go() {
+    // More than the current's limit holds.
+    let actuator = Parameters {
+        offset: 1.8,
+        ..stopped_at(EMA.plant, 1e3)
+    };
+    let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+    let lines = ["set load 1.8", "set speed_limit 20", "mode voltage", "arm"];
+    perform(&mut image, &lines);
+    image.run_ms(200);
+    assert!(image.wiring.latch().causes().contains(Fault::OverSpeed));
+    assert!(!image.plant.is_driven());
+}
+
+/// A voltage drives the actuator to the end of its range at any speed that it reaches, under any load that is borne.
+#[test]
+fn a_voltage_ends_at_the_limit_of_the_position() {
+    const RUNS: u64 = 300;
+    let mut worst = 0.0_f32;
+    for seed in 0..RUNS {
+        let mut random = Random::new(seed, 7);
+        let actuator = stopped_at(any_actuator(&mut random), 1e3);
+        let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+        image.plant.noise = Some(Random::new(random.bits().into(), 2));
+        let range = [-0.2 - 0.8 * random.uniform(), 0.2 + 3.8 * random.uniform()];
+        let volts = (12.0 + 12.0 * random.uniform()).copysign(either_way(&mut random));
+        let [lower, upper] = range;
+        let lines = [
+            &format!("set position_minimum {lower}"),
+            &format!("set position_maximum {upper}"),
+            "zero",
+            "mode voltage",
+            "arm",
+        ];
+        perform(&mut image, &lines);
+        // There and back.
+        for volts in [volts, -volts] {
+            say(&mut image, &format!("step 0 {volts}"));
+            for _ in 0..600 {
+                image.run_ms(1);
+                let position = image.plant.state.position.value();
+                let beyond = (position - upper).max(lower - position);
+                worst = worst.max(beyond);
+                assert!(
+                    beyond <= 0.02,
+                    "{seed}: {beyond} rad beyond {range:?} at {volts} V"
+                );
+            }
+            let end = if volts > 0.0 { upper } else { lower };
+            let off = (image.plant.state.position.value() - end).abs();
+            assert!(off < 0.02, "{seed}: {off} rad from {end}");
+            let causes = image.wiring.latch().causes();
+            assert!(causes.is_empty(), "{seed}: {causes}");
+        }
+    }
+    println!("at most {worst:.4} rad beyond the range");
+}
+
+#[test]
+fn a_limited_position_has_to_be_known_and_its_set_points_are_within() {
+    let flash = SharedFlash::new();
+    let mut image = OperationOnHost::controller(&flash, &EMA.plant);
+    perform(&mut image, &["set position_maximum 0.5"]);
+    assert!(
+        image
+            .line("arm")
+            .starts_with("refused: the position is limited")
+    );
+    perform(&mut image, &["zero", "arm", "step 0 0.5", "sine 0 0.5 1"]);
+    for line in [
+        "step 0 0.51",
+        "ramp 0.6 0 1",
+        "sine 0.1 0.45 1",
+        "triangle 0 0.6 1",
+        "sweep 0 0.6 1 2 3",
+    ] {
+        let refused = "refused: signal must stay from position_minimum to position_maximum";
+        assert_eq!(image.line(line), refused, "{line}");
+    }
+    assert_eq!(
+        image.line("set position_maximum 0.9"),
+        "refused: the drive is armed; `disarm` it first"
+    );
+    perform(&mut image, &["disarm"]);
+    assert_eq!(
+        image.line("set position_minimum 0.5"),
+        "refused: position_minimum must be below position_maximum"
+    );
+    assert_eq!(
+        image.line("set current_limit 2"),
+        "refused: current_limit must hold the load, for a position that is limited"
+    );
+    // After a restart it is anywhere.
+    perform(&mut image, &["save"]);
+    let mut restarted = OperationOnHost::controller(&flash, &EMA.plant);
+    assert!(
+        restarted
+            .line("arm")
+            .starts_with("refused: the position is limited")
+    );
+    perform(&mut restarted, &["zero", "arm"]);
 }

@@ -6,6 +6,7 @@ use model_core::plant::parameters::{Drive, Parameters};
 
 use super::conversion::{Converter, Converters};
 use super::fault::monitor::Limits;
+use super::operation::motion_limit::{self, NO_POSITION};
 
 /// An actuator with all that its drive knows of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +21,15 @@ pub struct Machine {
     pub rest: f32,
     /// What it bears.
     pub limits: Limits,
+    /// What its motion is kept within.
+    pub motion: motion_limit::Limits,
 }
+
+/// No limits: where the position is 0 is not known before somebody says so.
+const UNLIMITED: motion_limit::Limits = motion_limit::Limits {
+    speed: 0.0,
+    position: [-NO_POSITION, NO_POSITION],
+};
 
 /// Counts of the timer behind a bridge at full duty: 168 MHz, centre-aligned at 20 kHz.
 pub const FULL_DUTY: i16 = 4200;
@@ -95,6 +104,7 @@ pub const EMA: Machine = Machine {
         supply_time: 5e-3,
         command_timeout: COMMAND_TIMEOUT,
     },
+    motion: UNLIMITED,
 };
 
 /// Supply of the throttle's bridge, V.
@@ -153,4 +163,5 @@ pub const THROTTLE: Machine = Machine {
         supply_time: 5e-3,
         command_timeout: COMMAND_TIMEOUT,
     },
+    motion: UNLIMITED,
 };

@@ -36,6 +36,19 @@ impl Signal {
         }
     }
 
+    /// Its least and most value.
+    pub fn extent(&self) -> [f32; 2] {
+        let about = |offset: f32, amplitude: f32| [offset - amplitude, offset + amplitude];
+        let [one, other] = match self {
+            Self::Step(signal) => [signal.initial_value, signal.final_value],
+            Self::Ramp(signal) => [signal.initial_value, signal.final_value],
+            Self::Sine(signal) => about(signal.offset, signal.amplitude),
+            Self::Sweep(signal) => about(signal.offset, signal.amplitude),
+            Self::Triangle(signal) => about(signal.offset, signal.amplitude),
+        };
+        [one.min(other), one.max(other)]
+    }
+
     /// The signal for the control period.
     ///
     /// # Errors

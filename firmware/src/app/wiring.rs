@@ -122,6 +122,7 @@ impl Application {
 pub struct Wiring {
     duty: AtomicI16,
     bounds: [AtomicI16; 2],
+    current_range: [Wire; 2],
     applied: AtomicI16,
     spread: AtomicI16,
     commanded: AtomicBool,
@@ -162,6 +163,7 @@ impl Wiring {
         Self {
             duty: AtomicI16::new(0),
             bounds: [AtomicI16::new(i16::MIN), AtomicI16::new(i16::MAX)],
+            current_range: [Wire::new(), Wire::new()],
             applied: AtomicI16::new(NOTHING),
             spread: AtomicI16::new(0),
             commanded: AtomicBool::new(true),
@@ -202,6 +204,18 @@ impl Wiring {
                 let [low, high] = self.bounds();
                 self.duty.load(Relaxed).min(high).max(low)
             }
+        }
+    }
+
+    /// Range in which the motion keeps the motor's current, A; none before a drive has said so.
+    pub(super) fn current_range(&self) -> [f32; 2] {
+        [0, 1].map(|side: usize| self.current_range[side].get())
+    }
+
+    /// Narrows the range of the motor's current, A.
+    pub(super) fn set_current_range(&self, range: [f32; 2]) {
+        for (wire, limit) in self.current_range.iter().zip(range) {
+            wire.set(limit);
         }
     }
 

@@ -46,6 +46,8 @@ pub enum Refusal {
     Disarmed,
     /// There is no command signal in this mode.
     Followed,
+    /// Its position is limited, and nobody has said where it is since the start.
+    Unreferenced,
     /// A value does not go with the others.
     Invalid(InvalidParameter),
     /// The actuator's or the loop's values do not go together.
@@ -224,6 +226,9 @@ impl fmt::Display for Refusal {
             Self::Invalid(invalid) => invalid.fmt(formatter),
             Self::Setup(refused) => refused.fmt(formatter),
             Self::Disarmed => formatter.write_str("the drive is disarmed; `arm` it first"),
+            Self::Unreferenced => formatter.write_str(
+                "the position is limited and not known since the start; move the actuator to its 0 and `zero` it",
+            ),
             Self::Followed => formatter.write_str(
                 "the actuator follows its wires; take `mode position` or `mode voltage` first",
             ),

@@ -65,11 +65,13 @@ pub enum Fault {
     FollowingError,
     /// The actuator was driven into a limit switch.
     StopReached,
+    /// The actuator was faster than its limit lets it be.
+    OverSpeed,
 }
 
 impl Fault {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Panic,
         Self::StackOverflow,
         Self::ProcessorFault,
@@ -90,6 +92,7 @@ impl Fault {
         Self::EncoderImplausible,
         Self::FollowingError,
         Self::StopReached,
+        Self::OverSpeed,
     ];
 
     /// Its number.
@@ -120,6 +123,7 @@ impl Fault {
             Self::EncoderImplausible => "encoder_implausible",
             Self::FollowingError => "following_error",
             Self::StopReached => "stop_reached",
+            Self::OverSpeed => "over_speed",
         }
     }
 
@@ -152,6 +156,7 @@ impl Fault {
                 "check the encoder, look for what blocks the actuator, and check zero, stops and load"
             }
             Self::StopReached => "command the actuator away from the switch",
+            Self::OverSpeed => "look for what drives the actuator, and check load and speed_limit",
         }
     }
 }

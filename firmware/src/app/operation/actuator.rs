@@ -95,8 +95,8 @@ pub struct Numbers {
     pub calibration: Calibration,
     /// Current beyond which the bridge is switched off, A, either way.
     pub peak: f32,
-    /// Range in which the current is kept, A.
-    pub range: [f32; 2],
+    /// Most current that is let flow, A, either way.
+    pub limit: f32,
     /// What keeps it there.
     pub limiter: current_limit::Coefficients,
     /// Stroke over which the tracks run, rad.
@@ -150,13 +150,15 @@ impl Actuator {
     fn limit(&mut self, counts: i32) {
         let Numbers {
             converters,
-            range,
+            limit,
             limiter,
             ..
         } = &self.numbers;
         let current = converters.current.value(counts);
         let voltage = self.held.map(|counts| converters.bridge.value(counts));
-        let bounds = limiter.step(&mut self.limit, current, voltage, *range);
+        let [low, high] = self.wiring.current_range();
+        let range = [low.max(-limit), high.min(*limit)];
+        let bounds = limiter.step(&mut self.limit, current, voltage, range);
         let [low, high] = bounds.map(|voltage| converters.bridge.counts(voltage));
         match (low, high) {
             (Some(low), Some(high)) => self.wiring.set_bounds([low, high]),

@@ -34,14 +34,11 @@
 
 use crate::app::timing::PLANT_PERIOD;
 
-/// τ, s.
-const TIME_CONSTANT: f32 = 4.0 * PLANT_PERIOD;
+/// τ in periods.
+const PERIODS: f32 = 4.0;
 
-/// T, s.
-const OBSERVER_TIME_CONSTANT: f32 = 3.0 * TIME_CONSTANT;
-
-/// h/T.
-const GAIN: f32 = PLANT_PERIOD / OBSERVER_TIME_CONSTANT;
+/// T in τ.
+const OBSERVER: f32 = 3.0;
 
 /// The limiter's numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +48,8 @@ pub struct Coefficients {
     inductance: f32,
     /// L/τ.
     proportional: f32,
+    /// h/T.
+    gain: f32,
 }
 
 /// What it remembers.
@@ -65,10 +64,16 @@ pub struct State {
 impl Coefficients {
     /// For a winding of this resistance, Ω, and inductance, H.
     pub fn new(resistance: f32, inductance: f32) -> Self {
+        Self::of_loop(resistance, inductance, PLANT_PERIOD, PERIODS)
+    }
+
+    /// For anything that obeys the same equation, with steps of `period`, s, and τ of so many periods.
+    pub(super) fn of_loop(resistance: f32, inductance: f32, period: f32, periods: f32) -> Self {
         Self {
             resistance,
-            inductance: inductance / PLANT_PERIOD,
-            proportional: inductance / TIME_CONSTANT,
+            inductance: inductance / period,
+            proportional: inductance / (periods * period),
+            gain: 1.0 / (OBSERVER * periods),
         }
     }
 
@@ -87,7 +92,7 @@ impl Coefficients {
                 let residual = voltage
                     - self.resistance * 0.5 * (before + current)
                     - self.inductance * (current - before);
-                state.observed += GAIN * (residual - state.observed);
+                state.observed += self.gain * (residual - state.observed);
             }
             // A winding that is let go tells nothing.
             (None, _) => state.observed = 0.0,

@@ -11,6 +11,7 @@ use model_core::control::pid;
 
 use super::bridge::MOST_DUTY;
 use super::calibration::Correction;
+use super::motion_limit;
 use crate::app::console::request::Mode;
 use crate::app::conversion::Converters;
 use crate::app::debounce::Debounce;
@@ -58,6 +59,8 @@ pub struct Setup {
     pub current: Correction,
     /// Control steps that a command is driven without another one; none for ever.
     pub command_steps: Option<u32>,
+    /// What keeps a real actuator's motion within its limits.
+    pub motion: Option<motion_limit::Coefficients>,
     /// What watches a real actuator.
     pub monitors: Option<Monitors>,
 }
@@ -79,6 +82,7 @@ pub struct Drive {
     /// The last value of the command.
     commanded: f32,
     state: pid::State,
+    motion: motion_limit::State,
     switches: [Debounce; 2],
     /// The step before, as far as it is known: its voltage stands until this one.
     sample: Option<Sample>,
@@ -108,6 +112,7 @@ impl Drive {
             command: Command::Held(0.0),
             commanded: 0.0,
             state: pid::State::default(),
+            motion: motion_limit::State::default(),
             switches: [Debounce::default(); 2],
             sample: None,
             silent: 0,
@@ -201,18 +206,24 @@ impl Drive {
         // A period in which the bridge went off and the brake on says nothing of the encoder.
         let applied = applied.filter(|_| self.is_driven());
         let bridge = self.setup.converters.bridge;
+        let reading = Reading {
+            position,
+            current,
+            voltage: applied.map(|applied| bridge.value(applied.mean)),
+            spread: applied.map_or(0.0, |applied| bridge.value(applied.spread)),
+        };
         if let Some(monitors) = &mut self.setup.monitors {
             present = present
                 | monitors.step(&Measured {
-                    reading: Reading {
-                        position,
-                        current,
-                        voltage: applied.map(|applied| bridge.value(applied.mean)),
-                        spread: applied.map_or(0.0, |applied| bridge.value(applied.spread)),
-                    },
+                    reading,
                     supply,
                     switches,
                 });
+        }
+        if let Some(motion) = &self.setup.motion {
+            let verdict = motion.step(&mut self.motion, &reading);
+            self.wiring.set_current_range(verdict.range);
+            present = present | Faults::when(Fault::OverSpeed, verdict.too_fast);
         }
         self.wiring.latch().watch(present, self.wiring.ticks());
         position.is_finite() && current.is_finite() && supply.is_finite()

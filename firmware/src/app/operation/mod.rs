@@ -9,7 +9,7 @@
 //! | [`evaluation`] | task below it | the refit and the check, which take their time |
 //!
 //! An image is a [`kit`]: which actuator, which limits, which modes. What stands between converters and
-//! the drive, a board calls and a test can: the [`bridge`]'s duties, the [`current_limit`], the [`encoder`]'s 16 bits, the
+//! the drive, a board calls and a test can: the [`bridge`]'s duties, the [`current_limit`], the [`motion_limit`], the [`encoder`]'s 16 bits, the
 //! [`duty_input`], the outputs' [`calibration`].
 
 pub mod actuator;
@@ -22,6 +22,7 @@ pub mod duty_input;
 pub mod encoder;
 pub mod evaluation;
 pub mod kit;
+pub mod motion_limit;
 pub mod operator;
 pub mod order;
 pub mod setup;

@@ -5,8 +5,8 @@
 //! [`Operator::take`] for each byte from the terminal; a [`Job`] that it gives away comes back done.
 //!
 //! # Parameters
-//! Those of an emulated body are changed only disarmed, as another body takes its place, and so is the
-//! position's unit; all others at any time. What a refit proposes waits for `save`, which takes it over if the cost went down and
+//! Those of an emulated body are changed only disarmed, as another body takes its place, and so are the
+//! position's unit and its limits; all others at any time. What a refit proposes waits for `save`, which takes it over if the cost went down and
 //! the values are within their bounds, and stores all in one step; a `set` of the same parameter
 //! withdraws the proposal.
 
@@ -132,6 +132,8 @@ pub struct Operator<F, S> {
     sending: Option<usize>,
     /// What was announced of the latch.
     announced: Faults,
+    /// Whether the position was told since the start.
+    referenced: bool,
 }
 
 /// What is joined to an operator, once and for all.
@@ -231,6 +233,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             job: None,
             sending: None,
             announced: Faults::NONE,
+            referenced: false,
         };
         Ok((operator, drive, receiver))
     }
@@ -381,6 +384,9 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
     }
 
     fn arm(&mut self) -> Result<(), Refusal> {
+        if self.machine.motion.has_position() && !self.referenced && !self.kit.is_emulated {
+            return Err(Refusal::Unreferenced);
+        }
         match self.power.take() {
             Some(Power::Disarmed(disarmed)) => match disarmed.arm() {
                 Ok(armed) => {
@@ -455,6 +461,12 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
     fn command(&mut self, signal: Signal) -> Result<(), Refusal> {
         self.require_commanded()?;
         let generator = signal.build().map_err(Refusal::Invalid)?;
+        if self.mode == Mode::Position {
+            self.machine
+                .motion
+                .check(signal.extent())
+                .map_err(Refusal::Invalid)?;
+        }
         self.order(drive::Order::Signal(generator))
     }
 
@@ -464,6 +476,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         }
         self.require_disarmed()?;
         self.wiring.ask_zero();
+        self.referenced = true;
         Ok(())
     }
 
@@ -480,8 +493,11 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let mut values = self.values;
         let set = values.set(field, value);
         set.map_err(|out| Refusal::NotStored(Rejected::Bounds(out)))?;
-        if field == Field::PositionUnit {
-            // The position jumps.
+        if matches!(
+            field,
+            Field::PositionUnit | Field::PositionMinimum | Field::PositionMaximum
+        ) {
+            // The position jumps, or has to be known before the drive is armed.
             self.require_disarmed()?;
         }
         self.use_values(&values, field.is_plant())?;

@@ -12,6 +12,7 @@ use super::calibration::{Calibration, Correction};
 use super::current_limit;
 use super::drive;
 use super::kit::Kit;
+use super::motion_limit;
 use crate::app::ecu::loopback;
 use crate::app::fault::back_emf;
 use crate::app::fault::following;
@@ -108,11 +109,16 @@ impl Kit {
             )?,
         };
         let monitors = Monitors::new(machine.limits, observers, CONTROL_PERIOD)?;
+        let motion = motion_limit::Coefficients::new(&machine, values.get(Field::TorqueConstant))?;
         Ok(drive::Setup {
             pid: machine.position_loop.build(CONTROL_PERIOD)?,
             converters: machine.converters,
-            stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
+            stroke: [
+                machine.plant.lower_stop.max(machine.motion.position[0]),
+                machine.plant.upper_stop.min(machine.motion.position[1]),
+            ],
             current: self.measured_current(values),
+            motion: (!self.is_emulated).then_some(motion),
             command_steps: (machine.limits.command_timeout > 0.0)
                 .then_some((machine.limits.command_timeout / CONTROL_PERIOD) as u32),
             monitors: (!self.is_emulated).then_some(monitors),
@@ -143,7 +149,7 @@ impl Kit {
                 ..Calibration::of(values)
             },
             peak: machine.limits.peak_current,
-            range: [-machine.limits.current(), machine.limits.current()],
+            limit: machine.limits.current(),
             limiter: current_limit::Coefficients::new(
                 values.get(Field::Resistance),
                 values.get(Field::Inductance),

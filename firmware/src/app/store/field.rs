@@ -7,6 +7,7 @@ use model_core::plant::Directional;
 use model_core::plant::parameters::Drive;
 
 use crate::app::machine::Machine;
+use crate::app::operation::motion_limit::NO_POSITION;
 
 /// A field. Its number is its key in flash: a field that is no longer needed leaves its number
 /// unused, and a new one takes the next.
@@ -73,6 +74,12 @@ pub enum Field {
     CommandTimeout = 29,
     /// Most current that the drive lets flow.
     CurrentLimit = 30,
+    /// Most speed; 0 for no limit.
+    SpeedLimit = 31,
+    /// Least position that is driven to.
+    PositionMinimum = 32,
+    /// Most position that is driven to.
+    PositionMaximum = 33,
 }
 
 /// How many there are.
@@ -126,6 +133,10 @@ pub static DESCRIPTIONS: [Description; FIELDS] = [
     described("load", "N·m", 0.0, 1e2),
     described("command_timeout", "s", 0.0, 3600.0),
     described("current_limit", "A", 0.1, 24.9),
+    described("speed_limit", "rad/s", 0.0, 1e4),
+    // At their bounds they are none.
+    described("position_minimum", "rad", -NO_POSITION, NO_POSITION),
+    described("position_maximum", "rad", -NO_POSITION, NO_POSITION),
 ];
 
 const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
@@ -139,7 +150,7 @@ const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f3
 
 impl Field {
     /// All of them, by number.
-    pub const ALL: [Self; 30] = [
+    pub const ALL: [Self; 33] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -170,6 +181,9 @@ impl Field {
         Self::Load,
         Self::CommandTimeout,
         Self::CurrentLimit,
+        Self::SpeedLimit,
+        Self::PositionMinimum,
+        Self::PositionMaximum,
     ];
 
     /// Its name, unit and bounds.
@@ -302,6 +316,9 @@ impl Values {
             limits.load,
             limits.command_timeout,
             limits.current_limit,
+            machine.motion.speed,
+            machine.motion.position[0],
+            machine.motion.position[1],
         ]);
         for (field, value) in values.iter() {
             field.check(value).map_err(|_| InvalidParameter {
@@ -369,6 +386,9 @@ impl Values {
         limits.load = self.get(Field::Load);
         limits.command_timeout = self.get(Field::CommandTimeout);
         limits.current_limit = self.get(Field::CurrentLimit);
+        machine.motion.speed = self.get(Field::SpeedLimit);
+        machine.motion.position =
+            [Field::PositionMinimum, Field::PositionMaximum].map(|field| self.get(field));
         machine
     }
 }

@@ -28,8 +28,8 @@
 //! [`Disarmed`].
 //!
 //! # Wear
-//! A set takes 768 bytes with all its fields, so that a sector takes 19 sets: an erase for every 19
-//! commits that change a value. With three sectors of 10,000 erases each that makes 570,000 commits.
+//! A set takes 840 bytes with all its fields, so that a sector takes 17 sets: an erase for every 17
+//! commits that change a value. With three sectors of 10,000 erases each that makes 510,000 commits.
 
 use core::fmt;
 
