@@ -194,6 +194,8 @@ pub struct Motor {
     pub broken: bool,
     /// What the current sensor reads in the place of the current, A.
     pub current: Option<f32>,
+    /// What the current sensor adds, A.
+    pub offset: f32,
     /// What draws the noise of the current sensor, none for one without.
     pub noise: Option<Random>,
     /// Whether a voltage acts a whole tick late; a bridge's timer takes it over within half of one.
@@ -221,6 +223,7 @@ impl Motor {
             switches: [false; 2],
             broken: false,
             current: None,
+            offset: 0.0,
             noise: None,
             late: false,
             next: None,
@@ -259,7 +262,10 @@ impl Plant for Motor {
         let noise = self.noise.as_mut().map_or(0.0, |random| {
             NOISE * (2.0 * random.uniform() - 1.0) * self.converters.current.unit()
         });
-        let counts = self.converters.current.counts(current + noise);
+        let counts = self
+            .converters
+            .current
+            .counts(current + self.offset + noise);
         let counts = counts.expect("a current");
         self.counted += self.encoder * (self.state.position.value() - before);
         let encoder = (self.counted / self.converters.position.unit()).round() as i32;

@@ -401,3 +401,49 @@ fn a_limited_position_has_to_be_known_and_its_set_points_are_within() {
     );
     perform(&mut restarted, &["zero", "arm"]);
 }
+
+/// The limit is one of the true current, whatever the sensor's zero is.
+#[test]
+fn the_current_sensors_zero_is_measured_with_the_bridge_off() {
+    let plant = stopped_at(EMA.plant, 1e-4);
+    for (declared, offset) in [(0.0_f32, 0.9_f32), (0.0, -0.9), (2.0, -2.0), (2.0, -1.2)] {
+        for gain in [0.9_f32, 1.1] {
+            let mut image = OperationOnHost::controller(&SharedFlash::new(), &plant);
+            image.plant.noise = Some(Random::new(3, 0));
+            // What the sensor makes of a current is put right by gain and offset.
+            image.plant.offset = offset / gain;
+            let lines = [
+                &format!("set current_gain {gain}"),
+                &format!("set current_offset {declared}"),
+                "set current_limit 10",
+                "set load 3",
+            ];
+            perform(&mut image, &lines);
+            image.run_ms(40);
+            perform(&mut image, &["clear", "mode voltage", "arm", "step 0 24"]);
+            image.run_ms(100);
+            let current = gain * image.plant.state.current;
+            assert!(
+                (current - 10.0).abs() < 0.1,
+                "{declared} {offset}: {current} A"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_current_sensor_that_is_too_far_off_keeps_the_drive_disarmed() {
+    for offset in [1.2, -1.2, 24.0] {
+        let mut image = OperationOnHost::controller(&SharedFlash::new(), &EMA.plant);
+        image.run_ms(100);
+        image.plant.offset = offset;
+        image.run_ms(100);
+        assert!(image.wiring.latch().causes().contains(Fault::CurrentOffset));
+        assert!(image.line("arm").contains("current_offset"));
+        image.plant.offset = 0.0;
+        image.run_ms(40);
+        perform(&mut image, &["clear", "arm", "step 0 0.5"]);
+        image.run_ms(300);
+        assert!(image.wiring.latch().causes().is_empty());
+    }
+}

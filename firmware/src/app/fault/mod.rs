@@ -67,11 +67,13 @@ pub enum Fault {
     StopReached,
     /// The actuator was faster than its limit lets it be.
     OverSpeed,
+    /// The current sensor reads too much with the bridge off.
+    CurrentOffset,
 }
 
 impl Fault {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Panic,
         Self::StackOverflow,
         Self::ProcessorFault,
@@ -93,6 +95,7 @@ impl Fault {
         Self::FollowingError,
         Self::StopReached,
         Self::OverSpeed,
+        Self::CurrentOffset,
     ];
 
     /// Its number.
@@ -124,6 +127,7 @@ impl Fault {
             Self::FollowingError => "following_error",
             Self::StopReached => "stop_reached",
             Self::OverSpeed => "over_speed",
+            Self::CurrentOffset => "current_offset",
         }
     }
 
@@ -156,6 +160,9 @@ impl Fault {
                 "check the encoder, look for what blocks the actuator, and check zero, stops and load"
             }
             Self::StopReached => "command the actuator away from the switch",
+            Self::CurrentOffset => {
+                "check the current sensor, current_offset, and the bridge for a switch that stays on"
+            }
             Self::OverSpeed => "look for what drives the actuator, and check load and speed_limit",
         }
     }

@@ -9,8 +9,9 @@ use core::sync::atomic::{AtomicBool, AtomicU16, Ordering::Relaxed};
 
 use model_core::plant::potentiometer::Track;
 
-use super::calibration::Calibration;
+use super::calibration::{Calibration, Correction};
 use super::current_limit;
+use super::current_offset;
 use super::encoder::Extension;
 use super::order::{Order, Receiver};
 use crate::app::conversion::{Converter, Converters};
@@ -95,6 +96,8 @@ pub struct Numbers {
     pub calibration: Calibration,
     /// Current beyond which the bridge is switched off, A, either way.
     pub peak: f32,
+    /// What the current sensor is off by, as far as that is declared.
+    pub sensor: Correction,
     /// Most current that is let flow, A, either way.
     pub limit: f32,
     /// What keeps it there.
@@ -114,6 +117,9 @@ pub struct Actuator {
     sums: [i32; 2],
     ticks: u32,
     limit: current_limit::State,
+    block: current_offset::State,
+    /// What the current sensor reads without a current beyond what is declared, in counts.
+    offset: i32,
     /// What the bridge holds since the last tick, in counts; none with its switches off.
     held: Option<i16>,
     application: Application,
@@ -135,6 +141,8 @@ impl Actuator {
             sums: [0; 2],
             ticks: 0,
             limit: current_limit::State::default(),
+            block: current_offset::State::default(),
+            offset: 0,
             held: None,
             application: Application::default(),
         }
@@ -146,15 +154,32 @@ impl Actuator {
         amperes.abs() <= self.numbers.peak
     }
 
+    /// The current in counts, without what the sensor reads of none.
+    fn current(&mut self, reading: u16) -> i32 {
+        let counts = i32::from(reading) - i32::from(CURRENT_MIDDLE);
+        let Numbers {
+            converters, sensor, ..
+        } = &self.numbers;
+        if let Some(mean) = self.block.take(counts, self.held.is_none()) {
+            let off = sensor.of(converters.current.value(mean));
+            match converters.current.counts(off / sensor.gain) {
+                Some(offset) if off.abs() <= current_offset::MOST => self.offset = offset.into(),
+                _ => self.wiring.trip(Fault::CurrentOffset),
+            }
+        }
+        counts - self.offset
+    }
+
     /// Bounds the duty so that the current stays in its range, and says what the bridge holds from now on.
     fn limit(&mut self, counts: i32) {
         let Numbers {
             converters,
+            sensor,
             limit,
             limiter,
             ..
         } = &self.numbers;
-        let current = converters.current.value(counts);
+        let current = sensor.of(converters.current.value(counts));
         let voltage = self.held.map(|counts| converters.bridge.value(counts));
         let [low, high] = self.wiring.current_range();
         let range = [low.max(-limit), high.min(*limit)];
@@ -209,7 +234,7 @@ impl PlantWork for Actuator {
             }
         }
         let readings = self.inputs.get();
-        let current = i32::from(readings.current) - i32::from(CURRENT_MIDDLE);
+        let current = self.current(readings.current);
         if !self.is_borne(current) {
             self.wiring.trip(Fault::OverCurrent);
         }

@@ -17,6 +17,7 @@ pub mod body;
 pub mod bridge;
 pub mod calibration;
 pub mod current_limit;
+pub mod current_offset;
 pub mod drive;
 pub mod duty_input;
 pub mod encoder;

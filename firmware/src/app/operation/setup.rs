@@ -149,6 +149,7 @@ impl Kit {
                 ..Calibration::of(values)
             },
             peak: machine.limits.peak_current,
+            sensor: Calibration::of(values).current,
             limit: machine.limits.current(),
             limiter: current_limit::Coefficients::new(
                 values.get(Field::Resistance),
