@@ -14,6 +14,17 @@ const TICKS: i32 = 256;
 pub const MOST: f32 = 1.0;
 
 /// A block under way.
+///
+/// ```
+/// use firmware::app::operation::current_offset::State;
+///
+/// let mut state = State::default();
+/// let mut ends = |counts: i32, is_off| (0..256).find_map(|_| state.take(counts, is_off));
+/// assert_eq!(ends(700, false), None);
+/// // What dies out is waited for.
+/// assert_eq!(ends(300, true), None);
+/// assert_eq!(ends(-7, true), Some(-7));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct State {
     ticks: i32,
