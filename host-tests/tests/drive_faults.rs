@@ -72,7 +72,8 @@ fn a_sound_drive_within_its_tolerances_has_no_fault_whatever_it_is_told() {
         whole += u64::from(borne);
     }
     println!("{whole} of {RUNS} to their end, {at_a_stop} ms against a stop");
-    assert!(whole > RUNS / 2, "{whole} runs to their end");
+    // With the current limited, next to nothing that is told is too much.
+    assert!(whole >= RUNS - RUNS / 100, "{whole} runs to their end");
     assert!(at_a_stop > 10_000, "{at_a_stop} ms against a stop");
 }
 

@@ -189,6 +189,33 @@ fn the_position_loop_does_not_wind_up_while_the_current_is_limited() {
     assert!((current + 2.0).abs() < 0.1, "{current} A");
 }
 
+/// Whoever estimates from a log needs the voltage that was applied: here 10 A through 0.7 Ω, where 24 V were told.
+#[test]
+fn the_log_has_the_voltage_that_the_limit_left() {
+    let plant = stopped_at(wound(1.0 - OFF, 1.0), 1e-4);
+    let mut image = OperationOnHost::controller(&SharedFlash::new(), &plant);
+    let lines = [
+        "set current_limit 10",
+        "set load 3",
+        "record 0 100 command input",
+        "mode voltage",
+        "arm",
+        "step 0 24",
+    ];
+    perform(&mut image, &lines);
+    image.run_ms(150);
+    perform(&mut image, &["dump"]);
+    image.run_ms(100);
+    let asked = image.asked.borrow();
+    assert_eq!(asked.rows.len(), 100);
+    let last = asked.rows[99][1];
+    let resistance = (1.0 - OFF) * winding()[0];
+    assert!((last - 10.0 * resistance).abs() < 0.1, "{last} V");
+    // The first row after the command: most of the period at 24 V, then what the limit leaves.
+    let first = asked.rows.iter().map(|row| row[1]).fold(0.0, f32::max);
+    assert!(first > 10.0 && first < 22.0, "{first} V");
+}
+
 /// What a sound drive is told within its limits is driven as if there were none: the log has the same duties.
 #[test]
 fn a_motion_below_the_limit_is_not_touched_by_it() {

@@ -458,6 +458,13 @@ fn impossible_limits_are_refused_by_name() {
         }),
         "continuous_current"
     );
+    for current_limit in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        let limits = Limits {
+            current_limit,
+            ..LIMITS
+        };
+        assert_eq!(name(limits), "current_limit");
+    }
     assert_eq!(
         name(Limits {
             peak_time: f32::NAN,
