@@ -27,6 +27,7 @@ use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::work::ControlWork;
 use pins::Pins;
 
+mod cache;
 pub mod controller;
 mod core_coupled;
 pub mod demonstration;
@@ -93,6 +94,7 @@ impl Chip {
     fn take() -> Option<(Self, Pins)> {
         let mut core = Peripherals::take()?;
         let pins = Pins::new(embassy_stm32::init(configuration()));
+        cache::enable();
         interrupt::TIM5.set_priority(Priority::P8);
         core.DCB.enable_trace();
         core.DWT.set_cycle_count(0);

@@ -6,6 +6,7 @@ use embassy_stm32::peripherals::FLASH;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use model_core::numeric::invalid_parameter::InvalidParameter;
 
+use super::cache;
 use crate::app::store::Store;
 
 /// Where the second sector begins in the region: the first one holds the vector table.
@@ -47,7 +48,9 @@ impl NorFlash for Region {
     const ERASE_SIZE: usize = 16 * 1024;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
-        self.0.blocking_erase(from, to)
+        let result = self.0.blocking_erase(from, to);
+        cache::forget_data();
+        result
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
