@@ -1,0 +1,252 @@
+//! An STM32F405: rigless's models of the STM32F427, which RM0090 describes too, with what they lack.
+//!
+//! What is modelled, what is not, and what was checked against what stands in `README.md`.
+
+use rigless::device::{Device, DeviceContext, ErasedDevice, Level, RegisterFile, ResetCause};
+use rigless::mcu::Mcu;
+use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::flash::Register as FlashRegister;
+use rigless::soc::stm32f427::generated::{tim1, tim3};
+use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin as PinNumber};
+use rigless::soc::stm32f427::peripherals::tim::{Advanced, Tim};
+use rigless::soc::stm32f427::peripherals::{adc, flash as interface};
+use rigless::soc::{Bus, Error, Layout};
+use rigless::time::VirtualNanos;
+
+use basic_timer::BasicTimer;
+use bridge_timer::BridgeTimer;
+use converter::Converter;
+use dac::Dac;
+use flash::Flash;
+use pins::Pin;
+
+pub mod basic_timer;
+pub mod bridge_timer;
+pub mod converter;
+pub mod dac;
+pub mod description;
+pub mod flash;
+pub mod pins;
+
+/// Which model answers for which instance.
+#[derive(Debug, Clone, Copy)]
+struct Slots {
+    tim7: usize,
+    dac: usize,
+    tim1: usize,
+    adc1: usize,
+    flash: usize,
+}
+
+/// The chip.
+#[derive(Debug)]
+pub struct Stm32f405 {
+    /// The models that are rigless's own.
+    pub part: Stm32f427,
+    /// The throttle's tick.
+    pub tim7: BasicTimer,
+    /// The position tracks.
+    pub dac: Dac,
+    /// The bridge.
+    pub tim1: BridgeTimer,
+    /// The controller's tick.
+    pub adc1: Converter,
+    /// The program's memory and its parameters.
+    pub flash: Flash,
+    slots: Slots,
+}
+
+impl Stm32f405 {
+    /// Out of reset, with a crystal of 8 MHz and 3.3 V.
+    ///
+    /// # Errors
+    /// rigless describes the part otherwise than expected: it is another version.
+    pub fn new() -> Result<Self, Error> {
+        let mut part = Stm32f427::new()?;
+        part.rcc.attach_crystals(8_000_000, 0);
+        part.set_supply(SUPPLY);
+        *part.bus_mut() = description::bus()?;
+        let bus = part.bus();
+        let slots = Slots {
+            tim7: bus.slot("TIM7")?,
+            dac: bus.slot("DAC")?,
+            tim1: bus.slot(bridge_timer::INSTANCE)?,
+            adc1: bus.slot("ADC1")?,
+            flash: bus.slot("FLASH")?,
+        };
+        let (timer, adc, interface) = Self::fresh_models()?;
+        Ok(Self {
+            part,
+            tim7: BasicTimer::default(),
+            dac: Dac::default(),
+            tim1: BridgeTimer::new(timer),
+            adc1: Converter::new(adc),
+            flash: Flash::new(interface),
+            slots,
+        })
+    }
+
+    /// rigless's models that ours contain, out of reset.
+    fn fresh_models() -> Result<(Tim<Advanced>, adc::Adc, interface::Flash), Error> {
+        let mut part = Stm32f427::new()?;
+        part.set_supply(SUPPLY);
+        let Stm32f427 {
+            advanced: [timer, _],
+            adc: [mut adc, _, _],
+            flash,
+            ..
+        } = part;
+        adc.set_reference(SUPPLY);
+        Ok((timer, adc, flash))
+    }
+
+    /// The level on a pin, as a wire soldered to it has it.
+    pub fn level(&mut self, pin: Pin) -> Level {
+        let (port, registers) = self.part.port(pin.port);
+        port.level(pin.number(), registers)
+    }
+
+    /// Drives a pin from outside, and what hears it: the port, the timer whose input it is, the break
+    /// input.
+    pub fn drive(&mut self, at: VirtualNanos, pin: Pin, level: Level) {
+        let number: PinNumber = pin.number();
+        let function = self
+            .part
+            .drive_port(at, pin.port, |port, registers, context| {
+                port.drive(number, Some(level), registers, context);
+                Gpio::function(number, registers)
+            });
+        if let Some(input) = pin.timer_input()
+            && function == Some(input.function)
+        {
+            self.part
+                .drive_timer(at, input.timer, |timer, registers, context| {
+                    timer.drive_input(input.channel, level, registers, context);
+                });
+        }
+        if pin == pins::BRIDGE_BREAK {
+            let Self {
+                part, tim1, slots, ..
+            } = self;
+            let (registers, mut context): (&mut RegisterFile, DeviceContext<'_>) =
+                part.bus_mut().drive(at, slots.tim1);
+            tim1.drive_break(level, registers, &mut context);
+        }
+    }
+
+    /// Puts a voltage on an input of ADC1, mV.
+    pub fn set_analogue(&mut self, channel: u8, millivolts: u32) {
+        if let Some(channel) = adc::Channel::new(channel) {
+            self.adc1.adc.set_input(channel, millivolts);
+        }
+    }
+
+    fn register<R: Layout>(&self, slot: usize, register: R) -> u64 {
+        self.part.bus().slots()[slot].registers().get(register)
+    }
+
+    /// Share of the supply that the two half bridges put on the winding, −1 to 1; none while the timer
+    /// has let go of them. From the compare values, without dead time.
+    pub fn bridge(&self) -> Option<f64> {
+        const MASTER_ENABLE: u64 = 1 << 15;
+        let tim1 = |register| self.register(self.slots.tim1, register);
+        let period = tim1(tim1::Register::Arr) as f64;
+        let enabled = tim1(tim1::Register::Bdtr) & MASTER_ENABLE != 0;
+        let difference = tim1(tim1::Register::Ccr1) as f64 - tim1(tim1::Register::Ccr2) as f64;
+        (enabled && period > 0.0).then(|| difference / period)
+    }
+
+    /// Share of time that the PWM of TIM4's channel 3 is high, 0 to 1: the throttle's current output.
+    pub fn current_output(&mut self) -> f64 {
+        const TIM4: usize = 2;
+        let (_, registers) = self.part.timer(TIM4);
+        let compare = registers.get(tim3::Register::Ccr3) as f64;
+        compare / (registers.get(tim3::Register::Arr) as f64 + 1.0)
+    }
+
+    /// Whether the core waits for an operation of the flash.
+    pub fn is_stalled(&self) -> bool {
+        Flash::is_busy(self.part.bus().slots()[self.slots.flash].registers())
+    }
+
+    /// What the flash's access control register reads: wait states, prefetch and caches.
+    pub fn flash_access_control(&self) -> u64 {
+        self.register(self.slots.flash, FlashRegister::Acr)
+    }
+}
+
+/// The chip's supply and reference, mV.
+const SUPPLY: u32 = 3300;
+
+impl Mcu for Stm32f405 {
+    fn bus(&self) -> &Bus {
+        self.part.bus()
+    }
+
+    fn bus_mut(&mut self) -> &mut Bus {
+        self.part.bus_mut()
+    }
+
+    /// The part builds itself anew, on a bus like its own: it is lent one with the registers of ours,
+    /// and gives back what a reset keeps of them.
+    fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
+        let assembled = "a chip that was assembled once is assembled again";
+        let mut lent = description::registers().build().expect(assembled);
+        description::exchange_registers(&mut lent, self.part.bus_mut());
+        *self.part.bus_mut() = lent;
+        let options = self.flash_options();
+        self.part.reset(at, cause);
+        let mut own = description::bus().expect(assembled);
+        description::exchange_registers(&mut own, self.part.bus_mut());
+        *self.part.bus_mut() = own;
+        let (timer, mut adc, mut interface) = Self::fresh_models().expect(assembled);
+        adc.inherit(&self.adc1.adc);
+        let (_, registers) = self.part.program();
+        interface.keep_options(options.0, options.1, registers);
+        self.tim1 = self.tim1.restarted(timer);
+        self.adc1.adc = adc;
+        self.flash = self.flash.restarted(interface);
+        Device::reset(&mut self.tim7);
+        Device::reset(&mut self.dac);
+    }
+
+    fn poll(&mut self, now: VirtualNanos) {
+        self.part.poll(now);
+    }
+
+    fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
+        let Self {
+            part,
+            tim7,
+            dac,
+            tim1,
+            adc1,
+            flash,
+            slots,
+        } = self;
+        let model: &mut dyn ErasedDevice = if slot == slots.tim7 {
+            tim7
+        } else if slot == slots.dac {
+            dac
+        } else if slot == slots.tim1 {
+            tim1
+        } else if slot == slots.adc1 {
+            adc1
+        } else if slot == slots.flash {
+            flash
+        } else {
+            return part.split(slot);
+        };
+        (part.bus_mut(), Some(model))
+    }
+}
+
+impl Stm32f405 {
+    /// The option registers, which a reset keeps. No image writes them.
+    fn flash_options(&self) -> (u64, u64) {
+        (
+            self.register(self.slots.flash, FlashRegister::Optcr),
+            self.register(self.slots.flash, FlashRegister::Optcr1),
+        )
+    }
+}

@@ -1,0 +1,354 @@
+//! An image that runs on a chip of its own, in a thread of its own, and stops at each instant that it is
+//! asked to reach: there its pins are read and driven.
+
+use std::io::Read;
+use std::net::{TcpListener, TcpStream};
+use std::num::NonZeroU64;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+
+use rigless::device::Level;
+use rigless::emulator::{self, AccessKind, Driver, Host, Memory, Settled, Start, Stop};
+use rigless::image::Image;
+use rigless::session::Session;
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+
+use crate::board::Board;
+use crate::chip::description::FLASH_BASE;
+use crate::chip::pins::Pin;
+
+/// Where parameters are stored: the second to the fourth sector. See `memory.x`.
+const PARAMETERS: u64 = FLASH_BASE + 0x4000;
+const PARAMETERS_SIZE: usize = 3 * 16 * 1024;
+
+/// What is to happen on the way to the next stop.
+#[derive(Debug, Default)]
+pub struct Inputs {
+    /// Levels that pins are driven to, each at its instant, ns, in their order.
+    pub levels: Vec<(u64, Pin, Level)>,
+    /// Voltages at ADC1's channels from the beginning on, mV.
+    pub analogue: Vec<(u8, u32)>,
+    /// What the terminal types from the beginning on.
+    pub typed: Vec<u8>,
+    /// Whether TIM7 stands still: a fault.
+    pub stop_tick: Option<bool>,
+}
+
+/// What is on a chip's wires at a stop, and what was counted since the start.
+#[derive(Debug, Clone, Default)]
+pub struct Outputs {
+    /// What the terminal was told since the stop before.
+    pub said: Vec<u8>,
+    /// Share of the supply at the winding, −1 to 1, if the bridge's timer drives.
+    pub bridge: Option<f64>,
+    /// Level of the bridge's enable.
+    pub bridge_enable: bool,
+    /// Codes of the two position tracks, 0 to 4095.
+    pub tracks: [u16; 2],
+    /// Share of the current output, 0 to 1.
+    pub current: f64,
+    /// What was counted.
+    pub counts: Counts,
+}
+
+/// What was counted since a run's start.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
+    /// Instructions.
+    pub instructions: u64,
+    /// Ticks of TIM7 and those that the program missed.
+    pub timer_ticks: [u64; 2],
+    /// Conversions that TIM1 triggered and those that the program missed.
+    pub conversions: [u64; 2],
+    /// Writes of the position tracks.
+    pub track_writes: u64,
+    /// Sectors erased, words programmed, and stores that tried to set a bit.
+    pub flash: [u64; 3],
+    /// Resets.
+    pub resets: usize,
+    /// What `FLASH_ACR` reads.
+    pub flash_access_control: u64,
+}
+
+enum Request {
+    Reach(u64, Inputs),
+    /// The end of power: what the flash holds where parameters are.
+    End,
+}
+
+enum Reply {
+    Reached(Outputs),
+    Ended(Vec<u8>),
+}
+
+/// A running image. Dropped, it ends.
+pub struct Running {
+    requests: Sender<Request>,
+    replies: Receiver<Reply>,
+    thread: Option<JoinHandle<Result<(), String>>>,
+    log: Option<JoinHandle<Vec<u8>>>,
+    /// What is to happen in the next step.
+    pub next: Inputs,
+    /// What was there at the last stop.
+    pub outputs: Outputs,
+    /// Everything that the terminal was told.
+    pub transcript: String,
+    now: u64,
+}
+
+/// What an image is started with.
+#[derive(Debug, Clone)]
+pub struct Setting {
+    /// The image, as it is flashed.
+    pub elf: PathBuf,
+    /// Instructions that a core retires in a second.
+    pub instructions_per_second: NonZeroU64,
+    /// What is stored in the parameters' sectors; none: erased.
+    pub parameters: Option<Vec<u8>>,
+}
+
+impl Running {
+    /// Starts it from power on; nothing runs before the first step.
+    ///
+    /// # Errors
+    /// An image that is none, or a machine that cannot be made.
+    pub fn start(setting: &Setting) -> Result<Self, String> {
+        let mut images = vec![Image::read(&setting.elf, None).map_err(|error| error.to_string())?];
+        if let Some(bytes) = &setting.parameters {
+            let stored = Image::new(Path::new("parameters.bin"), bytes.clone(), Some(PARAMETERS));
+            images.push(stored.map_err(|error| error.to_string())?);
+        }
+        let board = Board::new(setting.instructions_per_second).map_err(|e| e.to_string())?;
+        let listener = TcpListener::bind("127.0.0.1:0").map_err(|error| error.to_string())?;
+        let address = listener.local_addr().map_err(|error| error.to_string())?;
+        let log = thread::spawn(move || {
+            let mut bytes = Vec::new();
+            if let Ok(mut stream) = TcpStream::connect(address) {
+                // What came before an error is as good a log as there is.
+                let _ = stream.read_to_end(&mut bytes);
+            }
+            bytes
+        });
+        let (requests, asked) = channel();
+        let (answers, replies) = channel();
+        let thread = thread::spawn(move || {
+            let session = Session::new(Box::new(board), 0, VirtualNanos(1))
+                .map_err(|error| error.to_string())?;
+            let mut start = Start::new(&images);
+            start.rtt = Some(&listener);
+            let stepping = Stepping {
+                asked,
+                answers,
+                until: 1,
+                pending: Vec::new(),
+                is_held: false,
+            };
+            emulator::run(session, &start, stepping).map_err(|error| error.to_string())?;
+            Ok(())
+        });
+        Ok(Self {
+            requests,
+            replies,
+            thread: Some(thread),
+            log: Some(log),
+            next: Inputs::default(),
+            outputs: Outputs::default(),
+            transcript: String::new(),
+            now: 0,
+        })
+    }
+
+    /// Virtual time since the start, ns.
+    pub fn now(&self) -> u64 {
+        self.now
+    }
+
+    /// Lets it run to an instant, ns; [`Running::finish_step`] waits for it.
+    ///
+    /// # Errors
+    /// The emulation has ended.
+    pub fn begin_step(&mut self, until: u64) -> Result<(), String> {
+        self.now = until;
+        let inputs = std::mem::take(&mut self.next);
+        self.requests
+            .send(Request::Reach(until, inputs))
+            .map_err(|_| self.failure())
+    }
+
+    /// Waits for the end of a step.
+    ///
+    /// # Errors
+    /// The emulation has ended.
+    pub fn finish_step(&mut self) -> Result<(), String> {
+        match self.replies.recv() {
+            Ok(Reply::Reached(outputs)) => {
+                self.transcript
+                    .push_str(&String::from_utf8_lossy(&outputs.said));
+                self.outputs = outputs;
+                Ok(())
+            }
+            _ => Err(self.failure()),
+        }
+    }
+
+    /// Lets it run for a time, ns.
+    ///
+    /// # Errors
+    /// The emulation has ended.
+    pub fn run_for(&mut self, time: u64) -> Result<(), String> {
+        self.begin_step(self.now + time)?;
+        self.finish_step()
+    }
+
+    /// Types a line.
+    pub fn type_line(&mut self, line: &str) {
+        self.next.typed.extend(line.bytes());
+        self.next.typed.push(b'\r');
+    }
+
+    /// Cuts the power. What the flash holds where parameters are, and the log.
+    ///
+    /// # Errors
+    /// The emulation had ended before.
+    pub fn cut_power(mut self) -> Result<(Vec<u8>, Vec<u8>), String> {
+        if self.requests.send(Request::End).is_err() {
+            return Err(self.failure());
+        }
+        let Ok(Reply::Ended(parameters)) = self.replies.recv() else {
+            return Err(self.failure());
+        };
+        if let Some(thread) = self.thread.take() {
+            thread.join().map_err(|_| "the emulation panicked")??;
+        }
+        let log = self.log.take().map(JoinHandle::join);
+        Ok((parameters, log.and_then(Result::ok).unwrap_or_default()))
+    }
+
+    /// Why the emulation has ended by itself.
+    fn failure(&mut self) -> String {
+        let reason = match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(Err(reason))) => reason,
+            Some(Err(_)) => "it panicked".to_owned(),
+            _ => "it ended by itself".to_owned(),
+        };
+        format!("emulation: {reason}")
+    }
+}
+
+/// The emulator's side of a running image.
+struct Stepping {
+    asked: Receiver<Request>,
+    answers: Sender<Reply>,
+    until: u64,
+    /// Levels to come before that, the last one first.
+    pending: Vec<(u64, Pin, Level)>,
+    is_held: bool,
+}
+
+impl Stepping {
+    fn drive_due(&mut self, board: &mut Board, at: VirtualNanos) {
+        while let Some(&(instant, pin, level)) = self.pending.last()
+            && instant <= at.0
+        {
+            self.pending.pop();
+            board.chip.drive(at, pin, level);
+        }
+    }
+
+    fn take(&mut self, board: &mut Board, at: VirtualNanos, until: u64, inputs: Inputs) {
+        self.until = until;
+        self.pending = inputs.levels;
+        self.pending.reverse();
+        for (channel, millivolts) in inputs.analogue {
+            board.chip.set_analogue(channel, millivolts);
+        }
+        board.terminal().typed.extend(inputs.typed);
+        if let Some(stopped) = inputs.stop_tick {
+            board.chip.tim7.is_stopped = stopped;
+        }
+        self.drive_due(board, at);
+    }
+
+    /// The next instant to stop at.
+    fn next(&self, at: VirtualNanos) -> VirtualNanos {
+        let event = self.pending.last().map(|&(instant, ..)| instant);
+        VirtualNanos(event.unwrap_or(self.until).min(self.until).max(at.0))
+    }
+}
+
+fn outputs(session: &mut Session<Board>, stop: &Stop) -> Outputs {
+    let resets = session.resets().len();
+    let board = session.board_mut();
+    let said = std::mem::take(&mut board.terminal().said);
+    let chip = &mut board.chip;
+    let counts = Counts {
+        instructions: stop.instruction_count,
+        timer_ticks: [chip.tim7.updates, chip.tim7.missed],
+        conversions: [chip.adc1.conversions, chip.adc1.missed],
+        track_writes: chip.dac.writes,
+        flash: [chip.flash.erases, chip.flash.words, chip.flash.set_bits],
+        resets,
+        flash_access_control: chip.flash_access_control(),
+    };
+    Outputs {
+        said,
+        bridge: chip.bridge(),
+        bridge_enable: chip.level(crate::chip::pins::BRIDGE_ENABLE) == Level::High,
+        tracks: chip.dac.outputs(),
+        current: chip.current_output(),
+        counts,
+    }
+}
+
+fn parameters(memory: &mut (impl Memory + ?Sized)) -> Vec<u8> {
+    let addresses = (PARAMETERS..).take(PARAMETERS_SIZE);
+    addresses
+        .map(|address| {
+            // The region is there: it is the chip's own flash.
+            memory.read(address, Width::W8).unwrap_or(0xff) as u8
+        })
+        .collect()
+}
+
+impl Driver<Board> for Stepping {
+    /// The core waits while the one bank of flash is erased or programmed: RM0090, section 3.6.
+    fn on_settled(&mut self, session: &mut Session<Board>, host: &mut dyn Host, settled: Settled) {
+        let may_begin =
+            matches!(settled, Settled::Access { access, .. } if access.kind == AccessKind::Write);
+        if (may_begin || self.is_held) && session.board().chip.is_stalled() != self.is_held {
+            self.is_held = !self.is_held;
+            host.hold(self.is_held);
+        }
+    }
+
+    fn on_stop(
+        &mut self,
+        session: &mut Session<Board>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        let at = stop.at;
+        self.drive_due(session.board_mut(), at);
+        while at.0 >= self.until {
+            let reached = outputs(session, &stop);
+            // The first stop is nobody's.
+            if self.until > 1 && self.answers.send(Reply::Reached(reached)).is_err() {
+                return None;
+            }
+            match self.asked.recv() {
+                Ok(Request::Reach(until, inputs)) => {
+                    self.take(session.board_mut(), at, until, inputs);
+                }
+                Ok(Request::End) => {
+                    // Whoever asked waits.
+                    let _ = self.answers.send(Reply::Ended(parameters(host)));
+                    return None;
+                }
+                Err(_) => return None,
+            }
+        }
+        Some(self.next(at))
+    }
+}

@@ -1,0 +1,227 @@
+//! What is done with the images, and what came of it.
+
+use std::fs;
+use std::num::NonZeroU64;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::board::CORE_CLOCK;
+use crate::harness::Harness;
+use crate::running::{Counts, Running, Setting};
+
+mod alone;
+mod pair;
+
+/// How the program is called.
+const USAGE: &str =
+    "usage: emulation THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND]";
+
+/// A millisecond, ns.
+const MILLISECOND: u64 = 1_000_000;
+
+/// What came of it, as JSON.
+#[derive(Debug, Serialize)]
+struct Report {
+    /// Instructions that a core retires in a second.
+    instructions_per_second: u64,
+    /// The throttle by itself.
+    throttle: alone::Throttle,
+    /// The controller's parameters over an end of power.
+    store: pair::Store,
+    /// The loop of both.
+    driven: pair::Driven,
+    /// Seconds that the emulation took.
+    wall_time_s: f64,
+}
+
+/// What was counted in a run.
+#[derive(Debug, Serialize)]
+struct Counted {
+    /// Virtual time, s.
+    time_s: f64,
+    instructions: u64,
+    plant_ticks: u64,
+    plant_ticks_missed: u64,
+    track_writes: u64,
+    resets: usize,
+    /// What `FLASH_ACR` reads.
+    flash_access_control: u64,
+}
+
+impl Counted {
+    /// Of a throttle, which ticks by TIM7, or of a controller, which ticks by its converter.
+    fn new(counts: &Counts, now: u64) -> Self {
+        let [ticks, missed] = if counts.timer_ticks[0] > 0 {
+            counts.timer_ticks
+        } else {
+            counts.conversions
+        };
+        Self {
+            time_s: now as f64 * 1e-9,
+            instructions: counts.instructions,
+            plant_ticks: ticks,
+            plant_ticks_missed: missed,
+            track_writes: counts.track_writes,
+            resets: counts.resets,
+            flash_access_control: counts.flash_access_control,
+        }
+    }
+}
+
+/// What the calls of all scenarios share.
+struct Call {
+    throttle: Setting,
+    controller: Setting,
+    directory: PathBuf,
+}
+
+impl Call {
+    fn read(arguments: &[String]) -> Result<Self, String> {
+        let (throttle, controller, directory, rate) = match arguments {
+            [throttle, controller, directory] => (throttle, controller, directory, None),
+            [throttle, controller, directory, rate] => {
+                (throttle, controller, directory, Some(rate))
+            }
+            _ => return Err(USAGE.to_owned()),
+        };
+        let rate = rate.map_or(Ok(CORE_CLOCK), |rate| rate.parse());
+        let rate = rate.ok().and_then(NonZeroU64::new).ok_or(USAGE)?;
+        let setting = |elf: &str| Setting {
+            elf: elf.into(),
+            instructions_per_second: rate,
+            parameters: None,
+        };
+        Ok(Self {
+            throttle: setting(throttle),
+            controller: setting(controller),
+            directory: directory.into(),
+        })
+    }
+}
+
+/// Runs every scenario and gives the report.
+///
+/// # Errors
+/// A call that is none, an image that ends, or one that does not answer.
+pub fn run(arguments: &[String]) -> Result<String, String> {
+    let call = Call::read(arguments)?;
+    let began = Instant::now();
+    let throttle = alone::throttle(&call)?;
+    let (store, parameters) = pair::store(&call)?;
+    let driven = pair::drive(&call, parameters)?;
+    let report = Report {
+        instructions_per_second: call.throttle.instructions_per_second.get(),
+        throttle,
+        store,
+        driven,
+        wall_time_s: began.elapsed().as_secs_f64(),
+    };
+    serde_json::to_string_pretty(&report).map_err(|error| error.to_string())
+}
+
+fn write(directory: &Path, name: &str, bytes: &[u8]) -> Result<(), String> {
+    let path = directory.join(name);
+    fs::write(&path, bytes).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Steps until the prompt that follows an answer.
+const PROMPT: &str = "\n> ";
+
+/// How long an answer is waited for, ms of virtual time.
+const PATIENCE: u64 = 3000;
+
+/// Something that has consoles and goes on.
+trait Consoles {
+    /// Which one.
+    type Which: Copy;
+
+    fn console(&mut self, which: Self::Which) -> &mut Running;
+
+    fn run_for(&mut self, time: u64) -> Result<(), String>;
+
+    /// Types a line and waits for the prompt behind its answer, which it gives.
+    fn ask(&mut self, which: Self::Which, line: &str) -> Result<String, String> {
+        let before = self.console(which).transcript.len();
+        self.console(which).type_line(line);
+        for _ in 0..PATIENCE {
+            self.run_for(MILLISECOND)?;
+            let said = &self.console(which).transcript[before..];
+            if said.ends_with(PROMPT) {
+                return Ok(said.trim_end_matches(PROMPT).to_owned());
+            }
+        }
+        let said = &self.console(which).transcript[before..];
+        Err(format!("no prompt behind {line:?}, but {said:?}"))
+    }
+
+    /// Asks for something that has to be done.
+    fn order(&mut self, which: Self::Which, line: &str) -> Result<(), String> {
+        let answer = self.ask(which, line)?;
+        if answer.lines().any(|line| line.trim() == "ok") {
+            Ok(())
+        } else {
+            Err(format!("{line:?} was not done: {answer:?}"))
+        }
+    }
+}
+
+/// A board by itself.
+struct Alone(Running);
+
+impl Consoles for Alone {
+    type Which = ();
+
+    fn console(&mut self, (): ()) -> &mut Running {
+        &mut self.0
+    }
+
+    fn run_for(&mut self, time: u64) -> Result<(), String> {
+        self.0.run_for(time)
+    }
+}
+
+/// One of the two boards of a loop.
+#[derive(Debug, Clone, Copy)]
+enum Side {
+    Controller,
+    Throttle,
+}
+
+/// Two boards at their wires.
+struct Pair {
+    controller: Running,
+    throttle: Running,
+    harness: Harness,
+}
+
+impl Pair {
+    fn start(controller: &Setting, throttle: &Setting) -> Result<Self, String> {
+        Ok(Self {
+            controller: Running::start(controller)?,
+            throttle: Running::start(throttle)?,
+            harness: Harness::default(),
+        })
+    }
+}
+
+impl Consoles for Pair {
+    type Which = Side;
+
+    fn console(&mut self, side: Side) -> &mut Running {
+        match side {
+            Side::Controller => &mut self.controller,
+            Side::Throttle => &mut self.throttle,
+        }
+    }
+
+    fn run_for(&mut self, time: u64) -> Result<(), String> {
+        let end = self.controller.now() + time;
+        while self.controller.now() < end {
+            self.harness
+                .step(&mut self.controller, &mut self.throttle)?;
+        }
+        Ok(())
+    }
+}

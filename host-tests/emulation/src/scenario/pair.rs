@@ -1,0 +1,170 @@
+//! The controller and the throttle at their wires.
+
+use serde::Serialize;
+
+use super::{Call, Consoles, Counted, MILLISECOND, Pair, Setting, Side, write};
+
+/// What the controller has to know of the throttle: `host-tests/machines/throttle-loop.toml`. Its position
+/// is 0 at the throttle's rest.
+const PARAMETERS: [(&str, &str); 24] = [
+    ("supply_minimum", "8"),
+    ("supply_maximum", "16"),
+    ("resistance", "2"),
+    ("inductance", "1.2e-3"),
+    ("torque_constant", "0.38"),
+    ("inertia", "1.6e-3"),
+    ("viscous", "8e-3"),
+    ("static", "0.28"),
+    ("coulomb", "0.24"),
+    ("spring", "0"),
+    ("spring_rest", "0"),
+    ("spring_preload", "0"),
+    ("proportional", "25"),
+    ("integral", "100"),
+    ("derivative", "0.5"),
+    ("derivative_filter_time", "4e-3"),
+    ("position_unit", "4e-4"),
+    ("lower_stop", "-0.18"),
+    ("upper_stop", "1.37"),
+    ("continuous_current", "3"),
+    ("peak_current", "8"),
+    ("load", "0.6"),
+    ("current_offset", "0"),
+    ("command_timeout", "60"),
+];
+
+/// What the throttle has and nobody tells the controller: a return spring of 0.4 N·m/rad about its rest.
+const THROTTLE: [&str; 3] = ["set spring_preload 0", "set spring 0.4", "arm"];
+
+/// What came of the parameters.
+#[derive(Debug, Serialize)]
+pub(super) struct Store {
+    /// The controller's greeting at its first start.
+    first_greeting: String,
+    /// `save`'s answer.
+    saved: String,
+    /// Sectors erased, words programmed, and stores that tried to set a bit.
+    flash: [u64; 3],
+    /// The greeting at the start behind the end of power.
+    second_greeting: String,
+    /// `show torque_constant` behind it.
+    shown: String,
+}
+
+/// What came of the loop.
+#[derive(Debug, Serialize)]
+pub(super) struct Driven {
+    /// Where the controller had the throttle after each command: its name, what was asked for and what the
+    /// throttle's tracks say, rad from the rest.
+    positions: Vec<(String, f64, f64)>,
+    /// `status` of both at the end.
+    controller_status: String,
+    throttle_status: String,
+    controller: Counted,
+    throttle: Counted,
+    /// Captures in the log, by what was driven meanwhile.
+    captures: Vec<String>,
+}
+
+/// Tells the controller its parameters, has it save them, and cuts its power.
+pub(super) fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
+    let mut pair = Pair::start(&call.controller, &call.throttle)?;
+    pair.run_for(200 * MILLISECOND)?;
+    let first_greeting = pair.controller.transcript.clone();
+    for (name, value) in PARAMETERS {
+        pair.order(Side::Controller, &format!("set {name} {value}"))?;
+    }
+    let saved = pair.ask(Side::Controller, "save")?;
+    let flash = pair.controller.outputs.counts.flash;
+    let Pair { controller, .. } = pair;
+    let (parameters, _) = controller.cut_power()?;
+    let stored = Setting {
+        parameters: Some(parameters.clone()),
+        ..call.controller.clone()
+    };
+    let mut pair = Pair::start(&stored, &call.throttle)?;
+    pair.run_for(200 * MILLISECOND)?;
+    let second_greeting = pair.controller.transcript.clone();
+    let shown = pair.ask(Side::Controller, "show torque_constant")?;
+    let store = Store {
+        first_greeting,
+        saved,
+        flash,
+        second_greeting,
+        shown,
+    };
+    Ok((store, parameters))
+}
+
+/// A capture of the controller, dumped.
+fn capture(pair: &mut Pair) -> Result<(), String> {
+    pair.order(
+        Side::Controller,
+        "record 0 682 now input position current_a",
+    )?;
+    pair.run_for(690 * MILLISECOND)?;
+    pair.order(Side::Controller, "dump")?;
+    pair.run_for(750 * MILLISECOND)
+}
+
+/// Captures of each drive.
+const CAPTURES: usize = 3;
+
+/// Drives the throttle by the controller: to a position, by a sweep and by a triangle, and records.
+pub(super) fn drive(call: &Call, parameters: Vec<u8>) -> Result<Driven, String> {
+    let stored = Setting {
+        parameters: Some(parameters),
+        ..call.controller.clone()
+    };
+    let mut pair = Pair::start(&stored, &call.throttle)?;
+    pair.run_for(100 * MILLISECOND)?;
+    for line in THROTTLE {
+        pair.order(Side::Throttle, line)?;
+    }
+    pair.order(Side::Controller, "zero")?;
+    let rest = pair
+        .harness
+        .position()
+        .ok_or("the throttle has no tracks")?;
+    pair.order(Side::Controller, "arm")?;
+    let mut positions = Vec::new();
+    for (name, target) in [("step", 0.6), ("step back", 0.1)] {
+        pair.order(Side::Controller, &format!("step {target} {target}"))?;
+        pair.run_for(600 * MILLISECOND)?;
+        let position = pair.harness.position().unwrap_or(f64::NAN) - rest;
+        positions.push((name.to_owned(), target, position));
+    }
+    let mut captures = Vec::new();
+    for (name, signal) in [
+        ("sweep", "sweep 0.6 0.4 0.7 4 5"),
+        ("triangle", "triangle 0.55 0.4 1.3"),
+    ] {
+        pair.order(Side::Controller, signal)?;
+        for _ in 0..CAPTURES {
+            capture(&mut pair)?;
+            captures.push(name.to_owned());
+        }
+    }
+    let controller_status = pair.ask(Side::Controller, "status")?;
+    let throttle_status = pair.ask(Side::Throttle, "status")?;
+    let Pair {
+        controller,
+        throttle,
+        ..
+    } = pair;
+    let counted = [&controller, &throttle]
+        .map(|running| Counted::new(&running.outputs.counts, running.now()));
+    let [counted_controller, counted_throttle] = counted;
+    let transcript = controller.transcript.clone();
+    write(&call.directory, "controller.txt", transcript.as_bytes())?;
+    let (_, log) = controller.cut_power()?;
+    write(&call.directory, "controller.defmt", &log)?;
+    Ok(Driven {
+        positions,
+        controller_status,
+        throttle_status,
+        controller: counted_controller,
+        throttle: counted_throttle,
+        captures,
+    })
+}
