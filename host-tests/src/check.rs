@@ -10,6 +10,7 @@ use std::thread;
 
 use crate::board_log::Line;
 use crate::board_run;
+use crate::emulate;
 use crate::failure::Failure;
 use crate::figures::{self, Comparison, Figures};
 use crate::fuzz;
@@ -121,6 +122,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         check_warnings(&real)?;
         images.push((image, Size::read(&real.elf)?.fitting_beside(&board.size)?));
     }
+    emulated_chips(&board.toolchain)?;
     announce("sizes and lints of the images");
     let mut linted = true;
     for &(image, size) in &images {
@@ -140,6 +142,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let tests = host_tests()?;
     announce("done");
     say(&summary(&images, &tests));
+    Ok(())
+}
+
+/// The images as they are flashed, on emulated chips.
+fn emulated_chips(toolchain: &Toolchain) -> Result<(), Failure> {
+    let cycles = emulate::run::CYCLES_PER_INSTRUCTION;
+    let (outcome, traced) = emulate::command::demonstrate(toolchain, cycles, announce)?;
+    emulate::command::require(&outcome, &traced)?;
+    emulate::run::check()?;
+    say(&format!(
+        "both images start, answer, keep their ticks and what is saved; the loop follows its commands, and {} \
+         samples of its log name what nobody declared",
+        traced.samples
+    ));
     Ok(())
 }
 

@@ -13,6 +13,7 @@ pub mod data_sheet;
 pub mod decode;
 pub mod ecu;
 pub mod ecu_on_host;
+pub mod emulate;
 pub mod emulator;
 pub mod error;
 pub mod exercise;

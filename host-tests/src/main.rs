@@ -6,8 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
 use host_tests::{
-    bench, check, data_sheet, decode, ecu, error, gap, hil, identify, import, onboard, outputs,
-    reproduce,
+    bench, check, data_sheet, decode, ecu, emulate, error, gap, hil, identify, import, onboard,
+    outputs, reproduce,
 };
 
 /// Firmware and model of an electromechanical actuator, closed on each other
@@ -78,6 +78,9 @@ enum Command {
     /// Let an emulated engine controller find every fault of an emulated throttle body
     #[command(after_help = "Example: cargo hil ecu --json ecu.json")]
     Ecu(ecu::Args),
+    /// Run the images as they are flashed on emulated chips: each alone, then wired to a loop
+    #[command(after_help = "Example: cargo hil emulate --json emulate.json")]
+    Emulate(emulate::command::Args),
     /// Turn a board's defmt log into lines, and its samples into CSV
     #[command(
         after_help = DECODE_EXAMPLE,
@@ -118,6 +121,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         Some(Command::Identify(args)) => identify::command::run(&args),
         Some(Command::Onboard(args)) => onboard::command::run(&args),
         Some(Command::Ecu(args)) => ecu::run(&args),
+        Some(Command::Emulate(args)) => emulate::command::run(&args),
         Some(Command::Reproduce(args)) => reproduce::run(&args),
         Some(Command::Decode(args)) => decode::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),

@@ -22,6 +22,7 @@ fn help_ends_with_an_example() {
         &["import"],
         &["machine"],
         &["ecu"],
+        &["emulate"],
         &["decode"],
         &["bench"],
     ] {

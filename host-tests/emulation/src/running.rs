@@ -93,8 +93,8 @@ pub struct Running {
     pub next: Inputs,
     /// What was there at the last stop.
     pub outputs: Outputs,
-    /// Everything that the terminal was told.
-    pub transcript: String,
+    /// Everything that the terminal was told, byte for byte.
+    pub heard: Vec<u8>,
     now: u64,
 }
 
@@ -155,7 +155,7 @@ impl Running {
             log: Some(log),
             next: Inputs::default(),
             outputs: Outputs::default(),
-            transcript: String::new(),
+            heard: Vec::new(),
             now: 0,
         })
     }
@@ -184,8 +184,7 @@ impl Running {
     pub fn finish_step(&mut self) -> Result<(), String> {
         match self.replies.recv() {
             Ok(Reply::Reached(outputs)) => {
-                self.transcript
-                    .push_str(&String::from_utf8_lossy(&outputs.said));
+                self.heard.extend(&outputs.said);
                 self.outputs = outputs;
                 Ok(())
             }
@@ -200,6 +199,12 @@ impl Running {
     pub fn run_for(&mut self, time: u64) -> Result<(), String> {
         self.begin_step(self.now + time)?;
         self.finish_step()
+    }
+
+    /// What the terminal was told from a byte on, its lines ended by line feeds alone.
+    pub fn transcript(&self, from: usize) -> String {
+        let said = self.heard.get(from..).unwrap_or_default();
+        String::from_utf8_lossy(said).replace('\r', "")
     }
 
     /// Types a line.

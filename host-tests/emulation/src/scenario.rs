@@ -143,16 +143,16 @@ trait Consoles {
 
     /// Types a line and waits for the prompt behind its answer, which it gives.
     fn ask(&mut self, which: Self::Which, line: &str) -> Result<String, String> {
-        let before = self.console(which).transcript.len();
+        let before = self.console(which).heard.len();
         self.console(which).type_line(line);
         for _ in 0..PATIENCE {
             self.run_for(MILLISECOND)?;
-            let said = &self.console(which).transcript[before..];
+            let said = self.console(which).transcript(before);
             if said.ends_with(PROMPT) {
                 return Ok(said.trim_end_matches(PROMPT).to_owned());
             }
         }
-        let said = &self.console(which).transcript[before..];
+        let said = self.console(which).transcript(before);
         Err(format!("no prompt behind {line:?}, but {said:?}"))
     }
 

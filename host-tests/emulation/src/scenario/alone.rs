@@ -28,7 +28,7 @@ const MOST_WAIT: u64 = 100;
 pub(super) fn throttle(call: &Call) -> Result<Throttle, String> {
     let mut board = Alone(Running::start(&call.throttle)?);
     board.run_for(300 * MILLISECOND)?;
-    let greeting = board.0.transcript.clone();
+    let greeting = board.0.transcript(0);
     for line in ORDERS {
         board.order((), line)?;
     }

@@ -70,7 +70,7 @@ pub(super) struct Driven {
 pub(super) fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
     let mut pair = Pair::start(&call.controller, &call.throttle)?;
     pair.run_for(200 * MILLISECOND)?;
-    let first_greeting = pair.controller.transcript.clone();
+    let first_greeting = pair.controller.transcript(0);
     for (name, value) in PARAMETERS {
         pair.order(Side::Controller, &format!("set {name} {value}"))?;
     }
@@ -84,7 +84,7 @@ pub(super) fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
     };
     let mut pair = Pair::start(&stored, &call.throttle)?;
     pair.run_for(200 * MILLISECOND)?;
-    let second_greeting = pair.controller.transcript.clone();
+    let second_greeting = pair.controller.transcript(0);
     let shown = pair.ask(Side::Controller, "show torque_constant")?;
     let store = Store {
         first_greeting,
@@ -155,7 +155,7 @@ pub(super) fn drive(call: &Call, parameters: Vec<u8>) -> Result<Driven, String> 
     let counted = [&controller, &throttle]
         .map(|running| Counted::new(&running.outputs.counts, running.now()));
     let [counted_controller, counted_throttle] = counted;
-    let transcript = controller.transcript.clone();
+    let transcript = controller.transcript(0);
     write(&call.directory, "controller.txt", transcript.as_bytes())?;
     let (_, log) = controller.cut_power()?;
     write(&call.directory, "controller.defmt", &log)?;

@@ -1,0 +1,223 @@
+//! The emulation built and run, and what came of it.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::toolchain::{Build, Toolchain, clean_command};
+use crate::workspace;
+
+/// The board's feature of the images.
+const BOARD: &str = "stm32f405";
+
+/// Clock of the core, Hz.
+const CORE_CLOCK: f64 = 168e6;
+
+/// The emulation's package, from the workspace's root.
+const MANIFEST: &str = "host-tests/emulation/Cargo.toml";
+
+/// Cycles that an instruction takes on average, unless another number is asked for: with the caches on,
+/// the flash keeps up with the core as if it had no wait states (RM0090, section 3.5.2), and a Cortex-M4's
+/// loads, stores and taken branches take two to three cycles, the rest one.
+pub const CYCLES_PER_INSTRUCTION: f64 = 1.5;
+
+/// What was counted in a run of an image.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+pub struct Counted {
+    /// Virtual time, s.
+    pub time_s: f64,
+    /// Instructions.
+    pub instructions: u64,
+    /// Plant ticks that the hardware gave.
+    pub plant_ticks: u64,
+    /// Those that found the one before not taken yet.
+    pub plant_ticks_missed: u64,
+    /// Writes of the position tracks: one a plant tick.
+    pub track_writes: u64,
+    /// Resets.
+    pub resets: usize,
+    /// What `FLASH_ACR` reads: wait states, prefetch and caches.
+    pub flash_access_control: u64,
+}
+
+/// The throttle by itself.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Throttle {
+    /// What it says before anything is asked.
+    pub greeting: String,
+    /// `status` after a step to 0.8 rad under its own drive.
+    pub status: String,
+    /// Up to then.
+    pub counted: Counted,
+    /// `faults` after TIM7 had been stopped.
+    pub faults_after_stopped_tick: String,
+    /// From there to the watchdog's reset, ms.
+    pub reset_after_ms: f64,
+}
+
+/// The controller's parameters over an end of power.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Store {
+    /// What it says at its first start.
+    pub first_greeting: String,
+    /// `save`'s answer.
+    pub saved: String,
+    /// Sectors erased, words programmed, and stores that tried to set a bit that was not erased.
+    pub flash: [u64; 3],
+    /// What it says at the start behind the end of power.
+    pub second_greeting: String,
+    /// `show torque_constant` behind it.
+    pub shown: String,
+}
+
+/// The loop of both.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Driven {
+    /// Command, what was asked for, and what the throttle's tracks say, rad from its rest.
+    pub positions: Vec<(String, f64, f64)>,
+    /// The controller's `status` at the end.
+    pub controller_status: String,
+    /// The throttle's.
+    pub throttle_status: String,
+    /// Of the controller.
+    pub controller: Counted,
+    /// Of the throttle.
+    pub throttle: Counted,
+    /// What was driven during each capture in the log.
+    pub captures: Vec<String>,
+}
+
+/// Everything that came of it.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Outcome {
+    /// Instructions that a core retires in a second.
+    pub instructions_per_second: u64,
+    /// The throttle by itself.
+    pub throttle: Throttle,
+    /// The controller's parameters over an end of power.
+    pub store: Store,
+    /// The loop of both.
+    pub driven: Driven,
+    /// Seconds that the emulation took on this host.
+    pub wall_time_s: f64,
+}
+
+/// The two images.
+#[derive(Debug, Clone)]
+pub struct Images {
+    /// `throttle`.
+    pub throttle: Build,
+    /// `controller`.
+    pub controller: Build,
+}
+
+impl Images {
+    /// Builds both as they are flashed.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn build(toolchain: &Toolchain) -> Result<Self, Failure> {
+        Ok(Self {
+            throttle: toolchain.build_program(BOARD, "throttle")?,
+            controller: toolchain.build_program(BOARD, "controller")?,
+        })
+    }
+}
+
+/// Where the runs leave their logs.
+pub fn directory() -> PathBuf {
+    workspace::results().join("emulate")
+}
+
+/// A cargo command on the emulation's package; `arguments` follow the package's.
+fn cargo(subcommand: &str) -> Command {
+    let mut cargo = clean_command("cargo");
+    cargo
+        .arg(subcommand)
+        .args(["--manifest-path", MANIFEST])
+        .stderr(if std::io::stderr().is_terminal() {
+            Stdio::inherit()
+        } else {
+            Stdio::piped()
+        });
+    cargo
+}
+
+/// What its cargo builds with: the emulator asks for a newer compiler than it needs.
+const BUILD: [&str; 5] = [
+    "--release",
+    "--locked",
+    "--ignore-rust-version",
+    "--target-dir",
+    "target/emulation",
+];
+
+fn succeed(mut command: Command, what: &str) -> Result<(), Failure> {
+    let output = command
+        .output()
+        .map_err(|error| Failure::system("cargo cannot be run", &error))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(Failure::Other(format!(
+        "{what}\n{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    )))
+}
+
+/// Builds the emulation, or finds it built.
+///
+/// # Errors
+/// What the compiler says.
+pub fn build() -> Result<PathBuf, Failure> {
+    let mut command = cargo("build");
+    command.args(BUILD);
+    succeed(command, "the emulation does not build")?;
+    let name = format!("release/emulation{}", std::env::consts::EXE_SUFFIX);
+    Ok(workspace::root().join("target/emulation").join(name))
+}
+
+/// Formatting and tests of the emulation's own code.
+///
+/// # Errors
+/// What is not in order.
+pub fn check() -> Result<(), Failure> {
+    let mut format = cargo("fmt");
+    format.arg("--check");
+    succeed(format, "the emulation is not formatted")?;
+    let mut test = cargo("test");
+    test.args(BUILD);
+    succeed(test, "the emulation's tests fail")
+}
+
+/// Runs the images.
+///
+/// # Errors
+/// An image that ends or does not answer, and what it said instead.
+pub fn run(
+    emulation: &Path,
+    images: &Images,
+    cycles_per_instruction: f64,
+) -> Result<Outcome, Failure> {
+    let directory = directory();
+    std::fs::create_dir_all(&directory)
+        .map_err(|error| Failure::system(directory.display(), &error))?;
+    let rate = (CORE_CLOCK / cycles_per_instruction).round();
+    let output = clean_command(emulation)
+        .args([&images.throttle.elf, &images.controller.elf, &directory])
+        .arg(format!("{rate:.0}"))
+        .output()
+        .map_err(|error| Failure::system(emulation.display(), &error))?;
+    if !output.status.success() {
+        return Err(Failure::Other(format!(
+            "the images do not run on the emulated chips\n{}",
+            String::from_utf8_lossy(&output.stderr).trim_end()
+        )));
+    }
+    serde_json::from_slice(&output.stdout)
+        .map_err(|error| Failure::Other(format!("what the emulation reports: {error}")))
+}

@@ -1,0 +1,192 @@
+//! The runs for people, and for programs.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::run::{Counted, Outcome, directory};
+use super::tracing::{MACHINE, Traced};
+use crate::workspace;
+
+/// What runs the images.
+const EMULATOR: &str = "rigless 0.4.0, STM32F427 as STM32F405";
+
+/// The chip's blocks that the images use.
+const PERIPHERALS: [&str; 15] = [
+    "ADC1", "DAC", "DMA2", "DWT", "FLASH", "GPIOA", "GPIOB", "GPIOC", "IWDG", "RCC", "TIM1",
+    "TIM2", "TIM3", "TIM7", "USART1",
+];
+
+/// Core cycles between two plant ticks.
+const PERIOD: u64 = 8400;
+
+/// The answer as JSON.
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    /// The images.
+    target: [&'static str; 2],
+    chip: Chip,
+    r#loop: Loop,
+}
+
+#[derive(Debug, Serialize)]
+struct Chip {
+    emulator: &'static str,
+    cycles_per_instruction: f64,
+    worst_ticks: [WorstTick; 2],
+    peripherals: [&'static str; 15],
+}
+
+/// The longest interrupts that an image saw, core cycles.
+#[derive(Debug, Serialize)]
+struct WorstTick {
+    image: &'static str,
+    plant_cycles: Option<u64>,
+    control_cycles: Option<u64>,
+    period_cycles: u64,
+    missed: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Loop {
+    verdict: &'static str,
+    effects: Vec<String>,
+    /// On the drive that nothing was fitted to, rad.
+    position_rms_before: Option<f64>,
+    position_rms_after: Option<f64>,
+    samples: usize,
+}
+
+/// What `status` says of the longest plant and control interrupt, cycles.
+fn worst(status: &str) -> [Option<u64>; 2] {
+    let Some((_, rest)) = status.split_once("worst plant ") else {
+        return [None; 2];
+    };
+    let mut numbers = rest
+        .split(|character: char| !character.is_ascii_digit())
+        .filter(|word| !word.is_empty())
+        .map(|word| word.parse().ok());
+    [numbers.next().flatten(), numbers.next().flatten()]
+}
+
+impl Summary {
+    /// Of runs and their tracing.
+    pub fn new(outcome: &Outcome, traced: &Traced, cycles_per_instruction: f64) -> Self {
+        let worst_tick = |image, status: &str, counted: &Counted| {
+            let [plant_cycles, control_cycles] = worst(status);
+            WorstTick {
+                image,
+                plant_cycles,
+                control_cycles,
+                period_cycles: PERIOD,
+                missed: counted.plant_ticks_missed,
+            }
+        };
+        let driven = &outcome.driven;
+        let errors = traced.answer.errors.validate.as_ref();
+        Self {
+            target: ["throttle", "controller"],
+            chip: Chip {
+                emulator: EMULATOR,
+                cycles_per_instruction,
+                worst_ticks: [
+                    worst_tick("throttle", &driven.throttle_status, &driven.throttle),
+                    worst_tick("controller", &driven.controller_status, &driven.controller),
+                ],
+                peripherals: PERIPHERALS,
+            },
+            r#loop: Loop {
+                verdict: traced.answer.verdict.name(),
+                effects: traced.answer.effects.iter().map(|e| e.id.clone()).collect(),
+                position_rms_before: errors.map(|errors| errors.before.position_rms),
+                position_rms_after: errors.map(|errors| errors.after.position_rms),
+                samples: traced.samples,
+            },
+        }
+    }
+
+    /// For people.
+    pub fn text(&self, outcome: &Outcome, traced: &Traced) -> String {
+        let mut text = format!(
+            "Two unmodified images on emulated STM32F405s, {} cycles an instruction\n",
+            self.chip.cycles_per_instruction
+        );
+        let mut row = |name: &str, value: String| {
+            // A string takes everything.
+            let _ = writeln!(text, "{name:<12} {value}");
+        };
+        for tick in &self.chip.worst_ticks {
+            let cycles = |cycles: Option<u64>| cycles.map_or("?".to_owned(), |c| c.to_string());
+            row(
+                tick.image,
+                format!(
+                    "worst plant tick {} and control step {} of {} cycles; {} ticks missed",
+                    cycles(tick.plant_cycles),
+                    cycles(tick.control_cycles),
+                    tick.period_cycles,
+                    tick.missed
+                ),
+            );
+        }
+        let [erased, programmed, _] = outcome.store.flash;
+        row(
+            "save",
+            format!(
+                "{erased} sectors erased, {programmed} words programmed, read back after an end of power"
+            ),
+        );
+        row(
+            "watchdog",
+            format!(
+                "reset {:.1} ms after the last tick, and named",
+                outcome.throttle.reset_after_ms
+            ),
+        );
+        for (command, target, position) in &outcome.driven.positions {
+            row(
+                command,
+                format!("to {target:.3} rad; it is at {position:.3}"),
+            );
+        }
+        let effects = self.r#loop.effects.join(", ");
+        let milliradian = |value: Option<f64>| value.map_or(f64::NAN, |value| value * 1e3);
+        row(
+            "log",
+            format!(
+                "{} samples of the controller's own: {}, {effects}; position error on the other drive {:.1} \
+                 before, {:.2} mrad rms after",
+                self.r#loop.samples,
+                self.r#loop.verdict,
+                milliradian(self.r#loop.position_rms_before),
+                milliradian(self.r#loop.position_rms_after)
+            ),
+        );
+        row("took", format!("{:.0} s", outcome.wall_time_s));
+        row("files", workspace::shown(&directory()));
+        let with = |option: &str, paths: &[std::path::PathBuf]| -> String {
+            paths
+                .iter()
+                .map(|path| format!(" {option} {}", workspace::shown(path)))
+                .collect()
+        };
+        let _ = writeln!(
+            text,
+            "\ncargo hil gap --machine {MACHINE}{}{}",
+            with("--train", &traced.train),
+            with("--validate", &traced.validate)
+        );
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_interrupts_are_read_from_a_status() {
+        let status = "latched: none\nworst plant 1887, control 1168 cycles; deadlines missed: 0\n";
+        assert_eq!(worst(status), [Some(1887), Some(1168)]);
+        assert_eq!(worst("armed"), [None; 2]);
+    }
+}
