@@ -123,12 +123,12 @@ impl Running {
         let board = Board::new(setting.instructions_per_second).map_err(|e| e.to_string())?;
         let listener = TcpListener::bind("127.0.0.1:0").map_err(|error| error.to_string())?;
         let address = listener.local_addr().map_err(|error| error.to_string())?;
+        // Before anything runs, so that the log is whole.
+        let mut stream = TcpStream::connect(address).map_err(|error| error.to_string())?;
         let log = thread::spawn(move || {
             let mut bytes = Vec::new();
-            if let Ok(mut stream) = TcpStream::connect(address) {
-                // What came before an error is as good a log as there is.
-                let _ = stream.read_to_end(&mut bytes);
-            }
+            // What came before an error is as good a log as there is.
+            let _ = stream.read_to_end(&mut bytes);
             bytes
         });
         let (requests, asked) = channel();

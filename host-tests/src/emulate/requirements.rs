@@ -80,6 +80,7 @@ impl Shortcomings {
         let Throttle {
             greeting,
             status,
+            status_with_motor_open,
             counted,
             faults_after_stopped_tick,
             reset_after_ms,
@@ -88,6 +89,11 @@ impl Shortcomings {
         for part in ["armed, position mode", "latched: none", NONE_MISSED] {
             self.says("throttle's status", status, part);
         }
+        self.says(
+            "throttle's status with its motor open",
+            status_with_motor_open,
+            NONE_MISSED,
+        );
         self.counted("throttle", counted);
         self.require(*reset_after_ms <= LONGEST_WATCHDOG_MS, || {
             format!("the watchdog took {reset_after_ms} ms after the throttle's last tick")
@@ -106,6 +112,8 @@ impl Shortcomings {
             flash: [erased, programmed, set],
             second_greeting,
             shown,
+            shown_after_torn_save,
+            torn_after_words,
         } = store;
         self.says(
             "controller's greeting",
@@ -124,7 +132,16 @@ impl Shortcomings {
             second_greeting,
             "controller: parameters of commit 1",
         );
-        self.says("stored parameter", shown, "torque_constant = 0.38");
+        self.says("stored parameter", shown, STORED[0]);
+        let is_whole = STORED
+            .iter()
+            .any(|value| shown_after_torn_save.contains(value));
+        self.require(is_whole, || {
+            format!(
+                "power lost after {torn_after_words} words of a `save`: expected {STORED:?}, got \
+                 {shown_after_torn_save:?}"
+            )
+        });
     }
 
     fn driven(&mut self, driven: &Driven) {
@@ -176,6 +193,9 @@ impl Shortcomings {
         });
     }
 }
+
+/// A parameter before and after the second `save`.
+const STORED: [&str; 2] = ["torque_constant = 0.38 ", "torque_constant = 0.4 "];
 
 /// In a `status`.
 const NONE_MISSED: &str = "deadlines missed: 0";
@@ -245,9 +265,11 @@ mod tests {
             flash: [1, 187, 0],
             second_greeting: "controller: nothing stored, its own parameters".to_owned(),
             shown: "torque_constant = 0.06 N·m/A".to_owned(),
+            shown_after_torn_save: "torque_constant = 0.39 N·m/A".to_owned(),
+            torn_after_words: 20,
         };
         let mut found = Shortcomings::default();
         found.store(&store);
-        assert_eq!(found.0.len(), 2, "{found:?}");
+        assert_eq!(found.0.len(), 3, "{found:?}");
     }
 }

@@ -50,6 +50,8 @@ pub struct Throttle {
     pub greeting: String,
     /// `status` after a step to 0.8 rad under its own drive.
     pub status: String,
+    /// `status` after its motor was open for a while, the longest tick there is.
+    pub status_with_motor_open: String,
     /// Up to then.
     pub counted: Counted,
     /// `faults` after TIM7 had been stopped.
@@ -71,6 +73,10 @@ pub struct Store {
     pub second_greeting: String,
     /// `show torque_constant` behind it.
     pub shown: String,
+    /// The same with 0.4 set, a second `save` begun, and the power lost in the middle of it.
+    pub shown_after_torn_save: String,
+    /// Words that this `save` had programmed by then.
+    pub torn_after_words: u64,
 }
 
 /// The loop of both.

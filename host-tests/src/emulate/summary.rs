@@ -72,8 +72,10 @@ fn worst(status: &str) -> [Option<u64>; 2] {
 impl Summary {
     /// Of runs and their tracing.
     pub fn new(outcome: &Outcome, traced: &Traced, cycles_per_instruction: f64) -> Self {
-        let worst_tick = |image, status: &str, counted: &Counted| {
-            let [plant_cycles, control_cycles] = worst(status);
+        let worst_tick = |image, statuses: [&str; 2], counted: &Counted| {
+            let [one, other] = statuses.map(worst);
+            let plant_cycles = one[0].max(other[0]);
+            let control_cycles = one[1].max(other[1]);
             WorstTick {
                 image,
                 plant_cycles,
@@ -90,8 +92,19 @@ impl Summary {
                 emulator: EMULATOR,
                 cycles_per_instruction,
                 worst_ticks: [
-                    worst_tick("throttle", &driven.throttle_status, &driven.throttle),
-                    worst_tick("controller", &driven.controller_status, &driven.controller),
+                    worst_tick(
+                        "throttle",
+                        [
+                            &driven.throttle_status,
+                            &outcome.throttle.status_with_motor_open,
+                        ],
+                        &driven.throttle,
+                    ),
+                    worst_tick(
+                        "controller",
+                        [&driven.controller_status; 2],
+                        &driven.controller,
+                    ),
                 ],
                 peripherals: PERIPHERALS,
             },
@@ -133,6 +146,13 @@ impl Summary {
             "save",
             format!(
                 "{erased} sectors erased, {programmed} words programmed, read back after an end of power"
+            ),
+        );
+        row(
+            "power",
+            format!(
+                "lost after {} words of a second save: the values are whole",
+                outcome.store.torn_after_words
             ),
         );
         row(

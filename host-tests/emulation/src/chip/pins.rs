@@ -42,8 +42,6 @@ pub const ENCODER_A: Pin = pin(2, 6);
 pub const ENCODER_B: Pin = pin(2, 7);
 /// All images: bridge enable.
 pub const BRIDGE_ENABLE: Pin = pin(2, 8);
-/// All images: high releases the brake.
-pub const BRAKE_RELEASE: Pin = pin(2, 9);
 /// Controller: lower limit switch, closed to ground unless reached.
 pub const LOWER_SWITCH: Pin = pin(2, 10);
 /// Controller: upper limit switch.

@@ -12,6 +12,8 @@ pub(super) struct Throttle {
     greeting: String,
     /// `status` after a step to 0.8 rad under its own drive.
     status: String,
+    /// `status` after its motor was open for a while, the longest tick there is.
+    status_with_motor_open: String,
     counted: Counted,
     /// `faults` after its tick had stopped.
     faults_after_stopped_tick: String,
@@ -34,6 +36,11 @@ pub(super) fn throttle(call: &Call) -> Result<Throttle, String> {
     }
     board.run_for(700 * MILLISECOND)?;
     let status = board.ask((), "status")?;
+    for line in ["inject motor_open", "step 0.8 0.3"] {
+        board.order((), line)?;
+    }
+    board.run_for(300 * MILLISECOND)?;
+    let status_with_motor_open = board.ask((), "status")?;
     let counted = Counted::new(&board.0.outputs.counts, board.0.now());
     board.0.next.stop_tick = Some(true);
     let resets = board.0.outputs.counts.resets;
@@ -56,6 +63,7 @@ pub(super) fn throttle(call: &Call) -> Result<Throttle, String> {
     Ok(Throttle {
         greeting,
         status,
+        status_with_motor_open,
         counted,
         faults_after_stopped_tick,
         reset_after_ms,

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::harness::STEP;
+
 use super::{Call, Consoles, Counted, MILLISECOND, Pair, Setting, Side, write};
 
 /// What the controller has to know of the throttle: `host-tests/machines/throttle-loop.toml`. Its position
@@ -49,6 +51,10 @@ pub(super) struct Store {
     second_greeting: String,
     /// `show torque_constant` behind it.
     shown: String,
+    /// The same with 0.4 set, a second `save` begun, and the power lost in the middle of it.
+    shown_after_torn_save: String,
+    /// Words that this `save` had programmed by then.
+    torn_after_words: u64,
 }
 
 /// What came of the loop.
@@ -86,15 +92,47 @@ pub(super) fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
     pair.run_for(200 * MILLISECOND)?;
     let second_greeting = pair.controller.transcript(0);
     let shown = pair.ask(Side::Controller, "show torque_constant")?;
+    let (torn, torn_after_words) = tear(pair)?;
+    let setting = Setting {
+        parameters: Some(torn),
+        ..call.controller.clone()
+    };
+    let mut pair = Pair::start(&setting, &call.throttle)?;
+    pair.run_for(200 * MILLISECOND)?;
+    let shown_after_torn_save = pair.ask(Side::Controller, "show torque_constant")?;
     let store = Store {
         first_greeting,
         saved,
         flash,
         second_greeting,
         shown,
+        shown_after_torn_save,
+        torn_after_words,
     };
     Ok((store, parameters))
 }
+
+/// Words that a `save` is let program before its power is cut: fewer than it needs.
+const TORN_AFTER: u64 = 20;
+
+/// Cuts the power in the middle of a `save`. What the flash holds then, and how many words were programmed.
+fn tear(mut pair: Pair) -> Result<(Vec<u8>, u64), String> {
+    pair.order(Side::Controller, "set torque_constant 0.4")?;
+    let words = |pair: &Pair| pair.controller.outputs.counts.flash[1];
+    let before = words(&pair);
+    pair.controller.type_line("save");
+    for _ in 0..LONGEST_SAVE {
+        pair.run_for(STEP)?;
+        let programmed = words(&pair) - before;
+        if programmed >= TORN_AFTER {
+            return Ok((pair.controller.cut_power()?.0, programmed));
+        }
+    }
+    Err(format!("`save` did not program {TORN_AFTER} words in 1 s"))
+}
+
+/// Steps of the harness that a `save` may take: 1 s.
+const LONGEST_SAVE: u64 = 1_000_000_000 / STEP;
 
 /// A capture of the controller, dumped.
 fn capture(pair: &mut Pair) -> Result<(), String> {
