@@ -52,8 +52,8 @@ const LOG_BEGINNING: &str = "time_s,";
 const BEGINNING: usize = 1000;
 
 /// A key that each result in JSON has at its top, or in the first entry of its list.
-const RESULT_KEYS: [&str; 9] = [
-    "verdict", "models", "parity", "fault", "plants", "worlds", "summary", "judged", "ours",
+const RESULT_KEYS: [&str; 10] = [
+    "verdict", "models", "parity", "fault", "plants", "worlds", "summary", "judged", "ours", "chip",
 ];
 
 /// Largest file that is looked into for what it is, bytes. This program writes none that is larger.

@@ -62,6 +62,8 @@ pub struct Counts {
     pub timer_ticks: [u64; 2],
     /// Conversions that TIM1 triggered and those that the program missed.
     pub conversions: [u64; 2],
+    /// Longest time from a plant tick to its acknowledgement, ns.
+    pub longest_latency: u64,
     /// Writes of the position tracks.
     pub track_writes: u64,
     /// Sectors erased, words programmed, and stores that tried to set a bit.
@@ -292,6 +294,7 @@ fn outputs(session: &mut Session<Board>, stop: &Stop) -> Outputs {
         instructions: stop.instruction_count,
         timer_ticks: [chip.tim7.updates, chip.tim7.missed],
         conversions: [chip.adc1.conversions, chip.adc1.missed],
+        longest_latency: chip.tim7.longest_latency.max(chip.adc1.longest_latency),
         track_writes: chip.dac.writes,
         flash: [chip.flash.erases, chip.flash.words, chip.flash.set_bits],
         resets,

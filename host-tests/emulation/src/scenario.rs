@@ -44,6 +44,8 @@ struct Counted {
     instructions: u64,
     plant_ticks: u64,
     plant_ticks_missed: u64,
+    /// Longest time from a plant tick to its acknowledgement by the program, µs.
+    longest_latency_us: f64,
     track_writes: u64,
     resets: usize,
     /// What `FLASH_ACR` reads.
@@ -63,6 +65,7 @@ impl Counted {
             instructions: counts.instructions,
             plant_ticks: ticks,
             plant_ticks_missed: missed,
+            longest_latency_us: counts.longest_latency as f64 * 1e-3,
             track_writes: counts.track_writes,
             resets: counts.resets,
             flash_access_control: counts.flash_access_control,

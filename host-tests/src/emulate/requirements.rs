@@ -214,6 +214,7 @@ mod tests {
             instructions: 17_000_000,
             plant_ticks: 19_900,
             plant_ticks_missed: 0,
+            longest_latency_us: 5.0,
             track_writes: 19_900,
             resets: 0,
             flash_access_control: FLASH_ACCESS_CONTROL,

@@ -35,6 +35,8 @@ pub struct Counted {
     pub plant_ticks: u64,
     /// Those that found the one before not taken yet.
     pub plant_ticks_missed: u64,
+    /// Longest time from a plant tick to its acknowledgement by the program, µs.
+    pub longest_latency_us: f64,
     /// Writes of the position tracks: one a plant tick.
     pub track_writes: u64,
     /// Resets.

@@ -44,6 +44,8 @@ struct WorstTick {
     plant_cycles: Option<u64>,
     control_cycles: Option<u64>,
     period_cycles: u64,
+    /// From a plant tick to its acknowledgement, µs.
+    longest_latency_us: f64,
     missed: u64,
 }
 
@@ -81,6 +83,7 @@ impl Summary {
                 plant_cycles,
                 control_cycles,
                 period_cycles: PERIOD,
+                longest_latency_us: counted.longest_latency_us,
                 missed: counted.plant_ticks_missed,
             }
         };
@@ -133,10 +136,12 @@ impl Summary {
             row(
                 tick.image,
                 format!(
-                    "worst plant tick {} and control step {} of {} cycles; {} ticks missed",
+                    "worst plant tick {} and control step {} of {} cycles, longest latency \
+                     {:.1} µs; {} ticks missed",
                     cycles(tick.plant_cycles),
                     cycles(tick.control_cycles),
                     tick.period_cycles,
+                    tick.longest_latency_us,
                     tick.missed
                 ),
             );

@@ -27,6 +27,9 @@ pub struct BasicTimer {
     pub updates: u64,
     /// Those of them at which the one before had not been acknowledged: a tick that the program missed.
     pub missed: u64,
+    /// Longest time from a tick to its acknowledgement by the program, ns.
+    pub longest_latency: u64,
+    since: Option<u64>,
     /// No period ends while this is set: a fault for a test.
     pub is_stopped: bool,
 }
@@ -88,6 +91,11 @@ impl Device for BasicTimer {
                     registers.set(Register::Sr, status | UPDATE);
                 }
             }
+            Register::Sr if registers.get(Register::Sr) & UPDATE == 0 => {
+                if let Some(since) = self.since.take() {
+                    self.longest_latency = self.longest_latency.max(context.now().0 - since);
+                }
+            }
             _ => {}
         }
         self.drive_interrupt(registers, context);
@@ -107,6 +115,9 @@ impl Device for BasicTimer {
             let status = registers.get(Register::Sr);
             self.updates += 1;
             self.missed += status & UPDATE;
+            if registers.get(Register::Dier) & UPDATE != 0 {
+                self.since.get_or_insert(context.now().0);
+            }
             registers.set(Register::Sr, status | UPDATE);
             self.drive_interrupt(registers, context);
         }
@@ -126,6 +137,7 @@ impl Device for BasicTimer {
             clock: self.clock,
             updates: self.updates,
             missed: self.missed,
+            longest_latency: self.longest_latency,
             is_stopped: self.is_stopped,
             ..Self::default()
         };

@@ -26,6 +26,9 @@ pub struct Converter {
     /// Those of them at which the end of the one before had not been acknowledged: a tick that the program
     /// missed.
     pub missed: u64,
+    /// Longest time from the end of a group to its acknowledgement by the program, ns.
+    pub longest_latency: u64,
+    since: Option<u64>,
 }
 
 impl Converter {
@@ -35,6 +38,8 @@ impl Converter {
             adc,
             conversions: 0,
             missed: 0,
+            longest_latency: 0,
+            since: None,
         }
     }
 }
@@ -59,6 +64,12 @@ impl Device for Converter {
         context: &mut DeviceContext<'_>,
     ) {
         self.adc.write(register, value, registers, context);
+        if register == Register::Sr
+            && !sr::JEOC.is_set(registers.get(Register::Sr))
+            && let Some(since) = self.since.take()
+        {
+            self.longest_latency = self.longest_latency.max(context.now().0 - since);
+        }
     }
 
     fn on_event(
@@ -68,6 +79,9 @@ impl Device for Converter {
         context: &mut DeviceContext<'_>,
     ) {
         self.adc.on_event(event, registers, context);
+        if sr::JEOC.is_set(registers.get(Register::Sr)) {
+            self.since.get_or_insert(context.now().0);
+        }
     }
 
     fn on_request(
@@ -101,6 +115,7 @@ impl Device for Converter {
 
     fn reset(&mut self) {
         Device::reset(&mut self.adc);
+        self.since = None;
     }
 
     fn reset_line(&mut self, registers: &mut RegisterFile, context: &mut DeviceContext<'_>) {
