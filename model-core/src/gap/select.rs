@@ -90,9 +90,6 @@ const SENSOR_COUNTS: f64 = 3.0;
 const STRUCTURED_COUNTS: f64 = 10.0;
 const STRUCTURED_STROKE: f64 = 0.003;
 
-/// Multiple of the least error beyond which an error has a cause.
-const UNEXPLAINED: f64 = 3.0;
-
 /// Effects that leave more than this share of the held-out error are challenged by learned maps, as
 /// are those that leave an error beyond the sensor's and those that are the first terms of any law.
 const POOR_EXPLANATION: f64 = 0.3;
@@ -153,15 +150,21 @@ pub fn trace<S: Schedule>(
         unknown = None;
         found.after = before.clone();
     }
-    let model = &found.after.model;
-    let residual = Residual {
-        position_rms: workbench.position_rms(model)?,
-        floor: workbench.least_error(model)?,
-    };
+    let mut end = end_at(&mut workbench, &mut found)?;
+    if workbench.has_freed()
+        && found.accepted.is_empty()
+        && unknown.is_none()
+        && end.proves_nothing()
+    {
+        // Something is missing that nobody found, and the numbers may stand in for it.
+        workbench.hold_freed();
+        found.after = before.clone();
+        end = end_at(&mut workbench, &mut found)?;
+    }
+    let End { residual, farthest } = end;
     Some(Trace {
         residual,
-        is_unexplained: residual.position_rms > UNEXPLAINED * residual.floor,
-        farthest: workbench.farthest(model),
+        farthest,
         base: workbench.base.clone(),
         settings: workbench.data.settings,
         simulated: workbench.simulated,
@@ -170,6 +173,34 @@ pub fn trace<S: Schedule>(
         accepted: found.accepted,
         unknown,
     })
+}
+
+/// What the final model leaves.
+struct End {
+    residual: Residual,
+    /// A number that is where no data sheet would let it be.
+    farthest: Option<Base>,
+}
+
+impl End {
+    /// Whether "nothing is missing" cannot be said of the model.
+    fn proves_nothing(&self) -> bool {
+        self.residual.is_unexplained() || self.farthest.is_some()
+    }
+}
+
+/// Puts the numbers of the final model where a data sheet would let them be, as far as the log does, and says what
+/// it leaves.
+#[inline(never)]
+fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option<End> {
+    let (after, farthest) = workbench.within_data_sheet(found.after.clone())?;
+    found.after = after;
+    let model = &found.after.model;
+    let residual = Residual {
+        position_rms: workbench.position_rms(model)?,
+        floor: workbench.least_error(model)?,
+    };
+    Some(End { residual, farthest })
 }
 
 // The steps below are functions of their own on the stack too: what one of them needs, the next one
@@ -191,7 +222,8 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
     workbench.restart(&fitted)?;
     let near = workbench.approach(declared);
     let best = workbench.best_fit(&[&fitted, declared, near.as_ref().unwrap_or(declared)])?;
-    Some(workbench.settle(best))
+    let settled = workbench.settle(best);
+    Some(workbench.within_data_sheet(settled)?.0)
 }
 
 /// What has been found so far.
@@ -651,10 +683,12 @@ fn stands(
         if !is_map && !found.is_more(workbench) {
             return Some(true);
         }
+        let (after, farthest) = workbench.within_data_sheet(found.after.clone())?;
+        found.after = after;
         let uncertain = found.uncertain(workbench)?;
         let refusal = if uncertain.is_some() {
             Refusal::Uncertain
-        } else if workbench.farthest(&found.after.model).is_some() {
+        } else if farthest.is_some() {
             Refusal::Implausible
         } else if workbench.is_clearly_worse(&found.after.model, before)? {
             Refusal::WorseElsewhere

@@ -141,6 +141,16 @@ pub struct Residual {
     pub floor: f64,
 }
 
+/// Multiple of the least error beyond which an error has a cause.
+const UNEXPLAINED: f64 = 3.0;
+
+impl Residual {
+    /// Whether more is left than the sensors and the restarts leave.
+    pub fn is_unexplained(&self) -> bool {
+        self.position_rms > UNEXPLAINED * self.floor
+    }
+}
+
 /// Multiple of a declared number, or part of it, that no data sheet and no wear allow: three standard
 /// deviations of a guess, if a factor of two is one.
 pub const FARTHEST: f32 = 8.0;
@@ -150,9 +160,7 @@ pub const FARTHEST: f32 = 8.0;
 pub struct Trace {
     /// What is left.
     pub residual: Residual,
-    /// Whether more is left than the sensors and the restarts leave.
-    pub is_unexplained: bool,
-    /// A fitted number that has surely gone where no data sheet would let it.
+    /// A fitted number that the log has where no data sheet would let it be.
     pub farthest: Option<Base>,
     /// The base fit.
     pub before: Fit,
@@ -178,7 +186,7 @@ impl Trace {
             Verdict::EffectsFound
         } else if self.unknown.is_some() {
             Verdict::UnknownEffect
-        } else if self.is_unexplained || self.farthest.is_some() {
+        } else if self.residual.is_unexplained() || self.farthest.is_some() {
             Verdict::NothingProven
         } else {
             Verdict::NoMissingEffect

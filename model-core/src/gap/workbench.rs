@@ -1,9 +1,11 @@
 //! What every step of the tracing works with: the data, the schedule, the declared model, and the
 //! count of what was simulated.
 
-use super::covariance::{Covariance, Information};
+use super::covariance::Information;
 use super::fit::{self, Effort, Fit, Target, Variables};
-use super::held_out::{HeldOut, MOST_BLOCKS, Mask, compare, is_hopeless_within, windows_per_block};
+use super::held_out::{
+    HeldOut, LARGEST_RATIO, MOST_BLOCKS, Mask, compare, is_hopeless_within, windows_per_block,
+};
 use super::log::Log;
 use super::model::{Base, Model, Numbers};
 use super::replay::{
@@ -80,10 +82,6 @@ const MOST_TURNS: u32 = 3;
 
 /// Windows of the judging length that a long prediction lasts.
 const LONG: usize = 10;
-
-/// Standard deviations that a number must be beyond the place where it may be at the farthest: those of a
-/// hundredth, two-sided.
-const SURELY: f64 = 2.58;
 
 /// Length of a held-out block, s.
 const BLOCK: f32 = 0.5;
@@ -425,40 +423,38 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(libm::sqrt(apart / samples.max(1) as f64 + sensor * sensor))
     }
 
-    /// A fitted number that has surely gone where no data sheet would let it.
+    /// A fit with every number where a data sheet would let it be, if the log is followed as well so, else the fit
+    /// as it is, with a number that the log has elsewhere.
+    ///
+    /// A log that does not tell viscous friction from an effect leaves the number anywhere, at zero too.
     #[inline(never)]
-    pub fn farthest(&mut self, model: &Model) -> Option<Base> {
-        let far = |number: Base| {
-            let (declared, fitted) = (self.declared.get(number), model.get(number));
-            let beyond = if fitted > declared {
-                fitted - FARTHEST * declared
-            } else {
-                declared / FARTHEST - fitted
-            };
+    pub fn within_data_sheet(&mut self, fit: Fit) -> Option<(Fit, Option<Base>)> {
+        let declared = self.declared;
+        let limit = |number: Base| {
+            let (declared, fitted) = (declared.get(number), fit.model.get(number));
+            let limit = fitted.max(declared / FARTHEST).min(FARTHEST * declared);
             let is_checked = declared > 0.0 && number.dimension() != Dimension::Position;
-            (is_checked && beyond > 0.0).then_some(f64::from(beyond))
+            (is_checked && limit != fitted).then_some(limit)
         };
-        let any = self.base.iter().any(|&number| far(number).is_some());
-        if !any {
-            return None;
+        let base = self.base.clone();
+        let Some(&farthest) = base.iter().find(|&&number| limit(number).is_some()) else {
+            return Some((fit, None));
+        };
+        let mut start = fit.model.clone();
+        for &number in &base {
+            start.set(number, limit(number).unwrap_or(fit.model.get(number)));
         }
-        let covariance = self.covariance(model)?;
-        let mut numbers = self.base.iter().enumerate();
-        numbers.find_map(|(place, &number)| {
-            let deviation = libm::sqrt(covariance.at(place, place));
-            (far(number)? > SURELY * deviation).then_some(number)
-        })
-    }
-
-    /// Covariance of what fits move of a model.
-    #[inline(never)]
-    fn covariance(&mut self, model: &Model) -> Option<Covariance> {
-        let variables = self.variables(model);
-        let data = self.data;
-        let mut information = Information::default();
-        let windows = information.gather(&data, self.schedule, model, &variables)?;
-        self.count(windows, data.settings.window);
-        Some(information.covariance(&variables))
+        self.base.retain(|&number| limit(number).is_none());
+        let held = self.fit(&start);
+        self.base = base;
+        let held = held?;
+        Some(
+            if self.error_ratio(&held.model, &fit.model)? > LARGEST_RATIO {
+                (held, None)
+            } else {
+                (fit, Some(farthest))
+            },
+        )
     }
 
     /// Numbers of the declared actuator that fits leave alone and that may be wrong.
