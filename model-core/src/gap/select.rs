@@ -161,6 +161,9 @@ pub fn trace<S: Schedule>(
         found.after = before.clone();
         end = end_at(&mut workbench, &mut found)?;
     }
+    if unknown.is_none() && !found.is_more(&workbench) {
+        before = found.after.clone();
+    }
     let End { residual, farthest } = end;
     Some(Trace {
         residual,
@@ -222,8 +225,7 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
     workbench.restart(&fitted)?;
     let near = workbench.approach(declared);
     let best = workbench.best_fit(&[&fitted, declared, near.as_ref().unwrap_or(declared)])?;
-    let settled = workbench.settle(best);
-    Some(workbench.within_data_sheet(settled)?.0)
+    Some(workbench.settle(best))
 }
 
 /// What has been found so far.
