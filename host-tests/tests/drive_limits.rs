@@ -253,13 +253,6 @@ fn a_motion_below_the_limit_is_not_touched_by_it() {
     }
 }
 
-/// Torque that may be there or not, over inertia: what makes a loop with the time constant τ pass its limit, rad/s.
-fn overshoot() -> f32 {
-    let friction = (1.0 + TOLERANCES.mechanics) * EMA.plant.breakaway.forward;
-    let torque = 2.0 * EMA.limits.load + 2.0 * friction;
-    torque * motion_limit::TIME_CONSTANT / ((1.0 - TOLERANCES.inertia) * EMA.plant.inertia)
-}
-
 #[test]
 fn the_speed_stays_at_its_limit_in_every_mode_under_any_load() {
     const RUNS: u64 = 400;
@@ -303,8 +296,9 @@ fn the_speed_stays_at_its_limit_in_every_mode_under_any_load() {
             causes.is_empty(),
             "{seed}: {causes}, {limit} rad/s, {mode}, {line}"
         );
+        // As docs/faults.md has it: 2.5 rad/s, and the encoder's step.
         assert!(
-            most <= limit + overshoot(),
+            most <= limit + 4.0,
             "{seed}: {most} rad/s of {limit}, {mode}, {line}"
         );
         worst = worst.max(most - limit);
@@ -318,10 +312,7 @@ fn the_speed_stays_at_its_limit_in_every_mode_under_any_load() {
             near += 1;
         }
     }
-    println!(
-        "at most {worst:.2} rad/s beyond the limit, {:.1} rad/s allowed",
-        overshoot()
-    );
+    println!("at most {worst:.2} rad/s beyond the limit");
     assert!(near > 100, "{near}");
 }
 
@@ -370,7 +361,7 @@ fn a_voltage_ends_at_the_limit_of_the_position() {
                 let beyond = (position - upper).max(lower - position);
                 worst = worst.max(beyond);
                 assert!(
-                    beyond <= 0.02,
+                    beyond <= 0.005,
                     "{seed}: {beyond} rad beyond {range:?} at {volts} V"
                 );
             }
@@ -382,6 +373,46 @@ fn a_voltage_ends_at_the_limit_of_the_position() {
         }
     }
     println!("at most {worst:.4} rad beyond the range");
+}
+
+/// As after its shaft was turned by hand: nothing moves before it is told to, and then no faster than the limit.
+#[test]
+fn a_drive_that_is_armed_beyond_its_range_stays_where_it_is_until_it_is_told_to_come_back() {
+    for side in [-1.0_f32, 1.0] {
+        let actuator = stopped_at(EMA.plant, 1e3);
+        let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+        let range = [0.2_f32, 0.8].map(|end| end * side);
+        let [lower, upper] = [range[0].min(range[1]), range[0].max(range[1])];
+        let lines = [
+            &format!("set position_minimum {lower}"),
+            &format!("set position_maximum {upper}"),
+            "set speed_limit 5",
+            "zero",
+            "mode voltage",
+            "arm",
+        ];
+        perform(&mut image, &lines);
+        let mut fastest = 0.0_f32;
+        for _ in 0..300 {
+            image.run_ms(1);
+            fastest = fastest.max(image.plant.state.velocity.value().abs());
+        }
+        assert!(fastest < 0.1, "{fastest} rad/s at 0 V");
+        // Outwards it does not go, whatever is told.
+        say(&mut image, &format!("step 0 {}", -12.0 * side));
+        image.run_ms(300);
+        let position = image.plant.state.position.value();
+        assert!(position.abs() < 0.02, "{position} rad");
+        say(&mut image, &format!("step 0 {}", 12.0 * side));
+        for _ in 0..600 {
+            image.run_ms(1);
+            fastest = fastest.max(image.plant.state.velocity.value().abs());
+        }
+        assert!(fastest < 9.0, "{fastest} rad/s of 5");
+        let end = image.plant.state.position.value();
+        assert!((end - 0.8 * side).abs() < 0.005, "{end} rad");
+        assert!(image.wiring.latch().causes().is_empty());
+    }
 }
 
 #[test]
@@ -467,10 +498,46 @@ fn a_current_sensor_that_is_too_far_off_keeps_the_drive_disarmed() {
         image.run_ms(100);
         assert!(image.wiring.latch().causes().contains(Fault::CurrentOffset));
         assert!(image.line("arm").contains("current_offset"));
+        // Nor does it arm between two blocks.
+        for _ in 0..20 {
+            let cleared = image.line("clear");
+            assert!(cleared.contains("current_offset"), "{cleared}");
+            assert!(image.line("arm").contains("current_offset"));
+            image.run_ms(1);
+        }
         image.plant.offset = 0.0;
         image.run_ms(40);
         perform(&mut image, &["clear", "arm", "step 0 0.5"]);
         image.run_ms(300);
         assert!(image.wiring.latch().causes().is_empty());
+    }
+}
+
+/// A short in the motor drives the sensor to its end, which is below the peak once a zero is taken off.
+#[test]
+fn a_sensor_at_its_end_is_an_over_current_whatever_its_zero_is() {
+    for offset in [0.9_f32, -0.9] {
+        for end in [-1e3_f32, 1e3] {
+            let mut image = OperationOnHost::controller(&SharedFlash::new(), &EMA.plant);
+            image.plant.offset = offset;
+            image.run_ms(100);
+            perform(&mut image, &["mode voltage", "arm"]);
+            image.run_ms(10);
+            assert!(image.wiring.latch().causes().is_empty());
+            image.plant.offset = end;
+            image.run_ms(1);
+            assert!(image.wiring.latch().causes().contains(Fault::OverCurrent));
+        }
+    }
+}
+
+/// Other numbers of the sensor would make the current of a drive that runs jump.
+#[test]
+fn the_current_sensors_numbers_are_set_disarmed() {
+    let mut image = OperationOnHost::controller(&SharedFlash::new(), &EMA.plant);
+    perform(&mut image, &["arm"]);
+    for line in ["set current_offset 1", "set current_gain 1.1"] {
+        let refused = "refused: the drive is armed; `disarm` it first";
+        assert_eq!(image.line(line), refused, "{line}");
     }
 }

@@ -131,6 +131,7 @@ pub struct Wiring {
     supply: Wire,
     switches: AtomicU8,
     bridge_broken: AtomicBool,
+    current_sensor_off: AtomicBool,
     zero_asked: AtomicBool,
     tracks: [AtomicU16; 2],
     current_output: AtomicU16,
@@ -172,6 +173,7 @@ impl Wiring {
             supply: Wire::new(),
             switches: AtomicU8::new(0),
             bridge_broken: AtomicBool::new(false),
+            current_sensor_off: AtomicBool::new(false),
             zero_asked: AtomicBool::new(false),
             tracks: [AtomicU16::new(0), AtomicU16::new(0)],
             current_output: AtomicU16::new(0),
@@ -287,6 +289,16 @@ impl Wiring {
     /// Puts the break input on its wire.
     pub(super) fn set_bridge_broken(&self, broken: bool) {
         self.bridge_broken.store(broken, Relaxed);
+    }
+
+    /// Whether the current sensor's zero is too far off, where it was last measured.
+    pub(super) fn is_current_sensor_off(&self) -> bool {
+        self.current_sensor_off.load(Relaxed)
+    }
+
+    /// Says whether the current sensor's zero is too far off.
+    pub(super) fn set_current_sensor_off(&self, off: bool) {
+        self.current_sensor_off.store(off, Relaxed);
     }
 
     /// Asks for the position to be 0 where the actuator is.

@@ -9,6 +9,7 @@ use core::sync::atomic::{AtomicBool, AtomicU16, Ordering::Relaxed};
 
 use model_core::plant::potentiometer::Track;
 
+use super::bridge;
 use super::calibration::{Calibration, Correction};
 use super::current_limit;
 use super::current_offset;
@@ -118,7 +119,9 @@ pub struct Actuator {
     ticks: u32,
     limit: current_limit::State,
     block: current_offset::State,
-    /// What the current sensor reads without a current beyond what is declared, in counts.
+    /// What the current sensor reads without a current, in counts, as far as that was measured.
+    zero: Option<i32>,
+    /// The part of it that is not declared, in counts.
     offset: i32,
     /// What the bridge holds since the last tick, in counts; none with its switches off.
     held: Option<i16>,
@@ -142,32 +145,54 @@ impl Actuator {
             ticks: 0,
             limit: current_limit::State::default(),
             block: current_offset::State::default(),
+            zero: None,
             offset: 0,
             held: None,
             application: Application::default(),
         }
     }
 
-    /// Whether the bridge may carry this current, in counts. A limit that is not a number bears none.
-    fn is_borne(&self, counts: i32) -> bool {
-        let amperes = self.numbers.converters.current.value(counts);
-        amperes.abs() <= self.numbers.peak
+    /// Whether the bridge may carry this current, as the sensor reads it and as it is put right, both in counts. The
+    /// first, for the sensor may end below the peak once its zero is taken off. A limit that is not a number bears none.
+    fn is_borne(&self, read: i32, counts: i32) -> bool {
+        let Numbers {
+            converters,
+            sensor,
+            peak,
+            ..
+        } = &self.numbers;
+        let read = converters.current.value(read);
+        let amperes = sensor.of(converters.current.value(counts));
+        read.abs() <= *peak && amperes.abs() <= *peak
     }
 
-    /// The current in counts, without what the sensor reads of none.
-    fn current(&mut self, reading: u16) -> i32 {
-        let counts = i32::from(reading) - i32::from(CURRENT_MIDDLE);
+    /// Takes the zero that was measured off all readings from now on, or says that it is too far off.
+    fn take_zero_off(&mut self) {
         let Numbers {
             converters, sensor, ..
         } = &self.numbers;
-        if let Some(mean) = self.block.take(counts, self.held.is_none()) {
-            let off = sensor.of(converters.current.value(mean));
-            match converters.current.counts(off / sensor.gain) {
-                Some(offset) if off.abs() <= current_offset::MOST => self.offset = offset.into(),
-                _ => self.wiring.trip(Fault::CurrentOffset),
-            }
+        let Some(zero) = self.zero else {
+            return;
+        };
+        let off = sensor.of(converters.current.value(zero));
+        let counts = converters.current.counts(off / sensor.gain);
+        let offset = counts.filter(|_| off.abs() <= current_offset::MOST);
+        self.wiring.set_current_sensor_off(offset.is_none());
+        self.offset = offset.map_or(self.offset, i32::from);
+    }
+
+    /// The current in counts, without what the sensor reads of none. One that the bridge does not bear is latched.
+    fn current(&mut self, reading: u16) -> i32 {
+        let read = i32::from(reading) - i32::from(CURRENT_MIDDLE);
+        if let Some(mean) = self.block.take(read, self.held.is_none()) {
+            self.zero = Some(mean);
+            self.take_zero_off();
         }
-        counts - self.offset
+        let counts = read - self.offset;
+        if !self.is_borne(read, counts) {
+            self.wiring.trip(Fault::OverCurrent);
+        }
+        counts
     }
 
     /// Bounds the duty so that the current stays in its range, and says what the bridge holds from now on.
@@ -184,7 +209,10 @@ impl Actuator {
         let [low, high] = self.wiring.current_range();
         let range = [low.max(-limit), high.min(*limit)];
         let bounds = limiter.step(&mut self.limit, current, voltage, range);
-        let [low, high] = bounds.map(|voltage| converters.bridge.counts(voltage));
+        // What the bridge cannot make is not what stands at the winding.
+        let most = bridge::reach(self.wiring.supply());
+        let [low, high] =
+            bounds.map(|voltage| converters.bridge.counts(voltage.min(most).max(-most)));
         match (low, high) {
             (Some(low), Some(high)) => self.wiring.set_bounds([low, high]),
             _ => self.wiring.trip(Fault::NonFinite),
@@ -231,13 +259,11 @@ impl PlantWork for Actuator {
             // What is for an emulated body is not sent here.
             if let Order::Actuator(numbers) = order {
                 self.numbers = numbers;
+                self.take_zero_off();
             }
         }
         let readings = self.inputs.get();
         let current = self.current(readings.current);
-        if !self.is_borne(current) {
-            self.wiring.trip(Fault::OverCurrent);
-        }
         if readings.broken {
             self.wiring.trip(Fault::BridgeBreak);
         }

@@ -14,6 +14,11 @@ pub const MOST_DUTY: i16 = FULL_DUTY - FULL_DUTY / 20;
 /// Least supply at which a voltage is made of it, V.
 const LEAST_SUPPLY: f32 = 1.0;
 
+/// The largest voltage that the bridge makes of this supply, either way, V.
+pub fn reach(supply: f32) -> f32 {
+    supply * (f32::from(MOST_DUTY) / f32::from(FULL_DUTY))
+}
+
 /// The duty that puts a voltage at the winding, in counts, with this supply, V; 0 without a supply or
 /// for what is not a number.
 ///

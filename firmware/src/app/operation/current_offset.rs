@@ -2,8 +2,8 @@
 //!
 //! While the bridge is off the readings are averaged, block after block, and what the mean is off by is taken off every
 //! reading from then on. The first block waits for the current to die out. A mean that is too far off is
-//! [`Fault::CurrentOffset`](crate::app::fault::Fault::CurrentOffset), with which the drive is not armed: the sensor is broken,
-//! or a current flows that no switch lets flow.
+//! [`Fault::CurrentOffset`](crate::app::fault::Fault::CurrentOffset) until a block says otherwise: it is not cleared before,
+//! and the drive not armed. The sensor is broken, or a current flows that no switch lets flow.
 
 /// Ticks of a block: 13 ms, twelve time constants of the winding for a current to die out, and in the mean a sixteenth of a
 /// reading's noise.

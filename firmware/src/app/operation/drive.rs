@@ -9,7 +9,7 @@
 use heapless::spsc::Consumer;
 use model_core::control::pid;
 
-use super::bridge::MOST_DUTY;
+use super::bridge;
 use super::calibration::Correction;
 use super::motion_limit;
 use crate::app::console::request::Mode;
@@ -19,7 +19,6 @@ use crate::app::fault::monitor::{Measured, Monitors};
 use crate::app::fault::observer::Reading;
 use crate::app::fault::output::Bridge;
 use crate::app::fault::{Fault, Faults};
-use crate::app::machine::FULL_DUTY;
 use crate::app::profile::Generator;
 use crate::app::record::{Marks, Recorder, Sample};
 use crate::app::wiring::{Applied, Measurement, Wiring};
@@ -202,7 +201,8 @@ impl Drive {
             self.switches[0].after(SWITCH_STEPS, lower),
             self.switches[1].after(SWITCH_STEPS, upper),
         ];
-        let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken());
+        let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken())
+            | Faults::when(Fault::CurrentOffset, self.wiring.is_current_sensor_off());
         // A period in which the bridge went off and the brake on says nothing of the encoder.
         let applied = applied.filter(|_| self.is_driven());
         let bridge = self.setup.converters.bridge;
@@ -247,9 +247,9 @@ impl Drive {
     /// The voltage that the command asks for, V, as far as the supply reaches and the motor's current
     /// bears it. None if it is not a number.
     fn voltage(&mut self, command: f32, position: f32) -> Option<f32> {
-        let most = self.wiring.supply() * (f32::from(MOST_DUTY) / f32::from(FULL_DUTY));
-        let bridge = self.setup.converters.bridge;
-        let [low, high] = self.wiring.bounds().map(|counts| bridge.value(counts));
+        let most = bridge::reach(self.wiring.supply());
+        let converter = self.setup.converters.bridge;
+        let [low, high] = self.wiring.bounds().map(|counts| converter.value(counts));
         let [low, high] = [low.max(-most), high.min(most)];
         let wanted = match self.mode {
             Mode::Position => self

@@ -83,6 +83,8 @@ pub struct State {
     limiter: current_limit::State,
     /// Position and current of the step before.
     before: Option<(f32, f32)>,
+    /// Whether the position was within its limits since the drive was armed.
+    was_within: bool,
 }
 
 /// What a step says.
@@ -139,14 +141,17 @@ impl Coefficients {
         })
     }
 
-    /// Most speed towards a limit that is this far ahead, rad: back into the range from beyond it.
-    fn approach(&self, distance: f32) -> f32 {
+    /// Most speed towards a limit that is this far ahead, rad. Beyond it the actuator is brought back if it was within since
+    /// the drive was armed, no faster than `most`. Else it only goes no farther: a drive that is armed begins where the
+    /// actuator is.
+    fn approach(&self, distance: f32, was_within: bool, most: f32) -> f32 {
         let linear = distance / (2.0 * TIME_CONSTANT);
-        let braked = libm::sqrtf(2.0 * self.deceleration * distance.max(0.0));
         if distance > 0.0 {
-            linear.min(braked)
+            linear.min(libm::sqrtf(2.0 * self.deceleration * distance))
+        } else if was_within {
+            linear.max(-most)
         } else {
-            linear
+            0.0
         }
     }
 
@@ -164,19 +169,23 @@ impl Coefficients {
         state.before = finite.then_some((position, current));
         let Some((position_before, current_before)) = before else {
             state.limiter = current_limit::State::default();
+            state.was_within = false;
             return free;
         };
         let speed = (position - position_before) / CONTROL_PERIOD;
-        let mut speeds = match self.limits.speed {
+        let most = match self.limits.speed {
             // Finite, as infinity times no resistance is no number.
-            0.0 => [f32::MIN, f32::MAX],
-            most => [-most, most],
+            0.0 => f32::MAX,
+            most => most,
         };
+        let mut speeds = [-most, most];
         if self.limits.has_position() {
             let ahead = position + TIME_CONSTANT * speed;
             let [lower, upper] = self.limits.position;
-            speeds[0] = speeds[0].max(-self.approach(ahead - lower));
-            speeds[1] = speeds[1].min(self.approach(upper - ahead));
+            state.was_within |= position >= lower && position <= upper;
+            let within = state.was_within;
+            speeds[0] = speeds[0].max(-self.approach(ahead - lower, within, most));
+            speeds[1] = speeds[1].min(self.approach(upper - ahead, within, most));
         }
         let mean = 0.5 * (current_before + current);
         let range = self

@@ -493,11 +493,13 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let mut values = self.values;
         let set = values.set(field, value);
         set.map_err(|out| Refusal::NotStored(Rejected::Bounds(out)))?;
-        if matches!(
-            field,
-            Field::PositionUnit | Field::PositionMinimum | Field::PositionMaximum
-        ) {
-            // The position jumps, or has to be known before the drive is armed.
+        // The position or the measured current jumps, or has to be known before the drive is armed.
+        let at_rest = match field {
+            Field::PositionUnit | Field::PositionMinimum | Field::PositionMaximum => true,
+            Field::CurrentGain | Field::CurrentOffset => !self.kit.is_emulated,
+            _ => false,
+        };
+        if at_rest {
             self.require_disarmed()?;
         }
         self.use_values(&values, field.is_plant())?;

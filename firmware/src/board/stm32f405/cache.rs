@@ -3,13 +3,13 @@
 
 use embassy_stm32::pac;
 
-/// Revision A of the chip, whose prefetch does not work (errata sheet ES0182, "ART accelerator prefetch
-/// queue instruction is not supported").
-const REVISION_A: u16 = 0x1000;
+/// What revision A of the chip calls itself: an STM32F20x (errata sheet ES0182, "MCU device ID is incorrect"). Its
+/// prefetch does not work either ("ART accelerator prefetch queue instruction is not supported").
+const REVISION_A: u16 = 0x411;
 
 /// Switches both caches on, and the prefetch where it works.
 pub fn enable() {
-    let prefetch = pac::DBGMCU.idcode().read().rev_id() != REVISION_A;
+    let prefetch = pac::DBGMCU.idcode().read().dev_id() != REVISION_A;
     pac::FLASH.acr().modify(|register| {
         register.set_prften(prefetch);
         register.set_icen(true);
