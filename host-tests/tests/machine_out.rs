@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use host_tests::machine::Machine;
+use host_tests::outputs::MARK;
 use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Motor, Trajectory};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -196,7 +197,7 @@ fn what_was_found_stands_in_the_users_own_file() {
     };
     assert_eq!(declared.id, "offset_torque");
 
-    // With the new file as the declared one, notes do not pile up.
+    // With the new file as the declared one, neither notes nor heads pile up.
     let (second, printed) = bench.traced(NEW, "again.toml");
     assert_eq!(second["verdict"], "no_missing_effect", "{printed}");
     let (found, declared) = (rms(&first, "after"), rms(&second, "declared"));
@@ -206,6 +207,12 @@ fn what_was_found_stands_in_the_users_own_file() {
     for line in again.lines().filter(|line| !line.starts_with('#')) {
         assert!(line.matches("was ").count() <= 1, "{line}");
     }
+    assert_eq!(again.matches(MARK).count(), 1, "{again}");
+    let (head, _) = again.split_once("\n\n").expect("a head of its own");
+    assert!(
+        head.contains(NEW) && head.contains("no_missing_effect"),
+        "{head}"
+    );
     assert!(again.contains("# The slide behind the window, as weighed in spring."));
     assert_eq!(bench.read(MACHINE), SLIDE);
 }

@@ -75,7 +75,12 @@ pub struct Store {
     pub second_greeting: String,
     /// `show torque_constant` behind it.
     pub shown: String,
-    /// The same with 0.4 set, a second `save` begun, and the power lost in the middle of it.
+    /// With 0.4 set, a second `save` begun, and the power lost in the middle of it: what it says at the next
+    /// start.
+    pub greeting_after_torn_save: String,
+    /// `faults` behind it.
+    pub faults_after_torn_save: String,
+    /// `show torque_constant` behind it.
     pub shown_after_torn_save: String,
     /// Words that this `save` had programmed by then.
     pub torn_after_words: u64,

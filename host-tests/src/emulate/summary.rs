@@ -156,7 +156,7 @@ impl Summary {
         row(
             "power",
             format!(
-                "lost after {} words of a second save: the values are whole",
+                "lost after {} words of a second save: the values of the first are there",
                 outcome.store.torn_after_words
             ),
         );

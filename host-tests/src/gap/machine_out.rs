@@ -1,5 +1,6 @@
 //! `--machine-out`: the user's machine file with what was found. The file's comments, order and formatting
-//! stay; fitted numbers stand where it declares them, found effects among its `declared_effects`.
+//! stay, but for the head of a file that this program wrote; fitted numbers stand where it declares them,
+//! found effects among its `declared_effects`.
 
 use std::path::PathBuf;
 
@@ -56,8 +57,7 @@ pub(super) fn text(
         ))
     };
     // The editor ends lines with a line feed alone.
-    let mut document: DocumentMut = source
-        .replace("\r\n", "\n")
+    let mut document: DocumentMut = without_head(&source.replace("\r\n", "\n"))
         .parse()
         .map_err(|error: toml_edit::TomlError| failed(error.to_string()))?;
     for (parameter, value) in numbers(machine, &found.model, &found.trace.base) {
@@ -76,6 +76,22 @@ pub(super) fn text(
         .and_then(|written| declared::model(&written))
         .map_err(|error| failed(error.to_string()))?;
     Ok(text)
+}
+
+/// A machine file without the head of a run that wrote it: that would stand below the new one, and say of
+/// the new numbers what holds for the old ones.
+fn without_head(source: &str) -> &str {
+    if !source.starts_with(&format!("# {MARK}")) {
+        return source;
+    }
+    let mut lines = source.split_inclusive('\n');
+    let comments = lines.clone().take_while(|line| line.starts_with('#'));
+    let block: usize = comments.map(str::len).sum();
+    // Where no blank line ends the block, only its first line is ours for sure.
+    let first = lines.next().unwrap_or_default().len();
+    source[block..]
+        .strip_prefix('\n')
+        .unwrap_or(&source[first..])
 }
 
 /// Who wrote it, from what, and what was concluded.
@@ -144,12 +160,11 @@ fn set_number(
     if is_inline {
         // No comment may stand between the numbers of one line.
         if let Some(line) = section.as_value_mut() {
-            let note = format!("{} {note}", parameter.name);
-            append_comment(line, &note, 0);
+            append_comment(line, Some(parameter.name), &note, 0);
         }
     } else if let Some(line) = table.get_mut(parameter.name).and_then(Item::as_value_mut) {
         let wider = number.len() as isize - was.map_or(0, |was| was.len()) as isize;
-        append_comment(line, &note, wider);
+        append_comment(line, None, &note, wider);
     }
 }
 
@@ -186,19 +201,25 @@ fn interval(value: f64, std: f64) -> String {
     )
 }
 
-/// Adds to the comment behind a value, or begins one. A note of an earlier run is replaced. `wider`: by how
-/// many columns the value has grown; the comment stays in its column where it can.
-fn append_comment(value: &mut Value, note: &str, wider: isize) {
+/// Adds to the comment behind a value, or begins one. A note of an earlier run is replaced. `name`: of the
+/// number, where several share the line. `wider`: by how many columns the value has grown; the comment stays
+/// in its column where it can.
+fn append_comment(value: &mut Value, name: Option<&str>, note: &str, wider: isize) {
+    let of = name.map_or(String::new(), |name| format!("{name} "));
     let suffix = value.decor().suffix().and_then(|suffix| suffix.as_str());
     let suffix = suffix.unwrap_or_default();
     let comment = match suffix.split_once('#') {
         Some((space, comment)) => {
             let space = space.len().saturating_add_signed(-wider).max(1);
-            let kept = without_note(comment).trim_end();
+            let kept = match name {
+                Some(name) => without_note_of(name, comment),
+                None => without_note(comment).to_owned(),
+            };
+            let kept = kept.trim_end();
             let between = if kept.is_empty() { " " } else { "; " };
-            format!("{}#{kept}{between}{note}", " ".repeat(space))
+            format!("{}#{kept}{between}{of}{note}", " ".repeat(space))
         }
-        None => format!("{BEFORE_COMMENT}# {note}"),
+        None => format!("{BEFORE_COMMENT}# {of}{note}"),
     };
     value.decor_mut().set_suffix(comment);
 }
@@ -209,17 +230,35 @@ fn without_note(comment: &str) -> &str {
         return comment;
     };
     let (kept, note) = comment.split_at(at);
-    let is_note = note.split_once("; ").is_some_and(|(_, sure)| {
-        let sure = sure.trim_end();
-        let is_interval = sure.starts_with(INTERVAL) && !sure.contains(';');
-        is_interval || sure == UNDETERMINED || sure == RAISED
-    });
+    let is_note = note
+        .split_once("; ")
+        .is_some_and(|(_, sure)| ends_note(sure.trim()));
     let kept = kept.trim_end();
     if is_note && (kept.is_empty() || kept.ends_with(';')) {
         kept.trim_end_matches(';')
     } else {
         comment
     }
+}
+
+/// A comment without the [`note`] of a number among those of its line, wherever that stands.
+fn without_note_of(name: &str, comment: &str) -> String {
+    let beginning = format!("{name} was ");
+    let mut parts: Vec<&str> = comment.split(';').collect();
+    let note = parts.windows(2).position(|pair| {
+        let [was, sure] = [pair[0], pair[1]].map(str::trim);
+        was.starts_with(&beginning) && ends_note(sure)
+    });
+    if let Some(at) = note {
+        parts.drain(at..at + 2);
+    }
+    parts.join(";")
+}
+
+/// Whether this is what a [`note`] ends with.
+fn ends_note(sure: &str) -> bool {
+    let is_interval = sure.starts_with(INTERVAL) && !sure.contains(';');
+    is_interval || sure == UNDETERMINED || sure == RAISED
 }
 
 /// Puts a found effect among the `declared_effects`, in place of one with its id.
@@ -413,6 +452,51 @@ mod tests {
             let text = format!("[motor]\nresistance = 1.2 # {comment}\n");
             let set = with_number(&text, "resistance", 1.3, None);
             assert!(set.contains(comment), "{set}");
+        }
+    }
+
+    #[test]
+    fn the_notes_of_numbers_in_one_line_are_replaced_each() {
+        let set = |text: &str, value: f64| {
+            let text = with_number(text, "resistance", value, None);
+            with_number(&text, "inductance", value, Some(0.0153))
+        };
+        for [before, after] in [[" # of the sheet", " # of the sheet; "], ["", "   # "]] {
+            let first = set(
+                &format!("motor = {{ resistance = 1.0, inductance = 1.1 }}{before}\n"),
+                1.2,
+            );
+            assert_eq!(
+                set(&first, 1.3),
+                format!(
+                    "motor = {{ resistance = 1.3, inductance = 1.3 }}{after}resistance was 1.2; not determined \
+                     by the logs; inductance was 1.2; 95 %: 1.270 to 1.330\n"
+                )
+            );
+        }
+        let text = "motor = { resistance = 1.0 } # resistance was 0.9 in spring; cold\n";
+        let set = with_number(text, "resistance", 1.3, None);
+        assert!(
+            set.contains("# resistance was 0.9 in spring; cold; resistance was 1.0; "),
+            "{set}"
+        );
+    }
+
+    #[test]
+    fn the_head_of_an_earlier_run_goes_and_nothing_else() {
+        let body = "# the slide\nname = 's'\n\n[input]\n";
+        let gap = format!("# {MARK} gap from the machine file m.toml.\n# Verdict: v.\n\n{body}");
+        let identify = format!("# {MARK} identify: steps.\n{body}");
+        for text in [body, &gap, &identify] {
+            assert_eq!(without_head(text), body);
+        }
+        for text in [
+            "",
+            "# mine\n\nname = 's'\n",
+            &format!("# mine\n{identify}"),
+            &format!("name = '{MARK}'\n"),
+        ] {
+            assert_eq!(without_head(text), text);
         }
     }
 

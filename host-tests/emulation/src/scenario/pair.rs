@@ -51,7 +51,12 @@ pub(super) struct Store {
     second_greeting: String,
     /// `show torque_constant` behind it.
     shown: String,
-    /// The same with 0.4 set, a second `save` begun, and the power lost in the middle of it.
+    /// With 0.4 set, a second `save` begun, and the power lost in the middle of it: the greeting at the next
+    /// start.
+    greeting_after_torn_save: String,
+    /// `faults` behind it.
+    faults_after_torn_save: String,
+    /// `show torque_constant` behind it.
     shown_after_torn_save: String,
     /// Words that this `save` had programmed by then.
     torn_after_words: u64,
@@ -99,6 +104,8 @@ pub(super) fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
     };
     let mut pair = Pair::start(&setting, &call.throttle)?;
     pair.run_for(200 * MILLISECOND)?;
+    let greeting_after_torn_save = pair.controller.transcript(0);
+    let faults_after_torn_save = pair.ask(Side::Controller, "faults")?;
     let shown_after_torn_save = pair.ask(Side::Controller, "show torque_constant")?;
     let store = Store {
         first_greeting,
@@ -106,6 +113,8 @@ pub(super) fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
         flash,
         second_greeting,
         shown,
+        greeting_after_torn_save,
+        faults_after_torn_save,
         shown_after_torn_save,
         torn_after_words,
     };
