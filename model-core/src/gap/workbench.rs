@@ -430,31 +430,40 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     #[inline(never)]
     pub fn within_data_sheet(&mut self, fit: Fit) -> Option<(Fit, Option<Base>)> {
         let declared = self.declared;
-        let limit = |number: Base| {
-            let (declared, fitted) = (declared.get(number), fit.model.get(number));
+        let limit = |model: &Model, number: Base| {
+            let (declared, fitted) = (declared.get(number), model.get(number));
             let limit = fitted.max(declared / FARTHEST).min(FARTHEST * declared);
             let is_checked = declared > 0.0 && number.dimension() != Dimension::Position;
             (is_checked && limit != fitted).then_some(limit)
         };
         let base = self.base.clone();
-        let Some(&farthest) = base.iter().find(|&&number| limit(number).is_some()) else {
+        let beyond = |model: &Model| {
+            let mut numbers = base.iter().copied();
+            numbers.find(|&number| limit(model, number).is_some())
+        };
+        let Some(farthest) = beyond(&fit.model) else {
             return Some((fit, None));
         };
         let mut start = fit.model.clone();
         for &number in &base {
-            start.set(number, limit(number).unwrap_or(fit.model.get(number)));
+            start.set(
+                number,
+                limit(&fit.model, number).unwrap_or(fit.model.get(number)),
+            );
         }
-        self.base.retain(|&number| limit(number).is_none());
+        self.base
+            .retain(|&number| limit(&fit.model, number).is_none());
         let held = self.fit(&start);
-        self.base = base;
+        self.base = base.clone();
         let held = held?;
-        Some(
-            if self.error_ratio(&held.model, &fit.model)? > LARGEST_RATIO {
-                (held, None)
-            } else {
-                (fit, Some(farthest))
-            },
-        )
+        // What is held may have sent another number there.
+        let follows = beyond(&held.model).is_none()
+            && self.error_ratio(&held.model, &fit.model)? > LARGEST_RATIO;
+        Some(if follows {
+            (held, None)
+        } else {
+            (fit, Some(farthest))
+        })
     }
 
     /// Numbers of the declared actuator that fits leave alone and that may be wrong.
