@@ -2,12 +2,11 @@
 
 mod any_drive;
 
-use any_drive::{TOLERANCES, any_actuator, any_command, either_way, image, perform, winding};
+use any_drive::{any_actuator, any_command, either_way, image, perform, winding};
 use firmware::app::capture::QUANTITIES;
 use firmware::app::fault::Fault;
 use firmware::app::fault::monitor::CURRENT_SHARE;
 use firmware::app::machine::EMA;
-use firmware::app::operation::motion_limit;
 use firmware::app::timing::CONTROL_PERIOD;
 use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
