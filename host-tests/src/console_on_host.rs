@@ -3,11 +3,12 @@
 
 use firmware::app::capture::{CAPTURE_VALUES, Capture, Stage};
 use firmware::app::console::editor::{LINE, PROMPT};
-use firmware::app::console::request::{Mode, Request};
+use firmware::app::console::request::{Dump, Mode, Request};
 use firmware::app::console::response::{Latched, Refusal, Response, Status};
 use firmware::app::console::{self, Console};
 use firmware::app::ecu::loopback;
 use firmware::app::fault::latch::Latch;
+use firmware::app::operation::live::MOST_RATE;
 use firmware::app::profile::Signal;
 use firmware::app::store::field::Description;
 use model_core::plant::parameters::Parameters;
@@ -162,7 +163,7 @@ impl ConsoleOnHost {
                 None => Err(Refusal::Unavailable),
             },
             Request::Record(settings) => self.capture.begin(settings).map_err(Refusal::Invalid),
-            Request::Dump if self.capture.stage() != Stage::Complete => {
+            Request::Dump(Dump::Capture) if self.capture.stage() != Stage::Complete => {
                 Err(Refusal::NotRecorded(self.capture.stage()))
             }
             Request::Save if self.latch.is_armed() => Err(Refusal::Armed),
@@ -221,6 +222,7 @@ fn assert_sensible(request: &Request) {
         Request::Record(settings) => {
             assert!(settings.rows(CAPTURE_VALUES).is_ok(), "{settings:?}");
         }
+        Request::Stream(rate) => assert!((0.0..=MOST_RATE).contains(&rate)),
         _ => {}
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod app_on_host;
 pub mod bench;
+pub mod board_link;
 pub mod board_log;
 pub mod board_run;
 mod cells;
@@ -39,6 +40,7 @@ pub mod printed_log;
 pub mod pwa;
 mod quantity;
 pub mod real_benchmark;
+pub mod record;
 pub mod remap;
 pub mod replay_run;
 pub mod reproduce;

@@ -7,7 +7,7 @@ use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
 use host_tests::{
     bench, check, data_sheet, decode, ecu, emulate, error, gap, hil, identify, import, onboard,
-    outputs, reproduce,
+    outputs, record, reproduce,
 };
 
 /// Firmware and model of an electromechanical actuator, closed on each other
@@ -39,6 +39,8 @@ const GAP_EXAMPLE: &str =
 const IMPORT_EXAMPLE: &str = "Example: cargo hil import run.csv --time t:ms --position pos:deg --input \"duty:%*12\" --current i:mA --out log.csv";
 
 const MACHINE_EXAMPLE: &str = "Example: cargo hil machine --name cart --voltage 12V --no-load-speed 200rpm --no-load-current 0.2A --stall-torque 21kg.cm --stall-current 5.5A --gear-ratio 50 --values-of gearmotor --encoder-counts 64 --encoder-side motor > cart.toml";
+
+const RECORD_EXAMPLE: &str = "Example: cargo hil record --port /dev/ttyUSB0 --signal \"sweep 0 0.3 0.3 3 10\" --out recorded";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -87,6 +89,12 @@ enum Command {
         after_long_help = with_files(DECODE_EXAMPLE)
     )]
     Decode(decode::Args),
+    /// Drive a board by its console, record it, and leave a log and a machine file
+    #[command(
+        after_help = RECORD_EXAMPLE,
+        after_long_help = format!("{}\n\n{}", record::HELP, with_files(RECORD_EXAMPLE))
+    )]
+    Record(record::Args),
     /// Measure the speed on this host
     #[command(after_help = "Example: cargo hil bench --json bench.json")]
     Bench(bench::Args),
@@ -124,6 +132,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         Some(Command::Emulate(args)) => emulate::command::run(&args),
         Some(Command::Reproduce(args)) => reproduce::run(&args),
         Some(Command::Decode(args)) => decode::run(&args),
+        Some(Command::Record(args)) => record::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
     }
 }

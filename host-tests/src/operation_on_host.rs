@@ -110,9 +110,14 @@ pub struct Asked {
     pub stalls: Vec<bool>,
     /// Rows of captures that were sent.
     pub rows: Vec<[f32; QUANTITIES]>,
+    /// Bytes that the console takes less than it would.
+    pub congestion: usize,
     /// The trigger's row of each capture that was sent.
     pub triggers: Vec<Option<usize>>,
 }
+
+/// Bytes that a board's console takes beside the longest answer.
+const CONSOLE_ROOM: usize = 1024;
 
 /// A board that remembers.
 struct StationOnHost(Rc<RefCell<Asked>>);
@@ -132,6 +137,16 @@ impl Station for StationOnHost {
         let mut asked = self.0.borrow_mut();
         asked.rows.clear();
         asked.triggers.push(capture.trigger_row());
+    }
+
+    fn send_log_head(&mut self, rows: usize) {
+        let mut asked = self.0.borrow_mut();
+        asked.rows.clear();
+        asked.rows.reserve(rows);
+    }
+
+    fn room(&self) -> usize {
+        CONSOLE_ROOM.saturating_sub(self.0.borrow().congestion)
     }
 
     fn send_row(&mut self, number: u32, values: &[f32; QUANTITIES]) {
@@ -449,6 +464,15 @@ impl<P: Plant> OperationOnHost<P> {
     /// Takes a byte from the terminal; what it is answered is lost.
     pub fn byte(&mut self, byte: u8) {
         now(self.operator.take(byte, &mut String::new()));
+    }
+
+    /// What the terminal is sent for bytes from it, and what was said since it was last asked.
+    pub fn type_in(&mut self, bytes: &[u8]) -> String {
+        let mut sent = core::mem::take(&mut self.said);
+        for &byte in bytes {
+            now(self.operator.take(byte, &mut sent));
+        }
+        sent
     }
 
     /// What a line is answered, without the prompt; then 10 ms pass.

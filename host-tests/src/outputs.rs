@@ -28,6 +28,8 @@ use self::place::{Identity, Target, cannot_write, directory_at, located, send};
 mod part;
 mod place;
 
+pub use part::defer_signals;
+
 /// What the help of every command with outputs says about them.
 pub const HELP: &str = "\
 Files: what is read is never written, and no two outputs may be one file. Outputs are written whole or

@@ -7,7 +7,7 @@ use firmware::app::console::command::{COMMANDS, Command, Presence};
 use firmware::app::console::editor::{Editor, Event, LINE};
 use firmware::app::console::injection::INJECTIONS;
 use firmware::app::console::parse::{Line, parse};
-use firmware::app::console::request::{Mode, Request};
+use firmware::app::console::request::{Destination, Dump, Mode, Request};
 use firmware::app::ecu::loopback;
 use firmware::app::fault::{Fault as Latched, Faults};
 use firmware::app::machine::THROTTLE;
@@ -46,7 +46,6 @@ fn every_command_without_arguments_is_what_it_says() {
         ("hold", Request::Hold),
         ("zero", Request::Zero),
         ("heal", Request::Body(loopback::Command::Heal)),
-        ("dump", Request::Dump),
         ("refit", Request::Refit),
         ("check", Request::Check),
         ("save", Request::Save),
@@ -64,6 +63,41 @@ fn every_command_without_arguments_is_what_it_says() {
         .iter()
         .filter(|command| command.arguments.is_empty());
     assert_eq!(listed.count(), lines.len(), "a command that is not tested");
+}
+
+#[test]
+fn what_is_dumped_where_and_how_often_the_drive_is_told_of() {
+    let lines = [
+        ("dump", Request::Dump(Dump::Capture)),
+        ("dump capture", Request::Dump(Dump::Capture)),
+        ("dump log", Request::Dump(Dump::Log(Destination::Rtt))),
+        ("dump log rtt", Request::Dump(Dump::Log(Destination::Rtt))),
+        (
+            "dump log console",
+            Request::Dump(Dump::Log(Destination::Console)),
+        ),
+        ("stream 0", Request::Stream(0.0)),
+        ("stream 100", Request::Stream(100.0)),
+    ];
+    for (line, expected) in lines {
+        assert_eq!(request(line), expected, "{line}");
+    }
+    for (line, place) in [
+        ("dump logs", 6),
+        ("dump capture console", 14),
+        ("dump log uart", 10),
+        ("dump log rtt now", 14),
+        ("stream", 7),
+        ("stream -1", 8),
+        ("stream 101", 8),
+        ("stream 10 Hz", 11),
+    ] {
+        let error = error(line);
+        assert!(
+            error.starts_with(&format!("error: column {place}:")),
+            "{line}: {error}"
+        );
+    }
 }
 
 #[test]

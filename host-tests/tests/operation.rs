@@ -6,10 +6,15 @@ use firmware::app::fault::Fault;
 use firmware::app::fault::output::Outputs;
 use firmware::app::liveness::Task;
 use firmware::app::machine::{EMA, FULL_DUTY, THROTTLE};
+use firmware::app::memory::MEMORY_SAMPLES;
+use firmware::app::operation::live::Live;
 use firmware::app::operation::operator::POLL_PERIOD_MS;
 use firmware::app::store::field::Field;
 use firmware::app::timing::PLANT_PERIOD_US;
 use firmware::app::tracks::DIAGNOSTIC;
+use host_tests::board_link::demultiplexer::Demultiplexer;
+use host_tests::board_link::log_transfer::LogTransfer;
+use host_tests::board_log::BoardLog;
 use host_tests::operation_on_host::{Motor, OperationOnHost, Plant, SECTOR, SharedFlash};
 use host_tests::simulated_flash::{Cut, Tear};
 use model_core::plant::Directional;
@@ -140,7 +145,7 @@ fn a_refit_is_proposed_then_saved_disarmed_and_there_at_the_next_start() {
     assert_eq!(image.line("refit"), "ok");
     assert_eq!(
         image.line("check"),
-        "refused: a refit or a check is under way; wait for it"
+        "refused: a refit, a check or `dump log` is under way; wait for it"
     );
     let said = image.evaluate().unwrap();
     assert!(said.contains("`save` takes it over, disarmed"), "{said}");
@@ -663,6 +668,131 @@ fn a_log_holds_what_was_driven_and_nothing_else() {
     assert!(said.contains("no refit: the log is too short"), "{said}");
 }
 
+/// What a log that is sent over the console holds, once it has ended.
+fn received(image: &mut OperationOnHost<Motor>) -> Option<BoardLog> {
+    let mut demultiplexer = Demultiplexer::default();
+    demultiplexer.take(image.type_in(b"").as_bytes());
+    let mut transfer = LogTransfer::default();
+    for frame in demultiplexer.frames() {
+        transfer.take(&frame).unwrap();
+    }
+    assert_eq!(demultiplexer.damaged(), 0);
+    transfer.log()
+}
+
+#[test]
+fn the_log_of_ten_seconds_is_the_same_over_the_console_and_over_rtt() {
+    let mut image = controller();
+    assert_eq!(
+        image.line("dump log"),
+        "refused: nothing was driven; `arm` and command it first"
+    );
+    perform(&mut image, &["arm", "sine 0 0.5 1"]);
+    image.run_ms(11_000);
+    perform(&mut image, &["disarm", "dump log"]);
+    // Five rows each 5 ms.
+    image.run_ms(10_000);
+    let sent = image.asked.borrow().rows.clone();
+    assert_eq!(sent.len(), MEMORY_SAMPLES);
+
+    perform(&mut image, &["dump log console"]);
+    // Sixteen rows each 5 ms, and the end.
+    image.run_ms(5 * 626);
+    let log = received(&mut image).expect("an end");
+    let recordings = log.recordings();
+    let samples: Vec<_> = recordings[0].samples().collect();
+    assert_eq!(samples.len(), MEMORY_SAMPLES);
+    for (number, (sample, row)) in samples.iter().zip(&sent).enumerate() {
+        let [command, input, position, current, ..] = *row;
+        assert!(command.is_nan());
+        assert_eq!(
+            (sample.input, sample.position, sample.current),
+            (input, position, current)
+        );
+        assert_eq!(sample.time_us, number as u64 * 1000);
+    }
+    let csv = recordings[0].to_csv();
+    assert!(
+        csv.starts_with("time_s,input,position,current_a\n"),
+        "{csv:.60}"
+    );
+    // A sine of 0.5 rad was followed, so these are positions in rad.
+    let most = sent.iter().map(|row| row[2]).fold(0.0, f32::max);
+    assert!((0.45..0.6).contains(&most), "{most} rad");
+}
+
+#[test]
+fn the_log_stays_as_it_is_while_it_is_sent_and_begins_anew_behind_it() {
+    let mut image = controller();
+    perform(&mut image, &["arm", "sine 0 0.5 1"]);
+    image.run_ms(1000);
+    perform(&mut image, &["dump log console"]);
+    for refused in ["refit", "check"] {
+        assert!(
+            image
+                .line(refused)
+                .starts_with("refused: a refit, a check or")
+        );
+    }
+    image.run_ms(1000);
+    let log = received(&mut image).expect("an end");
+    let recording = &log.recordings()[0];
+    // From `arm` to the order, 1020 ms, less what was still in the queue: a poll's and the last step.
+    let rows = recording.samples().count();
+    assert!((1010..=1020).contains(&rows), "{rows} rows");
+    assert_eq!(recording.first_gap(), None);
+    perform(&mut image, &["dump log console"]);
+    image.run_ms(1000);
+    let log = received(&mut image).expect("an end");
+    assert!(log.recordings()[0].samples().count() < 1000);
+}
+
+#[test]
+fn a_console_that_takes_nothing_delays_what_is_sent_and_neither_the_loop_nor_the_answers() {
+    let mut image = controller();
+    perform(&mut image, &["arm", "sine 0 0.5 1", "stream 100"]);
+    image.run_ms(500);
+    image.type_in(b"");
+    image.asked.borrow_mut().congestion = usize::MAX;
+    perform(&mut image, &["dump log console"]);
+    image.run_ms(2000);
+    assert_eq!(image.type_in(b""), "");
+    assert!(image.line("status").starts_with("armed"));
+    assert!(image.wiring.latch().causes().is_empty());
+    image.asked.borrow_mut().congestion = 0;
+    image.run_ms(500);
+    assert!(received(&mut image).is_some());
+}
+
+#[test]
+fn a_stream_tells_how_the_drive_is_as_often_as_it_was_asked_for() {
+    let mut image = controller();
+    for (rate, lines) in [(100, 100), (20, 20), (30, 28), (0, 0)] {
+        perform(&mut image, &[&format!("stream {rate}")]);
+        image.type_in(b"");
+        image.run_ms(1000);
+        let mut demultiplexer = Demultiplexer::default();
+        demultiplexer.take(image.type_in(b"").as_bytes());
+        let frames = demultiplexer.frames();
+        assert_eq!(frames.len(), lines, "{rate} Hz");
+        assert!(frames.iter().all(|frame| Live::read(frame).is_some()));
+    }
+    perform(&mut image, &["arm", "step 0 0.5", "stream 100"]);
+    image.run_ms(1000);
+    image.plant.broken = true;
+    image.run_ms(50);
+    let mut demultiplexer = Demultiplexer::default();
+    demultiplexer.take(image.type_in(b"").as_bytes());
+    let lives = demultiplexer.frames();
+    let lives: Vec<Live> = lives.iter().filter_map(|frame| Live::read(frame)).collect();
+    let before = lives[lives.len() - 10];
+    assert!(before.armed && before.latched.is_empty());
+    assert_eq!((before.command, before.supply), (0.5, 24.0));
+    assert!((before.position - 0.5).abs() < 0.09, "{before:?}");
+    let last = lives[lives.len() - 1];
+    assert!(last.latched.contains(Fault::BridgeBreak));
+}
+
 #[test]
 fn the_position_is_zero_where_it_is_told_to_be() {
     let mut image = controller();
@@ -785,7 +915,7 @@ fn the_tracks_calibration_moves_them_at_once() {
 #[test]
 fn every_command_is_done_or_says_why_not_on_either_image() {
     /// A line for each command, and whether a throttle body and a controller do it, disarmed.
-    const LINES: [(&str, bool, bool); 26] = [
+    const LINES: [(&str, bool, bool); 27] = [
         ("help", true, true),
         ("status", true, true),
         ("faults", true, true),
@@ -809,6 +939,7 @@ fn every_command_is_done_or_says_why_not_on_either_image() {
         ("supply 10", true, false),
         ("record 1 1 now", true, true),
         ("dump", true, true),
+        ("stream 0", true, true),
         ("refit", true, true),
         ("check", false, false),
         ("save", true, true),

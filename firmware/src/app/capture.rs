@@ -416,3 +416,18 @@ pub fn log_head<const VALUES: usize>(capture: &Capture<VALUES>) {
         capture.trigger
     );
 }
+
+/// Logs what comes before the rows of a log of the last seconds: an experiment of the name `log`, whose
+/// first sample has the number 0.
+#[cfg(feature = "tasks")]
+pub fn log_log_head(rows: usize) {
+    use super::timing::{CONTROL_PERIOD_US, PLANT_PERIOD_US};
+
+    defmt::info!(
+        "experiment name=log plant_period_us={=u32} control_period_us={=u32} steps={=usize}",
+        PLANT_PERIOD_US,
+        CONTROL_PERIOD_US,
+        rows
+    );
+    defmt::info!("capture quantities=input,position,current_a trigger_row=0");
+}

@@ -65,6 +65,13 @@ impl<const N: usize> Memory<N> {
         self.samples
     }
 
+    /// A sample's duty, position and current in counts, the oldest in row 0; none beyond the newest.
+    pub fn row(&self, row: usize) -> Option<[i16; 3]> {
+        let place = (self.next + N - self.samples + row) % N;
+        let counts = [&self.duty, &self.position, &self.current];
+        (row < self.samples).then(|| counts.map(|channel| channel[place]))
+    }
+
     /// The log, oldest sample first.
     pub fn log(&self, converters: &Converters) -> Log<'_> {
         Log {

@@ -16,6 +16,16 @@ use super::place::parent;
 /// What is removed unless it was renamed before: temporary files, and new directories that are empty.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
+/// Held while something has to be brought to its end before a signal may end the program.
+static DEFERRED: Mutex<()> = Mutex::new(());
+
+/// Until it is dropped, SIGINT and SIGTERM do not end the program. Who holds it is told of them by a flag of
+/// his own, and must come to an end soon.
+pub fn defer_signals() -> MutexGuard<'static, ()> {
+    remove_on_signals();
+    DEFERRED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 pub(super) fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -62,6 +72,7 @@ fn remove_on_signals() {
         };
         thread::spawn(move || {
             for signal in signals.forever() {
+                let _undeferred = DEFERRED.lock();
                 let unfinished = unfinished();
                 unfinished.iter().rev().for_each(|path| remove(path));
                 let _ = low_level::emulate_default_handler(signal);

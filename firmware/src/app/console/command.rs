@@ -6,7 +6,9 @@ use model_core::signal::{ramp, sine, step, sweep, triangle};
 
 use super::error::ParseError;
 use super::parse::{Arguments, Line};
-use super::reading::{help, inject, mode, record, request, set, show, signal, supply};
+use super::reading::{
+    dump, help, inject, mode, record, request, set, show, signal, stream, supply,
+};
 use super::request::Request;
 use crate::app::ecu::loopback;
 use crate::app::profile::Signal;
@@ -117,7 +119,7 @@ const QUANTITY: &str =
     "command, input, position, current_a, true_position, true_velocity or true_current_a";
 
 /// All of them.
-pub static COMMANDS: [Command; 26] = [
+pub static COMMANDS: [Command; 27] = [
     Command {
         name: "help",
         arguments: &[optional("name", "a command's")],
@@ -342,9 +344,24 @@ pub static COMMANDS: [Command; 26] = [
         help: "record at the loop's rate around a trigger; `of` and `level` go with rising and falling",
         read: record,
     },
-    plain("dump", "send what was recorded to the log", |_| {
-        request(Request::Dump)
-    }),
+    Command {
+        name: "dump",
+        arguments: &[
+            optional(
+                "what",
+                "capture, or log, which is what was driven in the last 10 s; capture unless it is said",
+            ),
+            optional("where", "of the log: rtt or console; rtt unless it is said"),
+        ],
+        help: "send what was recorded",
+        read: dump,
+    },
+    Command {
+        name: "stream",
+        arguments: &[required("rate", "Hz")],
+        help: "lines for a program on how the drive is, 0 to 100 a second",
+        read: stream,
+    },
     plain("refit", "estimate the friction from the log", |_| {
         request(Request::Refit)
     }),

@@ -8,6 +8,7 @@
 pub mod command;
 pub mod editor;
 pub mod error;
+pub mod frame;
 pub mod injection;
 pub mod parse;
 mod reading;

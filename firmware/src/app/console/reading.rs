@@ -4,9 +4,10 @@ use super::command::Command;
 use super::error::{Flaw, ParseError};
 use super::injection::INJECTIONS;
 use super::parse::{Arguments, Line};
-use super::request::{Mode, Request};
+use super::request::{Destination, Dump, Mode, Request};
 use crate::app::capture::{CAPTURE_VALUES, Edge, Quantities, Quantity, Settings, Trigger};
 use crate::app::ecu::loopback;
+use crate::app::operation::live::MOST_RATE;
 use crate::app::profile::Signal;
 
 /// A request, and nothing else to read.
@@ -155,4 +156,31 @@ pub fn record<'a>(arguments: &mut Arguments<'a, '_>) -> Result<Line, ParseError<
         Ok(_) => request(Request::Record(settings)),
         Err(refused) => Err(arguments.error(column, Flaw::Refused(refused))),
     }
+}
+
+/// `dump`.
+pub fn dump<'a>(arguments: &mut Arguments<'a, '_>) -> Result<Line, ParseError<'a>> {
+    if arguments.is_at_end() {
+        return request(Request::Dump(Dump::Capture));
+    }
+    let dump = arguments.choice(0, |word| match word {
+        "capture" => Some(Dump::Capture),
+        "log" => Some(Dump::Log(Destination::Rtt)),
+        _ => None,
+    })?;
+    if dump == Dump::Capture || arguments.is_at_end() {
+        return request(Request::Dump(dump));
+    }
+    let destination = arguments.choice(1, |word| match word {
+        "rtt" => Some(Destination::Rtt),
+        "console" => Some(Destination::Console),
+        _ => None,
+    })?;
+    request(Request::Dump(Dump::Log(destination)))
+}
+
+/// `stream`.
+pub fn stream<'a>(arguments: &mut Arguments<'a, '_>) -> Result<Line, ParseError<'a>> {
+    let rate = arguments.number_in(0, "Hz", 0.0, MOST_RATE)?;
+    request(Request::Stream(rate))
 }

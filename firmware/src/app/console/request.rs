@@ -32,6 +32,24 @@ impl Mode {
     }
 }
 
+/// What is sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dump {
+    /// The capture, over RTT.
+    Capture,
+    /// The log of the last seconds that were driven.
+    Log(Destination),
+}
+
+/// Where a log is sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Destination {
+    /// To the log that a debug probe reads.
+    Rtt,
+    /// To the terminal, in frames.
+    Console,
+}
+
 /// What is asked for. A parameter is its place in the list that the console was given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Request {
@@ -73,7 +91,9 @@ pub enum Request {
     /// Record, once the trigger comes.
     Record(capture::Settings),
     /// Send what was recorded.
-    Dump,
+    Dump(Dump),
+    /// So many lines a second on how the drive is, Hz; 0 for none.
+    Stream(f32),
     /// Estimate the friction anew.
     Refit,
     /// Look for what the machine lacks.

@@ -56,6 +56,8 @@ pub enum Refusal {
     Busy,
     /// There is nothing recorded, or not all of it.
     NotRecorded(Stage),
+    /// Nothing was driven, so there is no log.
+    NothingDriven,
     /// This image has nothing that could do it.
     Unavailable,
     /// What it is for has a full queue.
@@ -233,9 +235,14 @@ impl fmt::Display for Refusal {
                 "the actuator follows its wires; take `mode position` or `mode voltage` first",
             ),
             Self::NotStored(rejected) => rejected.fmt(formatter),
-            Self::Busy => formatter.write_str("a refit or a check is under way; wait for it"),
+            Self::Busy => {
+                formatter.write_str("a refit, a check or `dump log` is under way; wait for it")
+            }
             Self::NotRecorded(stage) => {
                 write!(formatter, "the capture is {}; `record` first", stage.name())
+            }
+            Self::NothingDriven => {
+                formatter.write_str("nothing was driven; `arm` and command it first")
             }
             Self::Unavailable => formatter.write_str("this image has nothing that could do it"),
             Self::QueueFull => formatter.write_str("too many at once; send it again"),

@@ -192,12 +192,12 @@ impl Faults {
     pub const NONE: Self = Self(0);
 
     /// Those whose bits are set, the bit 2ⁿ standing for the one of number n.
-    pub(super) const fn from_bits(bits: u32) -> Self {
+    pub const fn from_bits(bits: u32) -> Self {
         Self(bits)
     }
 
     /// The bits that are set.
-    pub(super) const fn bits(self) -> u32 {
+    pub const fn bits(self) -> u32 {
         self.0
     }
 

@@ -19,11 +19,14 @@ use model_core::plant::throttle::Throttle;
 use super::drive::{self, Drive};
 use super::evaluation::{Answer, Done, Job, Question};
 use super::kit::Kit;
+use super::live::Live;
 use super::order::{self, Receiver, Sender};
 use super::setup::Refused;
+use super::transfer::Transfer;
 use crate::app::arming::{Armed, Disarmed};
 use crate::app::capture::{Capture, QUANTITIES, Stage};
-use crate::app::console::request::{Mode, Request};
+use crate::app::console::frame::{self, FRAME};
+use crate::app::console::request::{Destination, Dump, Mode, Request};
 use crate::app::console::response::{Latched, Refusal, Response, Status};
 use crate::app::console::{self, Console};
 use crate::app::ecu::loopback;
@@ -44,7 +47,7 @@ use crate::app::wiring::Wiring;
 pub const POLL_PERIOD_MS: u32 = 5;
 
 /// Rows of a capture that are sent in a poll: as many as are recorded in the same time.
-const ROWS: usize = (POLL_PERIOD_MS * 1000 / CONTROL_PERIOD_US) as usize;
+pub(super) const ROWS: usize = (POLL_PERIOD_MS * 1000 / CONTROL_PERIOD_US) as usize;
 
 /// Orders to the plant that other values take: another body, and its outputs.
 const PLANT_ORDERS: usize = 2;
@@ -64,7 +67,13 @@ pub trait Station {
     /// Sends what comes before a capture's rows.
     fn send_head(&mut self, capture: &Capture);
 
-    /// Sends a capture's row, in the order of [`Quantity`](crate::app::capture::Quantity).
+    /// Sends what comes before the rows of a log that has so many.
+    fn send_log_head(&mut self, rows: usize);
+
+    /// Bytes that the console takes now beside the longest answer.
+    fn room(&self) -> usize;
+
+    /// Sends a row of a capture or a log, in the order of [`Quantity`](crate::app::capture::Quantity).
     fn send_row(&mut self, number: u32, values: &[f32; QUANTITIES]);
 }
 
@@ -128,8 +137,12 @@ pub struct Operator<F, S> {
     /// None while a job has it.
     memory: Option<&'static mut Memory>,
     job: Option<Job>,
-    /// Next row to be sent.
-    sending: Option<usize>,
+    /// What is being sent.
+    sending: Option<Transfer>,
+    /// Polls from one line on how the drive is to the next, and those until then; 0: none is sent.
+    stream: [u32; 2],
+    /// The sample that came last.
+    latest: Option<Sample>,
     /// What was announced of the latch.
     announced: Faults,
     /// Whether the position was told since the start.
@@ -232,6 +245,8 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             memory: Some(memory),
             job: None,
             sending: None,
+            stream: [0; 2],
+            latest: None,
             announced: Faults::NONE,
             referenced: false,
         };
@@ -255,10 +270,12 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         while let Some(sample) = self.samples.dequeue() {
             self.capture.push(&sample, &converters);
             if sample.marks.driven
+                && !self.sends_log()
                 && let Some(memory) = &mut self.memory
             {
                 memory.push(&sample);
             }
+            self.latest = Some(sample);
         }
         let dropped = self.progress.dropped();
         if dropped != self.dropped {
@@ -276,18 +293,53 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 self.console.announce(text, out);
             }
         }
-        self.send();
+        self.tell(out);
+        self.send(out);
     }
 
-    fn send(&mut self) {
-        let Some(next) = self.sending else {
+    fn sends_log(&self) -> bool {
+        self.sending.is_some_and(|sending| sending.holds_log())
+    }
+
+    fn send(&mut self, out: &mut dyn Write) {
+        self.sending = self.sending.and_then(|sending| {
+            let log = self.memory.as_deref();
+            let log = log.map(|log| (log, &self.machine.converters));
+            sending.advance(self.capture, log, &mut self.station, out)
+        });
+    }
+
+    /// A line on how the drive is, where one is due. What there is no room for is left out.
+    fn tell(&mut self, out: &mut dyn Write) {
+        let [period, left] = self.stream;
+        let Some(sample) = self.latest.filter(|_| period > 0) else {
             return;
         };
-        for (number, row) in self.capture.rows().enumerate().skip(next).take(ROWS) {
-            self.station.send_row(number as u32, &row);
+        if left > 1 {
+            self.stream = [period, left - 1];
+            return;
         }
-        let next = next + ROWS;
-        self.sending = (next < self.capture.count()).then_some(next);
+        self.stream = [period, period];
+        if self.station.room() >= FRAME {
+            let live = self.live(&sample);
+            let _ = frame::write(out, format_args!("{live}"));
+        }
+    }
+
+    fn live(&self, sample: &Sample) -> Live {
+        let converters = &self.machine.converters;
+        Live {
+            sequence: sample.sequence,
+            armed: self.is_armed(),
+            mode: self.mode,
+            latched: self.wiring.latch().causes(),
+            command: sample.command,
+            input: converters.bridge.value(sample.duty),
+            position: converters.position.value(sample.position),
+            current: converters.current.value(sample.current),
+            supply: self.wiring.supply(),
+            worst: self.station.worst(),
+        }
     }
 
     /// Takes a byte from the terminal.
@@ -366,10 +418,17 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             Request::Set { parameter, value } => self.set(parameter, value),
             Request::Body(command) => self.tell_body(command),
             Request::Record(settings) => {
-                self.sending = None;
+                if !self.sends_log() {
+                    self.sending = None;
+                }
                 self.capture.begin(settings).map_err(Refusal::Invalid)
             }
-            Request::Dump => self.dump(),
+            Request::Dump(Dump::Capture) => self.dump(),
+            Request::Dump(Dump::Log(to)) => self.dump_log(to),
+            Request::Stream(rate) => {
+                self.stream = [polls(rate); 2];
+                Ok(())
+            }
             Request::Refit => self.ask(Question::Refit),
             Request::Check => self.ask(Question::Check),
             Request::Save => self.save().await,
@@ -516,6 +575,11 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
     /// Runs with these values from now on. A body with another plant takes the place of the one before.
     fn use_values(&mut self, values: &Values, another_plant: bool) -> Result<(), Refusal> {
         let setup = self.kit.drive(values).map_err(Refusal::Setup)?;
+        let converters = self.kit.machine_with(values).converters;
+        if self.sends_log() && converters.position.unit() != self.machine.converters.position.unit()
+        {
+            return Err(Refusal::Busy);
+        }
         // All of them or none.
         let room = self.orders.ready()
             && self.plant.orders.len() + PLANT_ORDERS <= self.plant.orders.capacity();
@@ -531,7 +595,6 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         }
         self.order(drive::Order::Setup(setup))?;
         self.order_plant(if self.kit.is_emulated {
-            let converters = self.kit.machine_with(values).converters;
             order::Order::Calibrate(converters, self.kit.calibration(values))
         } else {
             order::Order::Actuator(self.kit.actuator(values))
@@ -554,11 +617,26 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             return Err(Refusal::NotRecorded(stage));
         }
         self.station.send_head(self.capture);
-        self.sending = Some(0);
+        self.sending = Some(Transfer::new(Dump::Capture));
+        Ok(())
+    }
+
+    fn dump_log(&mut self, to: Destination) -> Result<(), Refusal> {
+        let rows = self.memory.as_ref().ok_or(Refusal::Busy)?.samples();
+        if rows == 0 {
+            return Err(Refusal::NothingDriven);
+        }
+        if to == Destination::Rtt {
+            self.station.send_log_head(rows);
+        }
+        self.sending = Some(Transfer::new(Dump::Log(to)));
         Ok(())
     }
 
     fn ask(&mut self, question: Question) -> Result<(), Refusal> {
+        if self.sends_log() {
+            return Err(Refusal::Busy);
+        }
         let memory = self.memory.take().ok_or(Refusal::Busy)?;
         self.job = Some(Job {
             question,
@@ -622,6 +700,17 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             self.use_values(&values, true)?;
         }
         Ok(())
+    }
+}
+
+/// Polls from one line to the next, for so many lines a second; 0 for none.
+fn polls(rate: f32) -> u32 {
+    if rate > 0.0 {
+        let polls_a_second = 1000.0 / POLL_PERIOD_MS as f32;
+        // At most the rate that was asked for. A rate of next to nothing becomes the largest number.
+        libm::ceilf(polls_a_second / rate) as u32
+    } else {
+        0
     }
 }
 

@@ -59,6 +59,14 @@ impl Station for BoardStation {
         capture::log_head(capture);
     }
 
+    fn send_log_head(&mut self, rows: usize) {
+        capture::log_log_head(rows);
+    }
+
+    fn room(&self) -> usize {
+        ANSWERED.free_capacity().saturating_sub(LONGEST_ANSWER)
+    }
+
     fn send_row(&mut self, number: u32, values: &[f32; QUANTITIES]) {
         log_values(number, values);
     }
