@@ -28,6 +28,7 @@ pub mod hil;
 pub mod identify;
 pub mod image;
 pub mod import;
+pub mod live;
 pub mod log;
 pub mod machine;
 pub mod measured;

@@ -6,8 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
 use host_tests::{
-    bench, check, data_sheet, decode, ecu, emulate, error, gap, hil, identify, import, onboard,
-    outputs, record, reproduce,
+    bench, check, data_sheet, decode, ecu, emulate, error, gap, hil, identify, import, live,
+    onboard, outputs, record, reproduce,
 };
 
 /// Firmware and model of an electromechanical actuator, closed on each other
@@ -40,6 +40,7 @@ const IMPORT_EXAMPLE: &str = "Example: cargo hil import run.csv --time t:ms --po
 
 const MACHINE_EXAMPLE: &str = "Example: cargo hil machine --name cart --voltage 12V --no-load-speed 200rpm --no-load-current 0.2A --stall-torque 21kg.cm --stall-current 5.5A --gear-ratio 50 --values-of gearmotor --encoder-counts 64 --encoder-side motor > cart.toml";
 
+const LIVE_EXAMPLE: &str = "Example: cargo hil live";
 const RECORD_EXAMPLE: &str = "Example: cargo hil record --port /dev/ttyUSB0 --signal \"sweep 0 0.3 0.3 3 10\" --out recorded";
 
 #[derive(Debug, Subcommand)]
@@ -95,6 +96,9 @@ enum Command {
         after_long_help = format!("{}\n\n{}", record::HELP, with_files(RECORD_EXAMPLE))
     )]
     Record(record::Args),
+    /// Watch and drive a board in a browser: plots, console, faults, a frozen part traced by a button
+    #[command(after_help = LIVE_EXAMPLE, after_long_help = format!("{}\n\n{LIVE_EXAMPLE}", live::HELP))]
+    Live(live::Args),
     /// Measure the speed on this host
     #[command(after_help = "Example: cargo hil bench --json bench.json")]
     Bench(bench::Args),
@@ -133,6 +137,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         Some(Command::Reproduce(args)) => reproduce::run(&args),
         Some(Command::Decode(args)) => decode::run(&args),
         Some(Command::Record(args)) => record::run(&args),
+        Some(Command::Live(args)) => live::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
     }
 }

@@ -28,6 +28,8 @@ pub struct Console<'l> {
     received: Demultiplexer,
     /// Text that nothing was made of yet.
     text: String,
+    /// Text beside the answers.
+    announced: String,
 }
 
 impl<'l> Console<'l> {
@@ -40,6 +42,7 @@ impl<'l> Console<'l> {
             line,
             received: Demultiplexer::default(),
             text: String::new(),
+            announced: String::new(),
         };
         console.send(b"\x03")?;
         console.ask("stream 0")?;
@@ -75,7 +78,7 @@ impl<'l> Console<'l> {
     /// # Errors
     /// No answer.
     pub fn ask(&mut self, line: &str) -> Result<String, Failure> {
-        self.text.clear();
+        self.announced += &std::mem::take(&mut self.text);
         self.send(format!("{line}\r").as_bytes())?;
         let echo = format!("{line}\r\n");
         let end = format!("\r\n{PROMPT}");
@@ -83,8 +86,10 @@ impl<'l> Console<'l> {
         while begun.elapsed() < ANSWER {
             self.receive()?;
             let answer = self.text.split_once(&echo).map(|(_, behind)| behind);
-            if let Some((answer, _)) = answer.and_then(|answer| answer.split_once(&end)) {
-                return Ok(answer.replace("\r\n", "\n"));
+            if let Some((answer, behind)) = answer.and_then(|answer| answer.split_once(&end)) {
+                let answer = answer.replace("\r\n", "\n");
+                self.text = behind.to_owned();
+                return Ok(answer);
             }
         }
         Err(Failure::other(format!(
@@ -126,6 +131,27 @@ impl<'l> Console<'l> {
             "the board has sent nothing for {} s; {REMEDY}",
             SILENCE.as_secs()
         )))
+    }
+
+    /// The frames that came since, if there are any. What was damaged is left out.
+    ///
+    /// # Errors
+    /// A line that ends.
+    pub fn poll(&mut self) -> Result<Vec<String>, Failure> {
+        self.receive()?;
+        Ok(self.received.frames())
+    }
+
+    /// What the board said by itself since this was last asked, line by line.
+    pub fn announced(&mut self) -> Vec<String> {
+        // What has no prompt behind it yet is not whole.
+        if self.text.ends_with(PROMPT) {
+            self.announced += &std::mem::take(&mut self.text);
+        }
+        let announced = std::mem::take(&mut self.announced);
+        let lines = announced.lines();
+        let lines = lines.map(|line| line.trim_start_matches(PROMPT).trim().to_owned());
+        lines.filter(|line| !line.is_empty()).collect()
     }
 
     /// How the drive is, as it last said.
