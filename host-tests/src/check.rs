@@ -148,8 +148,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// The images as they are flashed, on emulated chips.
 fn emulated_chips(toolchain: &Toolchain) -> Result<(), Failure> {
     let cycles = emulate::run::CYCLES_PER_INSTRUCTION;
-    let (outcome, traced) = emulate::command::demonstrate(toolchain, cycles, announce)?;
-    emulate::command::require(&outcome, &traced)?;
+    let (outcome, traced, recording) = emulate::command::demonstrate(toolchain, cycles, announce)?;
+    emulate::command::require(&outcome, &traced, &recording)?;
     emulate::run::check()?;
     say(&format!(
         "both images start, answer, keep their ticks and what is saved; the loop follows its commands, and {} \

@@ -13,10 +13,14 @@ use crate::running::{Counts, Running, Setting};
 
 mod alone;
 mod pair;
+mod served;
 
 /// How the program is called.
 const USAGE: &str =
-    "usage: emulation THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND]";
+    "usage: emulation [serve] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND]";
+
+/// The controller's stored parameters, in the directory: what a run leaves and `serve` starts with.
+const PARAMETERS: &str = "controller.parameters";
 
 /// A millisecond, ns.
 const MILLISECOND: u64 = 1_000_000;
@@ -104,15 +108,21 @@ impl Call {
     }
 }
 
-/// Runs every scenario and gives the report.
+/// Runs every scenario and gives the report; or serves the controller's console, without one.
 ///
 /// # Errors
 /// A call that is none, an image that ends, or one that does not answer.
 pub fn run(arguments: &[String]) -> Result<String, String> {
+    if let Some((word, rest)) = arguments.split_first()
+        && word == "serve"
+    {
+        return served::serve(&Call::read(rest)?).map(|()| String::new());
+    }
     let call = Call::read(arguments)?;
     let began = Instant::now();
     let throttle = alone::throttle(&call)?;
     let (store, parameters) = pair::store(&call)?;
+    write(&call.directory, PARAMETERS, &parameters)?;
     let driven = pair::drive(&call, parameters)?;
     let report = Report {
         instructions_per_second: call.throttle.instructions_per_second.get(),

@@ -3,6 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 
+use super::recording::{self, Recording};
 use super::requirements::Shortcomings;
 use super::run::{self, CYCLES_PER_INSTRUCTION, Images, Outcome};
 use super::summary::Summary;
@@ -37,7 +38,7 @@ pub fn demonstrate(
     toolchain: &Toolchain,
     cycles_per_instruction: f64,
     mut announce: impl FnMut(&str),
-) -> Result<(Outcome, Traced), Failure> {
+) -> Result<(Outcome, Traced, Recording), Failure> {
     announce("the emulated chips (built once, which takes minutes)");
     let emulation = run::build()?;
     announce("the images as they are flashed");
@@ -46,16 +47,19 @@ pub fn demonstrate(
     let outcome = run::run(&emulation, &images, cycles_per_instruction)?;
     announce("tracing the controller's log");
     let traced = tracing::trace(&images, &outcome)?;
-    Ok((outcome, traced))
+    announce("recording the controller over its console");
+    let recording = recording::run(&emulation, &images, cycles_per_instruction)?;
+    Ok((outcome, traced, recording))
 }
 
 /// Refuses runs that lack something that a user relies on.
 ///
 /// # Errors
 /// All of it.
-pub fn require(outcome: &Outcome, traced: &Traced) -> Result<(), Failure> {
+pub fn require(outcome: &Outcome, traced: &Traced, recording: &Recording) -> Result<(), Failure> {
     let mut lacking = Shortcomings::of(outcome).0;
     lacking.extend(Shortcomings::of_tracing(traced).0);
+    lacking.extend(Shortcomings::of_recording(recording).0);
     if lacking.is_empty() {
         Ok(())
     } else {
@@ -75,16 +79,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let json = outputs.file(args.json.as_deref(), Kind::Json)?;
     let on_terminal = io::stderr().is_terminal();
     let toolchain = Toolchain::set_up()?;
-    let (outcome, traced) = demonstrate(&toolchain, args.cycles_per_instruction, |step| {
-        if on_terminal {
-            eprintln!("{step} ...");
-        }
-    })?;
+    let (outcome, traced, recording) =
+        demonstrate(&toolchain, args.cycles_per_instruction, |step| {
+            if on_terminal {
+                eprintln!("{step} ...");
+            }
+        })?;
     let summary = Summary::new(&outcome, &traced, args.cycles_per_instruction);
     outputs.stage_json(json, &summary)?;
     outputs.commit()?;
     io::stdout()
-        .write_all(summary.text(&outcome, &traced).as_bytes())
+        .write_all(summary.text(&outcome, &traced, &recording).as_bytes())
         .map_err(|error| Failure::system("standard output", &error))?;
-    require(&outcome, &traced)
+    require(&outcome, &traced, &recording)
 }

@@ -1,5 +1,8 @@
 //! What a user relies on, held against a run of the images.
 
+use firmware::app::timing::STEPS_PER_SECOND;
+
+use super::recording::{self, Recording};
 use super::run::{Counted, Driven, Outcome, Store, Throttle};
 use super::tracing::Traced;
 use crate::gap::outcome::FoundEffect;
@@ -60,6 +63,25 @@ impl Shortcomings {
         });
         found.require(ratio < 0.1, || {
             format!("the spring leaves {ratio} of the position error on the other drive")
+        });
+        found
+    }
+
+    /// Of what was recorded over the console.
+    pub fn of_recording(recording: &Recording) -> Self {
+        let mut found = Self::default();
+        let least = (recording::SECONDS * f64::from(STEPS_PER_SECOND)) as usize;
+        found.require(recording.rows >= least, || {
+            format!(
+                "the log over the console has {} rows of {least}",
+                recording.rows
+            )
+        });
+        found.require(recording.effects == ["spring"], || {
+            format!(
+                "the tracing of the log over the console names {:?}; the throttle has an undeclared spring",
+                recording.effects
+            )
         });
         found
     }

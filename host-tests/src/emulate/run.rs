@@ -207,6 +207,11 @@ pub fn check() -> Result<(), Failure> {
     succeed(test, "the emulation's tests fail")
 }
 
+/// Instructions that a core retires in a second, as the emulation is told.
+pub(super) fn rate(cycles_per_instruction: f64) -> String {
+    format!("{:.0}", CORE_CLOCK / cycles_per_instruction)
+}
+
 /// Runs the images.
 ///
 /// # Errors
@@ -219,10 +224,9 @@ pub fn run(
     let directory = directory();
     std::fs::create_dir_all(&directory)
         .map_err(|error| Failure::system(directory.display(), &error))?;
-    let rate = (CORE_CLOCK / cycles_per_instruction).round();
     let output = clean_command(emulation)
         .args([&images.throttle.elf, &images.controller.elf, &directory])
-        .arg(format!("{rate:.0}"))
+        .arg(rate(cycles_per_instruction))
         .output()
         .map_err(|error| Failure::system(emulation.display(), &error))?;
     if !output.status.success() {

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use super::recording::Recording;
 use super::run::{Counted, Outcome, directory};
 use super::tracing::{MACHINE, Traced};
 use crate::workspace;
@@ -122,7 +123,7 @@ impl Summary {
     }
 
     /// For people.
-    pub fn text(&self, outcome: &Outcome, traced: &Traced) -> String {
+    pub fn text(&self, outcome: &Outcome, traced: &Traced, recording: &Recording) -> String {
         let mut text = format!(
             "Two unmodified images on emulated STM32F405s, {} cycles an instruction\n",
             self.chip.cycles_per_instruction
@@ -184,6 +185,14 @@ impl Summary {
                 self.r#loop.verdict,
                 milliradian(self.r#loop.position_rms_before),
                 milliradian(self.r#loop.position_rms_after)
+            ),
+        );
+        row(
+            "record",
+            format!(
+                "{} rows over the controller's console at a pseudo-terminal: {}",
+                recording.rows,
+                recording.effects.join(", ")
             ),
         );
         row("took", format!("{:.0} s", outcome.wall_time_s));

@@ -17,6 +17,7 @@ use firmware::app::store::field::DESCRIPTIONS;
 use firmware::app::timing::STEPS_PER_SECOND;
 
 use super::frozen::{Frozen, Gap};
+use super::trigger::Trigger;
 use crate::board_link::Line;
 use crate::board_link::console::Console;
 use crate::board_link::emulated::{EmulatedBoard, WireFault};
@@ -42,43 +43,6 @@ const PING: Duration = Duration::from_secs(5);
 
 /// Control steps that are recorded behind a trigger.
 const BEHIND: u32 = STEPS_PER_SECOND / 2;
-
-/// What freezes the picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Trigger {
-    /// Nothing but the button.
-    Off,
-    /// A fault that is latched.
-    Fault,
-    /// The position crosses a level upward, rad.
-    Above(f32),
-    /// The position crosses a level downward, rad.
-    Below(f32),
-}
-
-impl Trigger {
-    /// From `off`, `fault`, `above 0.3` or `below 0.3`.
-    pub fn read(text: &str) -> Option<Self> {
-        let level = |text: &str| text.parse().ok().filter(|level: &f32| level.is_finite());
-        match text.split_once(' ') {
-            None if text == "off" => Some(Self::Off),
-            None if text == "fault" => Some(Self::Fault),
-            Some(("above", rest)) => level(rest).map(Self::Above),
-            Some(("below", rest)) => level(rest).map(Self::Below),
-            _ => None,
-        }
-    }
-
-    /// Whether it comes between two lines.
-    pub fn comes(self, before: &Live, now: &Live) -> bool {
-        match self {
-            Self::Off => false,
-            Self::Fault => before.latched.is_empty() && !now.latched.is_empty(),
-            Self::Above(level) => before.position < level && now.position >= level,
-            Self::Below(level) => before.position > level && now.position <= level,
-        }
-    }
-}
 
 /// What is asked of the thread.
 #[derive(Debug)]
@@ -483,23 +447,6 @@ mod tests {
             "mode voltage",
         ] {
             assert_eq!(may_be_sent(line, false), Ok(()), "{line}");
-        }
-    }
-
-    #[test]
-    fn a_trigger_comes_where_its_condition_begins() {
-        let at = |position| Live {
-            position,
-            ..Live::default()
-        };
-        let above = Trigger::read("above 0.3").unwrap();
-        assert!(above.comes(&at(0.2), &at(0.3)));
-        assert!(!above.comes(&at(0.3), &at(0.4)));
-        let below = Trigger::read("below -0.1").unwrap();
-        assert!(below.comes(&at(0.0), &at(-0.2)));
-        assert!(!below.comes(&at(-0.2), &at(-0.3)));
-        for refused in ["", "above", "above x", "above NaN", "sideways 1"] {
-            assert_eq!(Trigger::read(refused), None, "{refused}");
         }
     }
 }

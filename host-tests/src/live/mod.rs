@@ -8,6 +8,7 @@ pub mod board;
 pub mod frozen;
 pub mod guard;
 pub mod server;
+pub mod trigger;
 
 use std::io::{self, Read, Write};
 use std::path::PathBuf;
@@ -20,7 +21,7 @@ use self::server::Server;
 use crate::board_link::emulated::{EmulatedBoard, Pace};
 use crate::board_link::serial;
 use crate::failure::Failure;
-use crate::record::drive::Ending;
+use crate::record::drive::{ENDS, Ending};
 use crate::workspace;
 
 /// What is said of it in the help.
@@ -65,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let port = args.port.clone();
     let port = port.or_else(|| emulated.as_ref().map(|board| board.port.clone()));
     let line = serial::open(&port.unwrap_or_default())?;
-    let ending = Ending::watch()?;
+    let ending = Ending::watch(&ENDS)?;
     let directory = args.out.clone();
     let directory = directory.unwrap_or_else(|| workspace::results().join("live"));
     let board = Board::start(Box::new(line), emulated, directory, args.machine.clone())?;

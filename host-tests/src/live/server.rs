@@ -12,9 +12,10 @@ use firmware::app::timing::STEPS_PER_SECOND;
 use serde_json::{Value, json};
 use tiny_http::{Header, Method, Request, Response};
 
-use super::board::{Ask, Board, Trigger};
+use super::board::{Ask, Board};
 use super::frozen::Gap;
 use super::guard::{Asked, Guard};
+use super::trigger::Trigger;
 use crate::failure::Failure;
 use crate::page::plot;
 

@@ -33,17 +33,20 @@ pub fn default_signal(position: f32) -> String {
     format!("sweep {position:.4} 0.2 0.3 3 10")
 }
 
+/// What ends a program that holds a board: the user, the system, a terminal that is closed.
+pub const ENDS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
+
 /// Whether the user, or the system, wants this program to end.
 pub struct Ending(Arc<AtomicBool>);
 
 impl Ending {
-    /// Told of SIGINT, SIGTERM and SIGHUP from here on.
+    /// Told of these signals from here on, which alone end nothing any more.
     ///
     /// # Errors
     /// What the system reports.
-    pub fn watch() -> Result<Self, Failure> {
+    pub fn watch(signals: &[i32]) -> Result<Self, Failure> {
         let flag = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
+        for &signal in signals {
             flag::register(signal, flag.clone())
                 .map_err(|error| Failure::system("signals cannot be watched", error))?;
         }

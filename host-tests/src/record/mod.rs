@@ -10,7 +10,7 @@ use firmware::app::console::parse::{Line as Parsed, parse};
 use firmware::app::console::request::Request;
 use firmware::app::store::field::DESCRIPTIONS;
 
-use self::drive::{Drive, Ending};
+use self::drive::{Drive, ENDS, Ending};
 use crate::board_link::Line;
 use crate::board_link::console::Console;
 use crate::board_link::log_transfer::LogTransfer;
@@ -103,7 +103,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ));
     }
     let mut port = serial::open(&args.port)?;
-    let ending = Ending::watch()?;
+    let ending = Ending::watch(&ENDS)?;
     let recorded = record(&mut port, &drive, &ending, || permitted(args, &drive))?;
     if let Some(log) = log {
         outputs.stage(log, recorded.csv()?)?;
@@ -124,7 +124,11 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    fn csv(&self) -> Result<String, Failure> {
+    /// The log as CSV.
+    ///
+    /// # Errors
+    /// None of a log that was read.
+    pub fn csv(&self) -> Result<String, Failure> {
         let recordings = self.log.recordings();
         let recording = recordings.first();
         recording

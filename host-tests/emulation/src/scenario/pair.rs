@@ -36,7 +36,7 @@ const PARAMETERS: [(&str, &str); 24] = [
 ];
 
 /// What the throttle has and nobody tells the controller: a return spring of 0.4 N·m/rad about its rest.
-const THROTTLE: [&str; 3] = ["set spring_preload 0", "set spring 0.4", "arm"];
+pub(super) const THROTTLE: [&str; 3] = ["set spring_preload 0", "set spring 0.4", "arm"];
 
 /// What came of the parameters.
 #[derive(Debug, Serialize)]

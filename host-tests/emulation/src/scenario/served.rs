@@ -1,0 +1,52 @@
+//! The loop with the controller's console at this program's standard input and output, for a program that
+//! operates it.
+
+use std::fs;
+use std::io::{Read, Write, stdin, stdout};
+use std::sync::mpsc::{TryRecvError, channel};
+use std::thread;
+
+use super::pair::THROTTLE;
+use super::{Call, Consoles, MILLISECOND, PARAMETERS, Pair, Setting, Side};
+
+/// Runs until the standard input ends.
+///
+/// # Errors
+/// No stored parameters, an image that ends, an output that nobody takes.
+pub(super) fn serve(call: &Call) -> Result<(), String> {
+    let path = call.directory.join(PARAMETERS);
+    let parameters = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let stored = Setting {
+        parameters: Some(parameters),
+        ..call.controller.clone()
+    };
+    let mut pair = Pair::start(&stored, &call.throttle)?;
+    pair.run_for(100 * MILLISECOND)?;
+    for line in THROTTLE {
+        pair.order(Side::Throttle, line)?;
+    }
+    pair.order(Side::Controller, "zero")?;
+    let (typed, keys) = channel();
+    thread::spawn(move || {
+        let mut bytes = [0; 256];
+        while let Ok(read @ 1..) = stdin().read(&mut bytes) {
+            if typed.send(bytes[..read].to_vec()).is_err() {
+                break;
+            }
+        }
+    });
+    let mut told = pair.controller.heard.len();
+    loop {
+        match keys.try_recv() {
+            Ok(bytes) => pair.controller.next.typed.extend(bytes),
+            Err(TryRecvError::Empty) => (),
+            Err(TryRecvError::Disconnected) => return Ok(()),
+        }
+        pair.run_for(MILLISECOND)?;
+        let said = &pair.controller.heard[told..];
+        let mut out = stdout();
+        let written = out.write_all(said).and_then(|()| out.flush());
+        written.map_err(|error| format!("standard output: {error}"))?;
+        told = pair.controller.heard.len();
+    }
+}

@@ -1,0 +1,134 @@
+//! `cargo hil record` at the emulated controller: its console at a pseudo-terminal, driven and read as a board's.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::thread;
+
+use serialport::{SerialPort, TTYPort};
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use super::run::{Images, directory, rate};
+use super::tracing::MACHINE;
+use crate::board_link::serial;
+use crate::failure::Failure;
+use crate::gap::engine;
+use crate::log::Log;
+use crate::machine::Machine;
+use crate::outputs::write_own;
+use crate::record::drive::{Drive, Ending};
+use crate::record::record;
+use crate::toolchain::clean_command;
+use crate::workspace;
+
+/// What is driven: the sweep of the loop's first drive.
+const SIGNAL: &str = "sweep 0.6 0.4 0.7 4 5";
+
+/// For how long, s.
+pub const SECONDS: f64 = 5.0;
+
+/// What came over the line, and what it shows.
+#[derive(Debug)]
+pub struct Recording {
+    /// Rows of the log.
+    pub rows: usize,
+    /// Effects that the tracing finds in it.
+    pub effects: Vec<String>,
+}
+
+/// The emulation, and the threads that carry bytes between it and a pseudo-terminal. Dropped, it ends.
+struct Served {
+    child: Child,
+    ending: Arc<AtomicBool>,
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.ending.store(true, Relaxed);
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Records the controller in its loop, and traces the log.
+///
+/// # Errors
+/// An emulation that does not run, what `cargo hil record` and `cargo hil gap` refuse.
+pub fn run(emulation: &Path, images: &Images, cycles: f64) -> Result<Recording, Failure> {
+    let system = |error: io::Error| Failure::system("a pseudo-terminal", error);
+    let (near, far) = TTYPort::pair().map_err(|error| system(error.into()))?;
+    let port = far.name().map(PathBuf::from).unwrap_or_default();
+    // It is opened as a board's port is.
+    drop(far);
+    let mut line = serial::open(&port)?;
+    let served = serve(emulation, images, cycles, near).map_err(system)?;
+    let drive = Drive {
+        mode: "position",
+        signal: Some(SIGNAL.to_owned()),
+        seconds: SECONDS,
+    };
+    // Nothing moves in truth: a terminal that is closed ends the program as ever.
+    let ending = Ending::watch(&[SIGINT, SIGTERM])?;
+    let recorded = record(&mut line, &drive, &ending, || Ok(()));
+    drop(served);
+    let csv = directory().join("recorded.csv");
+    write_own(&csv, recorded?.csv()?)?;
+    let log = Log::read(&csv)?;
+    let machine = Machine::read(&workspace::root().join(MACHINE))?;
+    let rows = log.samples();
+    let report = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ())?;
+    let effects = report.outcome.effects.iter();
+    Ok(Recording {
+        rows,
+        effects: effects.map(|effect| effect.id.clone()).collect(),
+    })
+}
+
+fn serve(emulation: &Path, images: &Images, cycles: f64, near: TTYPort) -> io::Result<Served> {
+    let mut child = clean_command(emulation)
+        .arg("serve")
+        .args([&images.throttle.elf, &images.controller.elf, &directory()])
+        .arg(rate(cycles))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()?;
+    let pipes = (child.stdin.take(), child.stdout.take());
+    let ending = Arc::new(AtomicBool::new(false));
+    let served = Served {
+        child,
+        ending: ending.clone(),
+    };
+    let (Some(keys), Some(said)) = pipes else {
+        return Err(io::Error::other("a child without pipes"));
+    };
+    let other = near.try_clone_native()?;
+    let still = ending.clone();
+    thread::spawn(move || carry(near, keys, &ending));
+    thread::spawn(move || carry(said, other, &still));
+    Ok(served)
+}
+
+/// Carries bytes until either side ends.
+fn carry(mut from: impl Read, mut to: impl Write, ending: &AtomicBool) {
+    let waits =
+        |error: &io::Error| matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted);
+    let mut bytes = [0; 1024];
+    while !ending.load(Relaxed) {
+        let mut rest = match from.read(&mut bytes) {
+            Ok(0) => return,
+            Ok(read) => &bytes[..read],
+            Err(error) if waits(&error) => continue,
+            Err(_) => return,
+        };
+        while !rest.is_empty() && !ending.load(Relaxed) {
+            match to.write(rest) {
+                Ok(written) => rest = rest.get(written..).unwrap_or_default(),
+                Err(error) if waits(&error) => (),
+                Err(_) => return,
+            }
+        }
+        let _ = to.flush();
+    }
+}
