@@ -34,7 +34,7 @@ pub use part::defer_signals;
 pub const HELP: &str = "\
 Files: what is read is never written, and no two outputs may be one file. Outputs are written whole or
 not at all. A file that is there already is replaced only if it is empty or this program wrote it, and
-by `import` never:
+by `import` and `record` never:
   JSON         a result of one of these commands
   TOML, pages  \"Written by cargo hil\" stands in the beginning; delete that line to keep what you edited
   input CSV    has the columns time_s,input and no other
