@@ -25,7 +25,7 @@
 //! without DMA. The DAC's output buffers, which leave 0.2 V at either end, are off: its outputs have
 //! 15 kΩ and drive inputs of high impedance.
 //!
-//! `README.md` has a drawing.
+//! `docs/board.md` has a drawing.
 
 use embassy_stm32::Peri;
 use embassy_stm32::Peripherals;
