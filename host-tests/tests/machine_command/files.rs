@@ -80,15 +80,48 @@ fn gap_reads_what_is_printed() {
     assert!(error.starts_with("error: no-such.csv: "), "{error}");
 }
 
-/// What README and help show can be typed.
+/// What the help shows can be typed.
 #[test]
-fn the_calls_that_are_shown_work() {
-    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
-    let readme = fs::read_to_string(readme).unwrap();
+fn the_call_that_the_help_shows_works() {
     let help = String::from_utf8(hil(&["--help"]).stdout).unwrap();
-    for text in [readme, help] {
-        let call = text.rsplit("cargo hil machine ").next().unwrap();
-        let (words, _) = call.split_once(" > ").expect("a file to write to");
-        printed(&words.replace('\\', " "));
-    }
+    let call = help.rsplit("cargo hil machine ").next().unwrap();
+    let (words, _) = call.split_once(" > ").expect("a file to write to");
+    printed(&words.replace('\\', " "));
+}
+
+/// What the README shows leads from a data sheet and two logs to the arm on the shaft, of 0.12 N·m.
+#[test]
+fn the_calls_that_the_readme_shows_find_the_arm() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let readme = fs::read_to_string(root.join("README.md")).unwrap();
+    let (_, section) = readme.split_once("## Your own motor").unwrap();
+    let (_, block) = section.split_once("```sh\n").unwrap();
+    let (calls, _) = block.split_once("```").unwrap();
+    let examples = root.join("host-tests/examples");
+    let script = calls
+        .replace("cargo hil", env!("CARGO_BIN_EXE_hil"))
+        .replace("host-tests/examples", examples.to_str().unwrap());
+    let script = format!("set -e\n{script}").replace(" gap ", " gap --json answer.json ");
+    let directory = tempfile::tempdir().unwrap();
+    let mut shell = Command::new("sh");
+    let output = shell
+        .args(["-c", &script])
+        .current_dir(&directory)
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{error}");
+    let answer = fs::read(directory.path().join("answer.json")).unwrap();
+    let answer: serde_json::Value = serde_json::from_slice(&answer).unwrap();
+    assert_eq!(answer["verdict"], "effects_found");
+    let effects = answer["effects"].as_array().unwrap();
+    let [gravity] = &effects[..] else {
+        panic!("{effects:?}");
+    };
+    assert_eq!(gravity["id"], "gravity");
+    let torque = gravity["parameters"][0]["value"].as_f64().unwrap();
+    assert!((torque / 0.12 - 1.0).abs() < 0.02, "{torque}");
+    let errors = &answer["errors"]["validate"];
+    let position = |stage: &str| errors[stage]["position_rms"].as_f64().unwrap();
+    assert!(position("after") < 0.1 * position("before"), "{errors}");
 }
