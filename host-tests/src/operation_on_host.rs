@@ -10,6 +10,7 @@ use firmware::app::console::editor::PROMPT;
 use firmware::app::conversion::Converters;
 use firmware::app::ecu::loopback::Wires;
 use firmware::app::fault::output::Bridge;
+use firmware::app::fault::overload::{self, Heat};
 use firmware::app::liveness::Task;
 use firmware::app::machine::FULL_DUTY;
 use firmware::app::memory::Memory;
@@ -45,6 +46,8 @@ const TICKS_PER_POLL: u32 = POLL_PERIOD_MS * 1000 / PLANT_PERIOD_US;
 pub struct SharedFlash {
     /// The flash.
     pub flash: Rc<RefCell<SimulatedFlash<SECTOR>>>,
+    /// RAM that no start clears: the winding's heat. At first it is cold, and that is known.
+    pub heat: Rc<overload::Kept>,
     /// The wires of the program that runs.
     wiring: Rc<Cell<Option<&'static Wiring>>>,
 }
@@ -52,10 +55,18 @@ pub struct SharedFlash {
 impl SharedFlash {
     /// The four small sectors, erased.
     pub fn new() -> Self {
+        let heat = Rc::new(overload::Kept::new());
+        heat.set(Heat::NONE.word());
         Self {
             flash: Rc::new(RefCell::new(SimulatedFlash::new(4))),
+            heat,
             wiring: Rc::default(),
         }
+    }
+
+    /// Takes the supply away for an unknown time: what the RAM held is lost.
+    pub fn lose_ram(&self) {
+        self.heat.set(Heat::UNKNOWN.word());
     }
 
     fn assert_allowed(&self) {
@@ -332,6 +343,7 @@ pub struct OperationOnHost<P> {
     pub hung: Option<Task>,
     /// Whether the control interrupt is kept from running.
     pub control_held: bool,
+    heat: Rc<overload::Kept>,
     ticks: u32,
 }
 
@@ -392,6 +404,7 @@ impl<P: Plant> OperationOnHost<P> {
     fn start(kit: &'static Kit, flash: &SharedFlash, plant: impl FnOnce(Parts) -> P) -> Self {
         let wiring: &'static Wiring = leak();
         flash.wiring.set(Some(wiring));
+        wiring.set_heat(flash.heat.get().word());
         let asked = Rc::new(RefCell::new(Asked::default()));
         let mut store = Store::new(flash.clone(), SECTOR as u32).expect("flash with room");
         let (values, loaded): (Values, Loaded) =
@@ -425,6 +438,7 @@ impl<P: Plant> OperationOnHost<P> {
             tasks_held: false,
             hung: None,
             control_held: false,
+            heat: flash.heat.clone(),
             ticks: 0,
         };
         image.operator.greet(&loaded, &mut image.said);
@@ -436,6 +450,7 @@ impl<P: Plant> OperationOnHost<P> {
         self.plant.read();
         let due = self.plant.work().tick();
         self.plant.write(self.wiring);
+        self.heat.set(self.wiring.heat());
         if due && !self.control_held {
             self.drive.step();
         }

@@ -47,7 +47,7 @@ fn a_sound_drive_within_its_tolerances_has_no_fault_whatever_it_is_told() {
     let (mut at_a_stop, mut whole) = (0, 0);
     for seed in 0..RUNS {
         let mut random = Random::new(seed, 0);
-        let mut image = image(&mut random);
+        let mut image = image(&SharedFlash::new(), &mut random);
         let mut told = Vec::new();
         let mut borne = true;
         for _ in 0..3 {
@@ -140,7 +140,7 @@ fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it
         let (mut found, mut peak, mut longest, mut latest) = (0, 0.0_f32, 0.0_f32, 0);
         for seed in 0..RUNS {
             let mut random = Random::new(seed, 1);
-            let mut image = image(&mut random);
+            let mut image = image(&SharedFlash::new(), &mut random);
             let (mode, line) = any_command(&mut random);
             perform(&mut image, &[mode, "arm", &line]);
             image.run_ms((300.0 * random.uniform()) as u32);
@@ -214,7 +214,7 @@ fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
         let (mut latest, mut travelled) = (0.0_f32, 0.0_f32);
         for seed in 0..RUNS {
             let mut random = Random::new(seed, 3);
-            let mut image = image(&mut random);
+            let mut image = image(&SharedFlash::new(), &mut random);
             let (mode, line) = any_command(&mut random);
             perform(&mut image, &[mode, "arm", &line]);
             for _ in 0..(6000.0 * random.uniform()) as u32 {
@@ -272,7 +272,7 @@ fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
 fn a_terminal_that_falls_silent_at_any_time_is_let_go_after_the_time_that_is_set() {
     for seed in 0..40 {
         let mut random = Random::new(seed, 4);
-        let mut image = image(&mut random);
+        let mut image = image(&SharedFlash::new(), &mut random);
         let seconds = 0.05 + 0.5 * random.uniform();
         let (mode, line) = any_command(&mut random);
         let set = format!("set command_timeout {seconds}");

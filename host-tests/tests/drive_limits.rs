@@ -144,7 +144,7 @@ fn the_current_stays_at_its_limit_whatever_fails_at_any_time() {
     let (mut worst, mut near) = (0.0_f32, 0);
     for seed in 0..RUNS {
         let mut random = Random::new(seed, 5);
-        let mut image = image(&mut random);
+        let mut image = image(&SharedFlash::new(), &mut random);
         image.plant.late = random.uniform() < 0.5;
         let (mode, line) = any_command(&mut random);
         perform(&mut image, &[mode, "arm"]);

@@ -133,6 +133,7 @@ pub struct Wiring {
     bridge_broken: AtomicBool,
     current_sensor_off: AtomicBool,
     zero_asked: AtomicBool,
+    heat: AtomicU32,
     tracks: [AtomicU16; 2],
     current_output: AtomicU16,
     true_position: Wire,
@@ -175,6 +176,7 @@ impl Wiring {
             bridge_broken: AtomicBool::new(false),
             current_sensor_off: AtomicBool::new(false),
             zero_asked: AtomicBool::new(false),
+            heat: AtomicU32::new(0),
             tracks: [AtomicU16::new(0), AtomicU16::new(0)],
             current_output: AtomicU16::new(0),
             true_position: Wire::new(),
@@ -314,6 +316,16 @@ impl Wiring {
             self.zero_asked.store(false, Relaxed);
         }
         asked
+    }
+
+    /// The winding's heat, as a [word](super::fault::overload::Heat::word).
+    pub fn heat(&self) -> u32 {
+        self.heat.load(Relaxed)
+    }
+
+    /// Says how hot the winding is: before a drive begins what was kept, then what the drive reckons.
+    pub fn set_heat(&self, word: u32) {
+        self.heat.store(word, Relaxed);
     }
 
     /// Whether the processor is about to stand still, disarmed, for as long as flash is written. What

@@ -76,10 +76,10 @@ pub fn any_command(random: &mut Random) -> (&'static str, String) {
     (mode, line)
 }
 
-/// The image that drives it.
-pub fn image(random: &mut Random) -> OperationOnHost<Motor> {
+/// The image in this flash, that drives it.
+pub fn image(flash: &SharedFlash, random: &mut Random) -> OperationOnHost<Motor> {
     let actuator = any_actuator(random);
-    let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+    let mut image = OperationOnHost::controller(flash, &actuator);
     image.plant.noise = Some(Random::new(random.bits().into(), 2));
     image.plant.supply = 20.0 + 9.0 * random.uniform();
     image.run_ms(20);

@@ -3,7 +3,7 @@
 //! A [`Fault`] has a name. [`Faults`] is a set of them. The [`latch`] keeps the first one with its
 //! time and all of them as a set, until somebody clears it. While anything is latched the [`output`]s
 //! are safe: bridge off, brake on, tracks at their diagnostic level. What measurements tell is
-//! judged by the [`monitor`], with the encoder against the winding in [`back_emf`] and against the
+//! judged by the [`monitor`], with the winding's heat in [`overload`], the encoder against the winding in [`back_emf`] and against the
 //! torque in [`following`], on what both share in [`observer`]; what the start tells, by [`reset`], with the
 //! [`last_words`] of the program before it.
 
@@ -14,6 +14,7 @@ pub mod latch;
 pub mod monitor;
 pub mod observer;
 pub mod output;
+pub mod overload;
 pub mod reset;
 
 use core::fmt;

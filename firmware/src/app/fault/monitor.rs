@@ -7,7 +7,7 @@ use model_core::numeric::invalid_parameter::InvalidParameter;
 
 use super::observer::Reading;
 use super::{Fault, Faults};
-use super::{back_emf, following};
+use super::{back_emf, following, overload};
 use crate::app::debounce::Debounce;
 
 /// The current that is let flow at most, as a share of what the bridge may carry: what the
@@ -72,9 +72,7 @@ pub struct Observers {
 struct State {
     winding: back_emf::State,
     torque: following::State,
-    /// Heat above that of the continuous current, A² s.
-    heat: f32,
-    overloaded: bool,
+    heat: overload::Heat,
     low: Debounce,
     high: Debounce,
 }
@@ -87,8 +85,7 @@ pub struct Monitors {
     state: State,
     period: f32,
     supply_steps: u32,
-    /// Heat that is too much.
-    most_heat: f32,
+    winding: overload::Coefficients,
 }
 
 impl Monitors {
@@ -140,7 +137,6 @@ impl Monitors {
             "supply_time",
             "must be 0 to 1 s",
         )?;
-        let squares = peak_current * peak_current - continuous_current * continuous_current;
         Ok(Self {
             limits,
             observers,
@@ -148,7 +144,11 @@ impl Monitors {
             period,
             // At least one step; the conversion takes the fraction off.
             supply_steps: (supply_time / period) as u32 + 1,
-            most_heat: squares * peak_time,
+            winding: overload::Coefficients::new(
+                [peak_current, continuous_current, limits.current()],
+                peak_time,
+                period,
+            ),
         })
     }
 
@@ -156,8 +156,12 @@ impl Monitors {
     /// one likes hide nothing.
     #[must_use]
     pub fn in_place_of(self, before: &Self) -> Self {
+        let heat = self.winding.taken_over(before.winding, before.state.heat);
         Self {
-            state: before.state,
+            state: State {
+                heat,
+                ..before.state
+            },
             ..self
         }
     }
@@ -196,7 +200,10 @@ impl Monitors {
             .after(self.supply_steps, supply.is_nan() || supply < least);
         Faults::when(Fault::NonFinite, !finite)
             | Faults::when(Fault::OverCurrent, !inside)
-            | Faults::when(Fault::Overload, self.overload(current))
+            | Faults::when(
+                Fault::Overload,
+                self.winding.step(&mut self.state.heat, current),
+            )
             | Faults::when(Fault::OverVoltage, high)
             | Faults::when(Fault::UnderVoltage, low)
             | winding.map_or(Faults::NONE, Faults::from)
@@ -207,22 +214,19 @@ impl Monitors {
             )
     }
 
-    /// I² t. Once too hot, the winding is so until it is down to the heat of the continuous current.
-    fn overload(&mut self, current: f32) -> bool {
-        if current.is_finite() {
-            let continuous = self.limits.continuous_current;
-            // What is beyond the peak is another fault's, and must not overflow here.
-            let current = current.abs().min(self.limits.peak_current);
-            let rise = (current * current - continuous * continuous) * self.period;
-            self.state.heat = (self.state.heat + rise).max(0.0);
-        }
-        let limit = if self.state.overloaded {
-            0.0
-        } else {
-            self.most_heat
-        };
-        self.state.overloaded = self.state.heat > limit;
-        self.state.overloaded
+    /// How hot the winding is.
+    pub fn heat(&self) -> overload::Heat {
+        self.state.heat
+    }
+
+    /// Begins with a winding that is so hot.
+    pub fn set_heat(&mut self, heat: overload::Heat) {
+        self.state.heat = heat;
+    }
+
+    /// Most current that the winding bears now, as far as its heat is not known, A.
+    pub fn current(&self) -> f32 {
+        self.winding.current(&self.state.heat)
     }
 }
 

@@ -18,6 +18,7 @@ use crate::app::debounce::Debounce;
 use crate::app::fault::monitor::{Measured, Monitors};
 use crate::app::fault::observer::Reading;
 use crate::app::fault::output::Bridge;
+use crate::app::fault::overload::Heat;
 use crate::app::fault::{Fault, Faults};
 use crate::app::profile::Generator;
 use crate::app::record::{Marks, Recorder, Sample};
@@ -94,15 +95,18 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// With its first numbers, disarmed; every step is recorded.
+    /// With its first numbers, disarmed; every step is recorded. The winding is as hot as the wiring has it.
     pub fn new(
-        setup: Setup,
+        mut setup: Setup,
         mode: Mode,
         orders: Consumer<'static, Order>,
         wiring: &'static Wiring,
         mut recorder: Recorder,
     ) -> Self {
         recorder.begin();
+        if let Some(monitors) = &mut setup.monitors {
+            monitors.set_heat(Heat::of_word(wiring.heat()));
+        }
         wiring.set_commanded(mode != Mode::Wires);
         Self {
             setup,
@@ -220,9 +224,15 @@ impl Drive {
                     switches,
                 });
         }
+        if let Some(monitors) = &self.setup.monitors {
+            self.wiring.set_heat(monitors.heat().word());
+        }
         if let Some(motion) = &self.setup.motion {
             let verdict = motion.step(&mut self.motion, &reading);
-            self.wiring.set_current_range(verdict.range);
+            let bearable = self.setup.monitors.as_ref().map(Monitors::current);
+            let most = bearable.unwrap_or(f32::MAX);
+            let range = verdict.range.map(|current| current.min(most).max(-most));
+            self.wiring.set_current_range(range);
             present = present | Faults::when(Fault::OverSpeed, verdict.too_fast);
         }
         self.wiring.latch().watch(present, self.wiring.ticks());

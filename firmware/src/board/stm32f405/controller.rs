@@ -27,8 +27,9 @@ use super::safety::Safety;
 use super::terminal::{self, Beginning};
 use super::tracks::Tracks;
 use super::vector::{self, Edge};
-use super::{Chip, PERIOD_CYCLES, pins, watchdog};
+use super::{Chip, PERIOD_CYCLES, end, pins, watchdog};
 use crate::app::fault::output::Bridge;
+use crate::app::fault::overload;
 use crate::app::machine::FULL_DUTY;
 use crate::app::operation::actuator::{Actuator, Inputs, Readings};
 use crate::app::operation::bridge;
@@ -198,6 +199,7 @@ struct ActuatorEdge {
     upper: Input<'static>,
     safety: Safety,
     tracks: Tracks,
+    heat: &'static overload::Kept,
 }
 
 impl Edge for ActuatorEdge {
@@ -226,6 +228,7 @@ impl Edge for ActuatorEdge {
         }));
         self.safety.set(&outputs);
         self.tracks.set(WIRING.tracks());
+        self.heat.set(WIRING.heat());
     }
 }
 
@@ -243,6 +246,7 @@ pub fn run() -> ! {
         values,
         loaded,
     } = terminal::begin(KIT, &WIRING, pins.terminal);
+    WIRING.set_heat(end::winding_heat().get().word());
     let (operator, drive, receiver) = defmt::unwrap!(Operator::new(joints, &values).ok());
     let actuator = Actuator::new(receiver, (&INPUTS, &WIRING), &KIT.actuator(&values));
     start(&mut chip, drive, actuator, edge);
@@ -278,6 +282,7 @@ fn edge(
         upper: Input::new(upper, Pull::Up),
         safety,
         tracks,
+        heat: end::winding_heat(),
     };
     let inputs = [Flex::new(pins.current), Flex::new(pins.supply)];
     (edge, (pins.converter, inputs))

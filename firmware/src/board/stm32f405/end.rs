@@ -11,6 +11,7 @@ use embassy_stm32::pac;
 
 use crate::app::fault::Fault;
 use crate::app::fault::last_words::LastWords;
+use crate::app::fault::overload;
 use crate::app::fault::reset::ResetFlags;
 
 /// RAM that no start clears.
@@ -22,6 +23,15 @@ unsafe impl Sync for Kept {}
 
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
 static LAST_WORDS: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
+
+#[unsafe(link_section = ".uninit.WINDING_HEAT")]
+static WINDING_HEAT: MaybeUninit<overload::Kept> = MaybeUninit::uninit();
+
+/// Where the winding's heat outlives a reset.
+pub fn winding_heat() -> &'static overload::Kept {
+    // SAFETY: any bits are a value of it, and it is touched by atomic accesses alone.
+    unsafe { WINDING_HEAT.assume_init_ref() }
+}
 
 /// The last words.
 ///
