@@ -216,6 +216,8 @@ pub struct Motor {
     pub switches: [bool; 2],
     /// Whether the bridge's driver holds the break input.
     pub broken: bool,
+    /// Whether the emergency stop's contact is open.
+    pub stopped: bool,
     /// What the current sensor reads in the place of the current, A.
     pub current: Option<f32>,
     /// What the current sensor adds, A.
@@ -246,6 +248,7 @@ impl Motor {
             counted: 0.0,
             switches: [false; 2],
             broken: false,
+            stopped: false,
             current: None,
             offset: 0.0,
             noise: None,
@@ -301,6 +304,7 @@ impl Plant for Motor {
             encoder: encoder as u16,
             switches: self.switches,
             broken: self.broken,
+            stopped: self.stopped,
         });
     }
 

@@ -170,7 +170,7 @@ type Cause = fn(&mut OperationOnHost<Motor>);
 
 /// What a drive that moves has to find, what does it, and the time from there to a bridge that is off, s: each a
 /// sum of the periods in which it is read, judged and acted upon.
-const CAUSES: [(Fault, Cause, f32); 6] = [
+const CAUSES: [(Fault, Cause, f32); 7] = [
     // Read, judged and acted upon in one tick.
     (
         Fault::OverCurrent,
@@ -180,6 +180,11 @@ const CAUSES: [(Fault, Cause, f32); 6] = [
     (
         Fault::BridgeBreak,
         |image| image.plant.broken = true,
+        PLANT_PERIOD,
+    ),
+    (
+        Fault::EmergencyStop,
+        |image| image.plant.stopped = true,
         PLANT_PERIOD,
     ),
     // A mean over a control period, judged at its end, then its debounce and the tick that acts.

@@ -132,6 +132,7 @@ pub struct Wiring {
     switches: AtomicU8,
     bridge_broken: AtomicBool,
     current_sensor_off: AtomicBool,
+    emergency_stop: AtomicBool,
     zero_asked: AtomicBool,
     heat: AtomicU32,
     tracks: [AtomicU16; 2],
@@ -175,6 +176,7 @@ impl Wiring {
             switches: AtomicU8::new(0),
             bridge_broken: AtomicBool::new(false),
             current_sensor_off: AtomicBool::new(false),
+            emergency_stop: AtomicBool::new(false),
             zero_asked: AtomicBool::new(false),
             heat: AtomicU32::new(0),
             tracks: [AtomicU16::new(0), AtomicU16::new(0)],
@@ -291,6 +293,16 @@ impl Wiring {
     /// Puts the break input on its wire.
     pub(super) fn set_bridge_broken(&self, broken: bool) {
         self.bridge_broken.store(broken, Relaxed);
+    }
+
+    /// Whether the emergency stop is pressed.
+    pub(super) fn is_emergency_stop(&self) -> bool {
+        self.emergency_stop.load(Relaxed)
+    }
+
+    /// Puts the emergency stop on its wire.
+    pub(super) fn set_emergency_stop(&self, pressed: bool) {
+        self.emergency_stop.store(pressed, Relaxed);
     }
 
     /// Whether the current sensor's zero is too far off, where it was last measured.

@@ -11,7 +11,7 @@
 //! | PB8, PWM of the motor current | its mean over a step: both sides have 66 mV/A about 1.65 V | PC0 |
 //! | the stroke's ends, from the tracks | limit switches, closed to ground unless reached | PC10, PC11 |
 //!
-//! Beside them 12 V of supply behind a divider by eleven at PC1. Both chips stop each 50 µs, exchange what
+//! Beside them 12 V of supply behind a divider by eleven at PC1, and the strap that stands for an emergency stop at PB15. Both chips stop each 50 µs, exchange what
 //! is on their wires, and go on: what one does reaches the other in the step behind, 50 to 100 µs later.
 
 use rigless::device::Level;
@@ -143,6 +143,7 @@ impl Harness {
             next.levels.push((at, pin, level(reached)));
         }
         next.levels.push((at, pins::BRIDGE_BREAK, Level::High));
+        next.levels.push((at, pins::EMERGENCY_STOP, Level::Low));
         next.levels.sort_by_key(|&(instant, ..)| instant);
     }
 

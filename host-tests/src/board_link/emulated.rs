@@ -35,6 +35,8 @@ pub enum WireFault {
     EncoderReversed,
     /// The bridge's driver pulls the break input.
     BridgeBreak,
+    /// The emergency stop is pressed.
+    EmergencyStop,
     /// The supply falls to 12 V.
     UnderVoltage,
     /// The actuator is blocked where it is.
@@ -47,10 +49,11 @@ pub enum WireFault {
 
 impl WireFault {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::EncoderLost,
         Self::EncoderReversed,
         Self::BridgeBreak,
+        Self::EmergencyStop,
         Self::UnderVoltage,
         Self::Blocked,
         Self::CurrentOffset,
@@ -63,6 +66,7 @@ impl WireFault {
             Self::EncoderLost => "encoder_lost",
             Self::EncoderReversed => "encoder_reversed",
             Self::BridgeBreak => "bridge_break",
+            Self::EmergencyStop => "emergency_stop",
             Self::UnderVoltage => "under_voltage",
             Self::Blocked => "blocked",
             Self::CurrentOffset => "current_offset",
@@ -80,12 +84,14 @@ impl WireFault {
             Self::EncoderLost => motor.encoder = 0.0,
             Self::EncoderReversed => motor.encoder = -1.0,
             Self::BridgeBreak => motor.broken = true,
+            Self::EmergencyStop => motor.stopped = true,
             Self::UnderVoltage => motor.supply = 12.0,
             Self::Blocked => motor.block(),
             Self::CurrentOffset => motor.offset = 3.0,
             Self::Healed => {
                 motor.encoder = 1.0;
                 motor.broken = false;
+                motor.stopped = false;
                 motor.supply = 24.0;
                 motor.offset = 0.0;
             }

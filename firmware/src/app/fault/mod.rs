@@ -70,11 +70,13 @@ pub enum Fault {
     OverSpeed,
     /// The current sensor reads too much with the bridge off.
     CurrentOffset,
+    /// The emergency stop's contact is open: it is pressed, or its cable is cut.
+    EmergencyStop,
 }
 
 impl Fault {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Panic,
         Self::StackOverflow,
         Self::ProcessorFault,
@@ -97,6 +99,7 @@ impl Fault {
         Self::StopReached,
         Self::OverSpeed,
         Self::CurrentOffset,
+        Self::EmergencyStop,
     ];
 
     /// Its number.
@@ -129,6 +132,7 @@ impl Fault {
             Self::StopReached => "stop_reached",
             Self::OverSpeed => "over_speed",
             Self::CurrentOffset => "current_offset",
+            Self::EmergencyStop => "emergency_stop",
         }
     }
 
@@ -163,6 +167,9 @@ impl Fault {
             Self::StopReached => "command the actuator away from the switch",
             Self::CurrentOffset => {
                 "check the current sensor, current_offset, and the bridge for a switch that stays on"
+            }
+            Self::EmergencyStop => {
+                "release the emergency stop, or check its cable; a board without one has PB15 at ground"
             }
             Self::OverSpeed => "look for what drives the actuator, and check load and speed_limit",
         }

@@ -2,8 +2,8 @@
 //!
 //! A tick follows each conversion, in the middle of a period of the PWM, where the current is its mean
 //! over that period. Over a control period the readings are averaged, so that no ripple folds into
-//! the loop. A current beyond the peak is latched in the tick that reads it, and the duty is bounded in each so that
-//! the current stays at its [limit](current_limit).
+//! the loop. A current beyond the peak is latched in the tick that reads it, as is an
+//! emergency stop that is pressed, and the duty is bounded in each so that the current stays at its [limit](current_limit).
 
 use core::sync::atomic::{AtomicBool, AtomicU16, Ordering::Relaxed};
 
@@ -41,6 +41,8 @@ pub struct Readings {
     pub switches: [bool; 2],
     /// Whether the bridge's driver holds the break input.
     pub broken: bool,
+    /// Whether the emergency stop's contact is open.
+    pub stopped: bool,
 }
 
 /// The readings on their way from a board's vector to the tick behind it.
@@ -52,6 +54,7 @@ pub struct Inputs {
     lower: AtomicBool,
     upper: AtomicBool,
     broken: AtomicBool,
+    stopped: AtomicBool,
 }
 
 impl Inputs {
@@ -64,6 +67,7 @@ impl Inputs {
             lower: AtomicBool::new(false),
             upper: AtomicBool::new(false),
             broken: AtomicBool::new(false),
+            stopped: AtomicBool::new(false),
         }
     }
 
@@ -75,6 +79,7 @@ impl Inputs {
         self.lower.store(readings.switches[0], Relaxed);
         self.upper.store(readings.switches[1], Relaxed);
         self.broken.store(readings.broken, Relaxed);
+        self.stopped.store(readings.stopped, Relaxed);
     }
 
     fn get(&self) -> Readings {
@@ -84,6 +89,7 @@ impl Inputs {
             encoder: self.encoder.load(Relaxed),
             switches: [self.lower.load(Relaxed), self.upper.load(Relaxed)],
             broken: self.broken.load(Relaxed),
+            stopped: self.stopped.load(Relaxed),
         }
     }
 }
@@ -263,6 +269,11 @@ impl PlantWork for Actuator {
             }
         }
         let readings = self.inputs.get();
+        // What a person did goes before what may come of it.
+        if readings.stopped {
+            self.wiring.trip(Fault::EmergencyStop);
+        }
+        self.wiring.set_emergency_stop(readings.stopped);
         let current = self.current(readings.current);
         if readings.broken {
             self.wiring.trip(Fault::BridgeBreak);

@@ -197,6 +197,7 @@ struct ActuatorEdge {
     encoder: Qei<'static, TIM3>,
     lower: Input<'static>,
     upper: Input<'static>,
+    emergency_stop: Input<'static>,
     safety: Safety,
     tracks: Tracks,
     heat: &'static overload::Kept,
@@ -216,6 +217,7 @@ impl Edge for ActuatorEdge {
             encoder: self.encoder.count(),
             switches: [self.lower.is_high(), self.upper.is_high()],
             broken: self.bridges.is_broken(),
+            stopped: self.emergency_stop.is_high(),
         });
     }
 
@@ -280,6 +282,7 @@ fn edge(
         encoder: Qei::new(pins.encoder_timer, a, b, pulled_up),
         lower: Input::new(lower, Pull::Up),
         upper: Input::new(upper, Pull::Up),
+        emergency_stop: Input::new(pins.emergency_stop, Pull::Up),
         safety,
         tracks,
         heat: end::winding_heat(),

@@ -20,6 +20,7 @@
 //! | PC1 | ADC1 channel 11 | controller | supply of the bridge, divided by 11 | |
 //! | PC6, PC7 | TIM3 CH1, CH2, AF2 | controller | encoder A and B | pulled up |
 //! | PC10, PC11 | input | controller | lower, upper limit switch, normally closed to ground | pulled up: reached |
+//! | PB15 | input | controller | emergency stop, normally closed to ground; a strap to ground on a board without one | pulled up: pressed |
 //!
 //! TIM5 is embassy's clock and TIM7 the plant's tick where no converter gives it. DAC and ADC are used
 //! without DMA. The DAC's output buffers, which leave 0.2 V at either end, are off: its outputs have
@@ -31,8 +32,8 @@ use embassy_stm32::Peri;
 use embassy_stm32::Peripherals;
 use embassy_stm32::peripherals::{
     ADC1, DAC1, DMA2_CH2, DMA2_CH7, FLASH, IWDG, PA0, PA1, PA2, PA4, PA5, PA8, PA9, PB6, PB7, PB8,
-    PB12, PB13, PB14, PC0, PC1, PC6, PC7, PC8, PC9, PC10, PC11, PC12, TIM1, TIM2, TIM3, TIM4, TIM7,
-    USART1,
+    PB12, PB13, PB14, PB15, PC0, PC1, PC6, PC7, PC8, PC9, PC10, PC11, PC12, TIM1, TIM2, TIM3, TIM4,
+    TIM7, USART1,
 };
 
 /// The two tracks.
@@ -84,6 +85,7 @@ pub struct Actuator {
     pub(super) encoder_timer: Peri<'static, TIM3>,
     pub(super) encoder: (Peri<'static, PC6>, Peri<'static, PC7>),
     pub(super) switches: (Peri<'static, PC10>, Peri<'static, PC11>),
+    pub(super) emergency_stop: Peri<'static, PB15>,
 }
 
 /// All of them.
@@ -141,6 +143,7 @@ impl Pins {
                 encoder_timer: chip.TIM3,
                 encoder: (chip.PC6, chip.PC7),
                 switches: (chip.PC10, chip.PC11),
+                emergency_stop: chip.PB15,
             },
         }
     }

@@ -47,6 +47,9 @@ pub const LOWER_SWITCH: Pin = pin(2, 10);
 /// Controller: upper limit switch.
 pub const UPPER_SWITCH: Pin = pin(2, 11);
 
+/// Controller: emergency stop, closed to ground unless pressed.
+pub const EMERGENCY_STOP: Pin = pin(1, 15);
+
 /// Controller: ADC1's channel of the motor current.
 pub const CURRENT_CHANNEL: u8 = 10;
 /// Controller: ADC1's channel of the bridge's supply.
