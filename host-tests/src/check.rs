@@ -31,8 +31,7 @@ const REAL_IMAGES: [&str; 3] = [REAL_BOARD, "throttle", "controller"];
 /// What `cargo hil test` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Take the emulated runs' messages, the images' sizes and the instruction counts as what is
-    /// expected from now on
+    /// Take the emulated runs' messages and the instruction counts as what is expected from now on
     #[arg(long)]
     bless: bool,
 }
@@ -123,11 +122,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         images.push((image, Size::read(&real.elf)?.fitting_beside(&board.size)?));
     }
     emulated_chips(&board.toolchain)?;
-    announce("sizes and lints of the images");
+    announce("lints of the images");
     let mut linted = true;
-    for &(image, size) in &images {
-        check_size(&board.toolchain, image, size, args.bless)?;
-    }
     for board_feature in [board_run::BOARD, REAL_BOARD] {
         linted &= board.toolchain.lint(board_feature)?;
     }
@@ -208,16 +204,6 @@ fn run_program(toolchain: &Toolchain, program: &str, bless: bool) -> Result<(), 
     let (build, said) = board_run::run_program(toolchain, program)?;
     check_warnings(&build)?;
     check_messages(program, board_run::messages(&said), bless)
-}
-
-/// Compares an image's size with the file next to its program.
-fn check_size(toolchain: &Toolchain, image: &str, size: Size, bless: bool) -> Result<(), Failure> {
-    let remark = compare(toolchain, image, &size.figures(), bless)?;
-    say(&format!(
-        "{image}: {} bytes of flash, {} bytes of RAM, {remark}",
-        size.flash, size.ram
-    ));
-    Ok(())
 }
 
 /// Compares figures with the file next to the program that they are of; what came of it.

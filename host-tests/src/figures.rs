@@ -1,7 +1,7 @@
-//! Golden figures: what an image comes to, kept in a file next to its program.
+//! Golden figures: what a program counts, kept in a file next to it.
 //!
-//! Sizes and instruction counts are exact, but they are the compiler's: a figure is compared only
-//! with one that the same compiler left. The file is TOML with one table a compiler.
+//! Instruction counts are exact, but they are the compiler's: a figure is compared only with one that the
+//! same compiler left. The file is TOML with one table a compiler.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

@@ -10,7 +10,6 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind};
 use crate::board_log::IMAGE;
 use crate::error::{InputError, LARGEST_DATA, read_bytes};
 use crate::failure::Failure;
-use crate::figures::Figures;
 
 /// Flash of the STM32F405RG that is the program's, bytes: what is before the recorded drive, without
 /// the first four sectors. Of these the vector table has one.
@@ -109,13 +108,6 @@ impl Size {
                 self.flash, self.ram
             )))
         }
-    }
-
-    /// For a file of figures.
-    pub fn figures(self) -> Figures {
-        [("flash", self.flash), ("ram", self.ram)]
-            .map(|(name, bytes)| (name.to_owned(), bytes))
-            .into()
     }
 }
 
