@@ -218,6 +218,8 @@ pub struct Motor {
     pub broken: bool,
     /// Whether the emergency stop's contact is open.
     pub stopped: bool,
+    /// Codes of the temperature sensors, of the switches and the motor.
+    pub temperatures: [u16; 2],
     /// What the current sensor reads in the place of the current, A.
     pub current: Option<f32>,
     /// What the current sensor adds, A.
@@ -249,6 +251,8 @@ impl Motor {
             switches: [false; 2],
             broken: false,
             stopped: false,
+            // Of a sensor at 25 °C, as large as its resistor.
+            temperatures: [2048; 2],
             current: None,
             offset: 0.0,
             noise: None,
@@ -305,6 +309,7 @@ impl Plant for Motor {
             switches: self.switches,
             broken: self.broken,
             stopped: self.stopped,
+            temperatures: self.temperatures,
         });
     }
 

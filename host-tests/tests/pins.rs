@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use host_tests::workspace;
 
 /// Alternate functions of the used pins: data sheet DS8626 revision 9, table 9.
-const FUNCTIONS: [(&str, &str); 14] = [
+const FUNCTIONS: [(&str, &str); 16] = [
     ("PA0", "TIM2 CH1, AF1"),
     ("PA8", "TIM1 CH1, AF1"),
     ("PA9", "TIM1 CH2, AF1"),
@@ -18,6 +18,8 @@ const FUNCTIONS: [(&str, &str); 14] = [
     ("PB14", "TIM1 CH2N, AF1"),
     ("PC0", "ADC1 channel 10"),
     ("PC1", "ADC1 channel 11"),
+    ("PC2", "ADC1 channel 12"),
+    ("PC3", "ADC1 channel 13"),
     ("PC6", "TIM3 CH1, AF2"),
     ("PC7", "TIM3 CH2, AF2"),
     ("PA4", "DAC1"),

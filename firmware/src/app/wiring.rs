@@ -133,6 +133,8 @@ pub struct Wiring {
     bridge_broken: AtomicBool,
     current_sensor_off: AtomicBool,
     emergency_stop: AtomicBool,
+    temperature_codes: [AtomicU16; 2],
+    temperatures: [Wire; 2],
     zero_asked: AtomicBool,
     heat: AtomicU32,
     tracks: [AtomicU16; 2],
@@ -177,6 +179,8 @@ impl Wiring {
             bridge_broken: AtomicBool::new(false),
             current_sensor_off: AtomicBool::new(false),
             emergency_stop: AtomicBool::new(false),
+            temperature_codes: [AtomicU16::new(0), AtomicU16::new(0)],
+            temperatures: [Wire::new(), Wire::new()],
             zero_asked: AtomicBool::new(false),
             heat: AtomicU32::new(0),
             tracks: [AtomicU16::new(0), AtomicU16::new(0)],
@@ -303,6 +307,30 @@ impl Wiring {
     /// Puts the emergency stop on its wire.
     pub(super) fn set_emergency_stop(&self, pressed: bool) {
         self.emergency_stop.store(pressed, Relaxed);
+    }
+
+    /// Codes of the temperature sensors, of the switches and the motor.
+    pub(super) fn temperature_codes(&self) -> [u16; 2] {
+        [0, 1].map(|place: usize| self.temperature_codes[place].load(Relaxed))
+    }
+
+    /// Puts the temperature sensors' codes on their wires.
+    pub(super) fn set_temperature_codes(&self, codes: [u16; 2]) {
+        for (wire, code) in self.temperature_codes.iter().zip(codes) {
+            wire.store(code, Relaxed);
+        }
+    }
+
+    /// Temperatures of the switches and the motor, °C; NaN where there is none.
+    pub fn temperatures(&self) -> [f32; 2] {
+        [0, 1].map(|place: usize| self.temperatures[place].get())
+    }
+
+    /// Says what the temperatures are.
+    pub(super) fn set_temperatures(&self, celsius: [Option<f32>; 2]) {
+        for (wire, celsius) in self.temperatures.iter().zip(celsius) {
+            wire.set(celsius.unwrap_or(f32::NAN));
+        }
     }
 
     /// Whether the current sensor's zero is too far off, where it was last measured.

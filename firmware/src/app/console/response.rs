@@ -10,6 +10,7 @@ use crate::app::capture::Stage;
 use crate::app::fault::Faults;
 use crate::app::fault::latch::{Cause, Latch, NotCleared};
 use crate::app::operation::setup;
+use crate::app::operation::temperature::Told;
 use crate::app::store::candidate::Rejected;
 use crate::app::store::field::Description;
 use crate::app::timing::PLANT_PERIOD_US;
@@ -81,6 +82,8 @@ pub struct Status {
     pub current: f32,
     /// Supply of the bridge, V.
     pub supply: f32,
+    /// Temperatures of the switches and the motor, of a real actuator.
+    pub temperatures: Option<[Told; 2]>,
     /// Plant ticks since the start.
     pub ticks: u32,
     /// Deadlines missed since the start.
@@ -190,7 +193,16 @@ impl fmt::Display for Status {
             self.unit,
             self.missed,
             self.capture.name()
-        )
+        )?;
+        match &self.temperatures {
+            Some([switches, motor]) => {
+                write!(
+                    formatter,
+                    "\ntemperature: switches {switches}, motor {motor}"
+                )
+            }
+            None => Ok(()),
+        }
     }
 }
 

@@ -72,11 +72,15 @@ pub enum Fault {
     CurrentOffset,
     /// The emergency stop's contact is open: it is pressed, or its cable is cut.
     EmergencyStop,
+    /// The switches or the motor are hotter than they bear.
+    OverTemperature,
+    /// A temperature sensor that is declared reads what it cannot: open, or shorted.
+    TemperatureSensor,
 }
 
 impl Fault {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 25] = [
         Self::Panic,
         Self::StackOverflow,
         Self::ProcessorFault,
@@ -100,6 +104,8 @@ impl Fault {
         Self::OverSpeed,
         Self::CurrentOffset,
         Self::EmergencyStop,
+        Self::OverTemperature,
+        Self::TemperatureSensor,
     ];
 
     /// Its number.
@@ -133,6 +139,8 @@ impl Fault {
             Self::OverSpeed => "over_speed",
             Self::CurrentOffset => "current_offset",
             Self::EmergencyStop => "emergency_stop",
+            Self::OverTemperature => "over_temperature",
+            Self::TemperatureSensor => "temperature_sensor",
         }
     }
 
@@ -170,6 +178,10 @@ impl Fault {
             }
             Self::EmergencyStop => {
                 "release the emergency stop, or check its cable; a board without one has PB15 at ground"
+            }
+            Self::OverTemperature => "let it cool, and look for what heats it; `status` says which",
+            Self::TemperatureSensor => {
+                "check the sensor's cable; a maximum of 0 says that there is none"
             }
             Self::OverSpeed => "look for what drives the actuator, and check load and speed_limit",
         }

@@ -43,6 +43,8 @@ pub struct Readings {
     pub broken: bool,
     /// Whether the emergency stop's contact is open.
     pub stopped: bool,
+    /// Codes of the temperature sensors, of the switches and the motor.
+    pub temperatures: [u16; 2],
 }
 
 /// The readings on their way from a board's vector to the tick behind it.
@@ -55,6 +57,7 @@ pub struct Inputs {
     upper: AtomicBool,
     broken: AtomicBool,
     stopped: AtomicBool,
+    temperatures: [AtomicU16; 2],
 }
 
 impl Inputs {
@@ -68,6 +71,7 @@ impl Inputs {
             upper: AtomicBool::new(false),
             broken: AtomicBool::new(false),
             stopped: AtomicBool::new(false),
+            temperatures: [AtomicU16::new(0), AtomicU16::new(0)],
         }
     }
 
@@ -80,6 +84,9 @@ impl Inputs {
         self.upper.store(readings.switches[1], Relaxed);
         self.broken.store(readings.broken, Relaxed);
         self.stopped.store(readings.stopped, Relaxed);
+        for (input, code) in self.temperatures.iter().zip(readings.temperatures) {
+            input.store(code, Relaxed);
+        }
     }
 
     fn get(&self) -> Readings {
@@ -90,6 +97,7 @@ impl Inputs {
             switches: [self.lower.load(Relaxed), self.upper.load(Relaxed)],
             broken: self.broken.load(Relaxed),
             stopped: self.stopped.load(Relaxed),
+            temperatures: [0, 1].map(|place: usize| self.temperatures[place].load(Relaxed)),
         }
     }
 }
@@ -292,6 +300,7 @@ impl PlantWork for Actuator {
         if due {
             self.ticks = 0;
             self.publish(position);
+            self.wiring.set_temperature_codes(readings.temperatures);
             self.wiring.set_applied(self.application.end());
             self.wiring.set_control_due(true);
         }

@@ -12,6 +12,7 @@ use model_core::control::pid;
 use super::bridge;
 use super::calibration::Correction;
 use super::motion_limit;
+use super::temperature;
 use crate::app::console::request::Mode;
 use crate::app::conversion::Converters;
 use crate::app::debounce::Debounce;
@@ -61,6 +62,8 @@ pub struct Setup {
     pub command_steps: Option<u32>,
     /// What keeps a real actuator's motion within its limits.
     pub motion: Option<motion_limit::Coefficients>,
+    /// What its temperatures leave of a real actuator's current.
+    pub temperature: Option<temperature::Coefficients>,
     /// What watches a real actuator.
     pub monitors: Option<Monitors>,
 }
@@ -83,6 +86,7 @@ pub struct Drive {
     commanded: f32,
     state: pid::State,
     motion: motion_limit::State,
+    temperature: temperature::State,
     switches: [Debounce; 2],
     /// The step before, as far as it is known: its voltage stands until this one.
     sample: Option<Sample>,
@@ -116,6 +120,7 @@ impl Drive {
             commanded: 0.0,
             state: pid::State::default(),
             motion: motion_limit::State::default(),
+            temperature: temperature::State::default(),
             switches: [Debounce::default(); 2],
             sample: None,
             silent: 0,
@@ -230,11 +235,18 @@ impl Drive {
         }
         if let Some(motion) = &self.setup.motion {
             let verdict = motion.step(&mut self.motion, &reading);
+            present = present | Faults::when(Fault::OverSpeed, verdict.too_fast);
             let bearable = self.setup.monitors.as_ref().map(Monitors::current);
-            let most = bearable.unwrap_or(f32::MAX);
+            let mut most = bearable.unwrap_or(f32::MAX);
+            if let Some(temperature) = &self.setup.temperature {
+                let codes = self.wiring.temperature_codes();
+                let verdict = temperature.step(&mut self.temperature, codes);
+                most = most.min(verdict.current);
+                self.wiring.set_temperatures(verdict.celsius);
+                present = present | verdict.faults;
+            }
             let range = verdict.range.map(|current| current.min(most).max(-most));
             self.wiring.set_current_range(range);
-            present = present | Faults::when(Fault::OverSpeed, verdict.too_fast);
         }
         self.wiring.latch().watch(present, self.wiring.ticks());
         position.is_finite() && current.is_finite() && supply.is_finite()

@@ -28,4 +28,5 @@ pub mod motion_limit;
 pub mod operator;
 pub mod order;
 pub mod setup;
+pub mod temperature;
 mod transfer;

@@ -22,6 +22,7 @@ use super::kit::Kit;
 use super::live::Live;
 use super::order::{self, Receiver, Sender};
 use super::setup::Refused;
+use super::temperature::Told;
 use super::transfer::Transfer;
 use crate::app::arming::{Armed, Disarmed};
 use crate::app::capture::{Capture, QUANTITIES, Stage};
@@ -392,12 +393,26 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 .measured_current(&self.values)
                 .of(converters.current.value(measured.current)),
             supply: self.wiring.supply(),
+            temperatures: (!self.kit.is_emulated).then(|| self.temperatures()),
             ticks: self.wiring.ticks(),
             missed: self.wiring.missed(),
             worst: self.station.worst(),
             unit: S::UNIT,
             capture: self.capture.stage(),
         }
+    }
+
+    fn temperatures(&self) -> [Told; 2] {
+        let [switches, motor] = self.wiring.temperatures();
+        let told = |maximum, celsius: f32| match celsius {
+            _ if self.values.get(maximum) == 0.0 => Told::NotWatched,
+            _ if celsius.is_nan() => Told::Broken,
+            _ => Told::Celsius(celsius),
+        };
+        [
+            told(Field::SwitchTemperatureMaximum, switches),
+            told(Field::MotorTemperatureMaximum, motor),
+        ]
     }
 
     async fn perform(&mut self, request: Request) -> Result<(), Refusal> {

@@ -13,6 +13,7 @@ use super::current_limit;
 use super::drive;
 use super::kit::Kit;
 use super::motion_limit;
+use super::temperature;
 use crate::app::ecu::loopback;
 use crate::app::fault::back_emf;
 use crate::app::fault::following;
@@ -61,6 +62,18 @@ impl From<BuildError> for Refused {
             BuildError::Settings(error) => Self::Other(error),
         }
     }
+}
+
+/// Of the switches and of the motor.
+fn temperature_sensors(values: &Values) -> [temperature::Sensor; 2] {
+    let sensor = |maximum, beta| temperature::Sensor {
+        maximum: values.get(maximum),
+        beta: values.get(beta),
+    };
+    [
+        sensor(Field::SwitchTemperatureMaximum, Field::SwitchSensorBeta),
+        sensor(Field::MotorTemperatureMaximum, Field::MotorSensorBeta),
+    ]
 }
 
 impl Kit {
@@ -119,6 +132,12 @@ impl Kit {
             ],
             current: self.measured_current(values),
             motion: (!self.is_emulated).then_some(motion),
+            temperature: (!self.is_emulated).then(|| {
+                temperature::Coefficients::new(
+                    temperature_sensors(values),
+                    machine.limits.current(),
+                )
+            }),
             command_steps: (machine.limits.command_timeout > 0.0)
                 .then_some((machine.limits.command_timeout / CONTROL_PERIOD) as u32),
             monitors: (!self.is_emulated).then_some(monitors),

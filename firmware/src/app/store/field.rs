@@ -8,6 +8,7 @@ use model_core::plant::parameters::Drive;
 
 use crate::app::machine::Machine;
 use crate::app::operation::motion_limit::NO_POSITION;
+use crate::app::operation::temperature::BETA;
 
 /// A field. Its number is its key in flash: a field that is no longer needed leaves its number
 /// unused, and a new one takes the next.
@@ -80,6 +81,14 @@ pub enum Field {
     PositionMinimum = 32,
     /// Most position that is driven to.
     PositionMaximum = 33,
+    /// Most temperature of the switches; 0 without a sensor.
+    SwitchTemperatureMaximum = 34,
+    /// Most temperature of the motor; 0 without a sensor.
+    MotorTemperatureMaximum = 35,
+    /// B of the switches' temperature sensor.
+    SwitchSensorBeta = 36,
+    /// B of the motor's temperature sensor.
+    MotorSensorBeta = 37,
 }
 
 /// How many there are.
@@ -137,6 +146,11 @@ pub static DESCRIPTIONS: [Description; FIELDS] = [
     // At their bounds they are none.
     described("position_minimum", "rad", -NO_POSITION, NO_POSITION),
     described("position_maximum", "rad", -NO_POSITION, NO_POSITION),
+    // 0 without a sensor; below what a sensor reads that is whole.
+    described("switch_temperature_maximum", "°C", 0.0, 140.0),
+    described("motor_temperature_maximum", "°C", 0.0, 140.0),
+    described("switch_sensor_beta", "K", 2500.0, 5000.0),
+    described("motor_sensor_beta", "K", 2500.0, 5000.0),
 ];
 
 const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
@@ -150,7 +164,7 @@ const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f3
 
 impl Field {
     /// All of them, by number.
-    pub const ALL: [Self; 33] = [
+    pub const ALL: [Self; 37] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -184,6 +198,10 @@ impl Field {
         Self::SpeedLimit,
         Self::PositionMinimum,
         Self::PositionMaximum,
+        Self::SwitchTemperatureMaximum,
+        Self::MotorTemperatureMaximum,
+        Self::SwitchSensorBeta,
+        Self::MotorSensorBeta,
     ];
 
     /// Its name, unit and bounds.
@@ -319,6 +337,10 @@ impl Values {
             machine.motion.speed,
             machine.motion.position[0],
             machine.motion.position[1],
+            0.0,
+            0.0,
+            BETA,
+            BETA,
         ]);
         for (field, value) in values.iter() {
             field.check(value).map_err(|_| InvalidParameter {

@@ -146,7 +146,7 @@ impl HalfBridges {
 }
 
 /// ADC1: two conversions each time that TIM1 starts them.
-fn start_converter(pins: (Peri<'static, ADC1>, [Flex<'static>; 2])) {
+fn start_converter(pins: (Peri<'static, ADC1>, [Flex<'static>; 4])) {
     let (_, mut inputs) = pins;
     for input in &mut inputs {
         input.set_as_analog();
@@ -165,6 +165,15 @@ fn start_converter(pins: (Peri<'static, ADC1>, [Flex<'static>; 2])) {
             register.set_smp(
                 usize::from(channel) - 10,
                 pac::adc::vals::SampleTime::CYCLES28,
+            );
+        });
+    }
+    // Of what changes slowly one is converted between two of those: 480 and 12 cycles are 23 µs.
+    for channel in TEMPERATURE_CHANNELS {
+        converter.smpr1().modify(|register| {
+            register.set_smp(
+                usize::from(channel) - 10,
+                pac::adc::vals::SampleTime::CYCLES480,
             );
         });
     }
@@ -188,6 +197,9 @@ fn start_converter(pins: (Peri<'static, ADC1>, [Flex<'static>; 2])) {
 const CURRENT_CHANNEL: u8 = 10;
 const SUPPLY_CHANNEL: u8 = 11;
 
+/// Of the switches and of the motor.
+const TEMPERATURE_CHANNELS: [u8; 2] = [12, 13];
+
 /// What starts injected conversions: TIM1's trigger output.
 const TIM1_TRIGGER: u8 = 1;
 
@@ -201,6 +213,28 @@ struct ActuatorEdge {
     safety: Safety,
     tracks: Tracks,
     heat: &'static overload::Kept,
+    /// Codes of the temperature sensors, and which of them is converted.
+    temperatures: [u16; 2],
+    sensor: usize,
+}
+
+impl ActuatorEdge {
+    /// Takes the temperature that was converted since the tick before, and has the other one converted. What is
+    /// triggered goes before it.
+    fn convert_temperature(&mut self) {
+        let converter = pac::ADC1;
+        if converter.sr().read().eoc() {
+            self.temperatures[self.sensor] = converter.dr().read().data();
+            self.sensor = 1 - self.sensor;
+        }
+        let channel = TEMPERATURE_CHANNELS[self.sensor];
+        converter
+            .sqr3()
+            .write(|register| register.set_sq(0, channel));
+        converter
+            .cr2()
+            .modify(|register| register.set_swstart(true));
+    }
 }
 
 impl Edge for ActuatorEdge {
@@ -211,6 +245,7 @@ impl Edge for ActuatorEdge {
             register.set_jeoc(false);
             register.set_jstrt(false);
         });
+        self.convert_temperature();
         INPUTS.set(&Readings {
             current: converter.jdr(0).read().jdata(),
             supply: converter.jdr(1).read().jdata(),
@@ -218,6 +253,7 @@ impl Edge for ActuatorEdge {
             switches: [self.lower.is_high(), self.upper.is_high()],
             broken: self.bridges.is_broken(),
             stopped: self.emergency_stop.is_high(),
+            temperatures: self.temperatures,
         });
     }
 
@@ -261,7 +297,7 @@ fn edge(
     pins: pins::Actuator,
     safety: Safety,
     tracks: Tracks,
-) -> (ActuatorEdge, (Peri<'static, ADC1>, [Flex<'static>; 2])) {
+) -> (ActuatorEdge, (Peri<'static, ADC1>, [Flex<'static>; 4])) {
     let positive = (
         PwmPin::new(pins.positive_upper, OutputType::PushPull),
         ComplementaryPwmPin::new(pins.positive_lower, OutputType::PushPull),
@@ -286,8 +322,16 @@ fn edge(
         safety,
         tracks,
         heat: end::winding_heat(),
+        temperatures: [0; 2],
+        sensor: 0,
     };
-    let inputs = [Flex::new(pins.current), Flex::new(pins.supply)];
+    let (switches, motor) = pins.temperatures;
+    let inputs = [
+        Flex::new(pins.current),
+        Flex::new(pins.supply),
+        Flex::new(switches),
+        Flex::new(motor),
+    ];
     (edge, (pins.converter, inputs))
 }
 

@@ -18,6 +18,8 @@
 //! | PC9 | output | controller | high releases the brake; needs a pull-down | low: the brake holds |
 //! | PC0 | ADC1 channel 10 | controller | motor current, 66 mV/A about 1.65 V, from a shunt in line with the motor | |
 //! | PC1 | ADC1 channel 11 | controller | supply of the bridge, divided by 11 | |
+//! | PC2 | ADC1 channel 12 | controller | NTC of the switches, to ground; 10 kΩ to 3.3 V | |
+//! | PC3 | ADC1 channel 13 | controller | NTC of the motor, the same | |
 //! | PC6, PC7 | TIM3 CH1, CH2, AF2 | controller | encoder A and B | pulled up |
 //! | PC10, PC11 | input | controller | lower, upper limit switch, normally closed to ground | pulled up: reached |
 //! | PB15 | input | controller | emergency stop, normally closed to ground; a strap to ground on a board without one | pulled up: pressed |
@@ -32,8 +34,8 @@ use embassy_stm32::Peri;
 use embassy_stm32::Peripherals;
 use embassy_stm32::peripherals::{
     ADC1, DAC1, DMA2_CH2, DMA2_CH7, FLASH, IWDG, PA0, PA1, PA2, PA4, PA5, PA8, PA9, PB6, PB7, PB8,
-    PB12, PB13, PB14, PB15, PC0, PC1, PC6, PC7, PC8, PC9, PC10, PC11, PC12, TIM1, TIM2, TIM3, TIM4,
-    TIM7, USART1,
+    PB12, PB13, PB14, PB15, PC0, PC1, PC2, PC3, PC6, PC7, PC8, PC9, PC10, PC11, PC12, TIM1, TIM2,
+    TIM3, TIM4, TIM7, USART1,
 };
 
 /// The two tracks.
@@ -82,6 +84,7 @@ pub struct Actuator {
     pub(super) converter: Peri<'static, ADC1>,
     pub(super) current: Peri<'static, PC0>,
     pub(super) supply: Peri<'static, PC1>,
+    pub(super) temperatures: (Peri<'static, PC2>, Peri<'static, PC3>),
     pub(super) encoder_timer: Peri<'static, TIM3>,
     pub(super) encoder: (Peri<'static, PC6>, Peri<'static, PC7>),
     pub(super) switches: (Peri<'static, PC10>, Peri<'static, PC11>),
@@ -140,6 +143,7 @@ impl Pins {
                 converter: chip.ADC1,
                 current: chip.PC0,
                 supply: chip.PC1,
+                temperatures: (chip.PC2, chip.PC3),
                 encoder_timer: chip.TIM3,
                 encoder: (chip.PC6, chip.PC7),
                 switches: (chip.PC10, chip.PC11),
