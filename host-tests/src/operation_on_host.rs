@@ -273,6 +273,12 @@ impl Motor {
         self.actuator = Actuator::build(&blocked, PLANT_PERIOD).expect("a motor in its ranges");
     }
 
+    /// What the bridge draws from its supply, A: without losses, as much power as the winding takes.
+    pub fn supply_current(&self) -> f32 {
+        self.voltage
+            .map_or(0.0, |voltage| voltage * self.state.current / self.supply)
+    }
+
     /// Whether the bridge drove in the last tick.
     pub fn is_driven(&self) -> bool {
         self.voltage.is_some()

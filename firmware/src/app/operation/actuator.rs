@@ -15,6 +15,7 @@ use super::current_limit;
 use super::current_offset;
 use super::encoder::Extension;
 use super::order::{Order, Receiver};
+use super::supply_limit;
 use crate::app::conversion::{Converter, Converters};
 use crate::app::fault::Fault;
 use crate::app::fault::output::Bridge;
@@ -117,6 +118,8 @@ pub struct Numbers {
     pub limit: f32,
     /// What keeps it there.
     pub limiter: current_limit::Coefficients,
+    /// What keeps the supply's current within its limits.
+    pub supply: supply_limit::Coefficients,
     /// Stroke over which the tracks run, rad.
     pub stroke: [f32; 2],
 }
@@ -216,12 +219,14 @@ impl Actuator {
             sensor,
             limit,
             limiter,
+            supply,
             ..
         } = &self.numbers;
         let current = sensor.of(converters.current.value(counts));
         let voltage = self.held.map(|counts| converters.bridge.value(counts));
         let [low, high] = self.wiring.current_range();
-        let range = [low.max(-limit), high.min(*limit)];
+        let [least, most] = supply.range(self.limit.observed(), self.wiring.supply());
+        let range = [low.max(-limit), high.min(*limit)].map(|current| current.min(most).max(least));
         let bounds = limiter.step(&mut self.limit, current, voltage, range);
         // What the bridge cannot make is not what stands at the winding.
         let most = bridge::reach(self.wiring.supply());

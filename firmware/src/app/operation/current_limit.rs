@@ -61,6 +61,13 @@ pub struct State {
     current: Option<f32>,
 }
 
+impl State {
+    /// What the winding takes beyond its declared resistance and inductance, V.
+    pub fn observed(&self) -> f32 {
+        self.observed
+    }
+}
+
 impl Coefficients {
     /// For a winding of this resistance, Ω, and inductance, H.
     pub fn new(resistance: f32, inductance: f32) -> Self {

@@ -28,5 +28,6 @@ pub mod motion_limit;
 pub mod operator;
 pub mod order;
 pub mod setup;
+pub mod supply_limit;
 pub mod temperature;
 mod transfer;

@@ -15,12 +15,13 @@
 //! Towards the end of the range, *d* away at the speed ω, the speed's limit is the lesser of d′/(2 τ) and √(2 a d′) with
 //! d′ = d − τ ω, where the actuator is when the loop has acted. In the linear part that makes
 //! τ d̈ + (3/2) ḋ + d/(2 τ) = 0, whose poles −1/τ and −1/2τ do not overshoot. The deceleration *a* is half of what the
-//! current's limit makes of the largest inertia, the weakest magnets and the load, without friction: the other half is for the
-//! loop.
+//! current's limit, and the supply's at the highest speed, make of the largest inertia, the weakest magnets and the load,
+//! without friction: the other half is for the loop.
 
 use model_core::numeric::invalid_parameter::InvalidParameter;
 
 use super::current_limit;
+use super::supply_limit;
 use crate::app::fault::observer::{Reading, Tolerances};
 use crate::app::machine::Machine;
 use crate::app::timing::CONTROL_PERIOD;
@@ -97,11 +98,15 @@ pub struct Verdict {
 }
 
 impl Coefficients {
-    /// For a machine with a winding of this torque constant, N·m/A.
+    /// For a machine with a winding of this torque constant, N·m/A, at this supply.
     ///
     /// # Errors
     /// Limits that are none, or a position that is to be kept against a load that is too much for the current.
-    pub fn new(machine: &Machine, torque_constant: f32) -> Result<Self, InvalidParameter> {
+    pub fn new(
+        machine: &Machine,
+        torque_constant: f32,
+        supply: &supply_limit::Coefficients,
+    ) -> Result<Self, InvalidParameter> {
         let Tolerances {
             torque_constant: weaker,
             inertia: heavier,
@@ -119,12 +124,27 @@ impl Coefficients {
             });
         }
         let load = machine.limits.load;
-        let braking = (1.0 - weaker) * torque_constant * current - load;
+        let left = |current: f32| (1.0 - weaker) * torque_constant * current - load;
+        // The back-EMF of the highest speed: the limit's, or what the supply can drive to.
+        let [lowest, highest] = machine.limits.supply;
+        let fastest = match limits.speed {
+            0.0 => highest,
+            speed => highest.min((1.0 + weaker) * torque_constant * speed),
+        };
+        let braking = left(current.min(supply.braking(fastest, lowest)));
         if limits.has_position() && braking <= 0.0 {
-            return Err(InvalidParameter {
-                name: "current_limit",
-                requirement: "must hold the load, for a position that is limited",
-            });
+            const HELD: &str = "must hold the load, for a position that is limited";
+            let (name, requirement) = if left(current) <= 0.0 {
+                ("current_limit", HELD)
+            } else if left(supply.holding(lowest)) <= 0.0 {
+                ("supply_current_limit", HELD)
+            } else {
+                (
+                    "regeneration_limit",
+                    "must brake the load, for a position that is limited",
+                )
+            };
+            return Err(InvalidParameter { name, requirement });
         }
         // A load that turns round, and friction that is there no more.
         let friction = plant.breakaway.forward.max(plant.breakaway.backward);

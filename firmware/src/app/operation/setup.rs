@@ -13,6 +13,7 @@ use super::current_limit;
 use super::drive;
 use super::kit::Kit;
 use super::motion_limit;
+use super::supply_limit;
 use super::temperature;
 use crate::app::ecu::loopback;
 use crate::app::fault::back_emf;
@@ -76,6 +77,15 @@ fn temperature_sensors(values: &Values) -> [temperature::Sensor; 2] {
     ]
 }
 
+/// Of the bridge.
+fn supply_limit(values: &Values) -> supply_limit::Coefficients {
+    supply_limit::Coefficients::new(
+        values.get(Field::Resistance),
+        values.get(Field::SupplyCurrentLimit),
+        values.get(Field::RegenerationLimit),
+    )
+}
+
 impl Kit {
     /// The actuator with these values: neither bridge nor loop asks for more than the half bridges may.
     pub fn machine_with(&self, values: &Values) -> Machine {
@@ -122,7 +132,11 @@ impl Kit {
             )?,
         };
         let monitors = Monitors::new(machine.limits, observers, CONTROL_PERIOD)?;
-        let motion = motion_limit::Coefficients::new(&machine, values.get(Field::TorqueConstant))?;
+        let motion = motion_limit::Coefficients::new(
+            &machine,
+            values.get(Field::TorqueConstant),
+            &supply_limit(values),
+        )?;
         Ok(drive::Setup {
             pid: machine.position_loop.build(CONTROL_PERIOD)?,
             converters: machine.converters,
@@ -174,6 +188,7 @@ impl Kit {
                 values.get(Field::Resistance),
                 values.get(Field::Inductance),
             ),
+            supply: supply_limit(values),
             stroke: [machine.plant.lower_stop, machine.plant.upper_stop],
         }
     }

@@ -8,6 +8,7 @@ use model_core::plant::parameters::Drive;
 
 use crate::app::machine::Machine;
 use crate::app::operation::motion_limit::NO_POSITION;
+use crate::app::operation::supply_limit::NO_LIMIT;
 use crate::app::operation::temperature::BETA;
 
 /// A field. Its number is its key in flash: a field that is no longer needed leaves its number
@@ -89,6 +90,10 @@ pub enum Field {
     SwitchSensorBeta = 36,
     /// B of the motor's temperature sensor.
     MotorSensorBeta = 37,
+    /// Most current that the bridge draws from its supply.
+    SupplyCurrentLimit = 38,
+    /// Most current that braking gives back to the supply.
+    RegenerationLimit = 39,
 }
 
 /// How many there are.
@@ -151,6 +156,9 @@ pub static DESCRIPTIONS: [Description; FIELDS] = [
     described("motor_temperature_maximum", "°C", 0.0, 140.0),
     described("switch_sensor_beta", "K", 2500.0, 5000.0),
     described("motor_sensor_beta", "K", 2500.0, 5000.0),
+    // At their bounds they are none.
+    described("supply_current_limit", "A", 0.1, NO_LIMIT),
+    described("regeneration_limit", "A", 0.0, NO_LIMIT),
 ];
 
 const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
@@ -164,7 +172,7 @@ const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f3
 
 impl Field {
     /// All of them, by number.
-    pub const ALL: [Self; 37] = [
+    pub const ALL: [Self; 39] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -202,6 +210,8 @@ impl Field {
         Self::MotorTemperatureMaximum,
         Self::SwitchSensorBeta,
         Self::MotorSensorBeta,
+        Self::SupplyCurrentLimit,
+        Self::RegenerationLimit,
     ];
 
     /// Its name, unit and bounds.
@@ -341,6 +351,8 @@ impl Values {
             0.0,
             BETA,
             BETA,
+            NO_LIMIT,
+            NO_LIMIT,
         ]);
         for (field, value) in values.iter() {
             field.check(value).map_err(|_| InvalidParameter {

@@ -28,8 +28,8 @@
 //! [`Disarmed`].
 //!
 //! # Wear
-//! A set takes 936 bytes with all its fields, so that a sector takes 15 sets: an erase for every 15
-//! commits that change a value. With three sectors of 10,000 erases each that makes 450,000 commits.
+//! A set takes 984 bytes with all its fields, so that a sector takes 14 sets: an erase for every 14
+//! commits that change a value. With three sectors of 10,000 erases each that makes 420,000 commits.
 
 use core::fmt;
 
