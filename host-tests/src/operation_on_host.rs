@@ -356,6 +356,8 @@ pub struct OperationOnHost<P> {
     pub tasks_held: bool,
     /// A task that hangs, while the others go on.
     pub hung: Option<Task>,
+    /// Whether the processor's own supply is too low.
+    pub processor_supply_low: bool,
     /// Whether the control interrupt is kept from running.
     pub control_held: bool,
     heat: Rc<overload::Kept>,
@@ -452,6 +454,7 @@ impl<P: Plant> OperationOnHost<P> {
             said: String::new(),
             tasks_held: false,
             hung: None,
+            processor_supply_low: false,
             control_held: false,
             heat: flash.heat.clone(),
             ticks: 0,
@@ -463,6 +466,8 @@ impl<P: Plant> OperationOnHost<P> {
     /// A period of the plant, with the control step and the poll that are due.
     pub fn tick(&mut self) {
         self.plant.read();
+        self.wiring
+            .set_processor_supply_low(self.processor_supply_low);
         let due = self.plant.work().tick();
         self.plant.write(self.wiring);
         self.heat.set(self.wiring.heat());

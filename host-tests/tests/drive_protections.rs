@@ -71,6 +71,32 @@ fn nothing_clears_an_emergency_stop_that_is_pressed_and_nothing_moves_when_it_is
     assert!(moved <= EMA.converters.position.unit(), "{moved} rad");
 }
 
+/// The program's own supply: while it is low nothing is driven, cleared or written to flash.
+#[test]
+fn a_processor_whose_supply_sags_lets_go_at_once_and_saves_nothing_before_it_is_back() {
+    let mut image = declared();
+    perform(&mut image, &["mode voltage", "arm", "step 0 12"]);
+    assert!(image.plant.is_driven());
+    image.processor_supply_low = true;
+    image.tick();
+    assert!(!image.plant.is_driven());
+    assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE);
+    assert_eq!(image.wiring.fault(), Some(Fault::BrownOut));
+    perform(&mut image, &["disarm", "set coulomb 0.13"]);
+    let refused = image.line("clear");
+    assert_eq!(refused, "refused: still there: brown_out; end that first");
+    let refused = image.line("save");
+    assert_eq!(
+        refused,
+        "refused: latched: brown_out; see `faults`, `clear`"
+    );
+    assert!(image.asked.borrow().stalls.is_empty());
+    image.processor_supply_low = false;
+    image.run_ms(5);
+    assert_eq!(image.wiring.fault(), Some(Fault::BrownOut));
+    perform(&mut image, &["save", "clear", "arm"]);
+}
+
 #[test]
 fn a_board_whose_emergency_stop_is_neither_wired_nor_strapped_does_not_arm() {
     let mut image = declared();

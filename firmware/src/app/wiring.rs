@@ -133,6 +133,7 @@ pub struct Wiring {
     bridge_broken: AtomicBool,
     current_sensor_off: AtomicBool,
     emergency_stop: AtomicBool,
+    processor_supply_low: AtomicBool,
     temperature_codes: [AtomicU16; 2],
     temperatures: [Wire; 2],
     zero_asked: AtomicBool,
@@ -179,6 +180,7 @@ impl Wiring {
             bridge_broken: AtomicBool::new(false),
             current_sensor_off: AtomicBool::new(false),
             emergency_stop: AtomicBool::new(false),
+            processor_supply_low: AtomicBool::new(false),
             temperature_codes: [AtomicU16::new(0), AtomicU16::new(0)],
             temperatures: [Wire::new(), Wire::new()],
             zero_asked: AtomicBool::new(false),
@@ -307,6 +309,19 @@ impl Wiring {
     /// Puts the emergency stop on its wire.
     pub(super) fn set_emergency_stop(&self, pressed: bool) {
         self.emergency_stop.store(pressed, Relaxed);
+    }
+
+    /// Whether the processor's own supply is too low.
+    pub(super) fn is_processor_supply_low(&self) -> bool {
+        self.processor_supply_low.load(Relaxed)
+    }
+
+    /// Says before each plant tick whether the processor's own supply is too low, which is latched.
+    pub fn set_processor_supply_low(&self, low: bool) {
+        self.processor_supply_low.store(low, Relaxed);
+        if low {
+            self.trip(Fault::BrownOut);
+        }
     }
 
     /// Codes of the temperature sensors, of the switches and the motor.

@@ -34,7 +34,7 @@ pub enum Fault {
     ProcessorFault,
     /// A watchdog started the processor anew.
     Watchdog,
-    /// The processor's supply fell below its brown-out threshold.
+    /// The processor's supply is too low, or its last reset was the brown-out's.
     BrownOut,
     /// The processor was started anew by software, and nobody left a reason.
     UnexpectedReset,

@@ -699,6 +699,10 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let Some(Power::Disarmed(disarmed)) = &self.power else {
             return Err(Refusal::Armed);
         };
+        // A word that is programmed with too little voltage may be neither what it was nor what it should be.
+        if self.wiring.is_processor_supply_low() {
+            return Err(Refusal::Latched(Fault::BrownOut.into()));
+        }
         self.wiring.set_stalled(true);
         self.station.stall(true);
         let saved = match &self.proposal {

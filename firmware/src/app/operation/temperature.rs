@@ -35,7 +35,7 @@ pub const DERATED_OVER: f32 = 20.0;
 pub const BROKEN_STEPS: u32 = 50;
 
 /// Share of a reading that is taken over in a control step: a time constant of 64 ms.
-const FILTER: f32 = 1.0 / 64.0;
+pub const FILTER: f32 = 1.0 / 64.0;
 
 /// Temperature of an NTC of this B, K, that reads this code, °C.
 ///

@@ -35,6 +35,7 @@ pub mod end;
 mod parameters;
 pub mod pins;
 mod safety;
+mod supply;
 pub mod terminal;
 pub mod throttle;
 mod ticker;

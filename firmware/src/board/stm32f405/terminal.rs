@@ -20,7 +20,7 @@ use embassy_time::{Duration, Ticker, TimeoutError, with_timeout};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::parameters::Region;
-use super::{core_coupled, end, parameters, pins, watchdog};
+use super::{core_coupled, end, parameters, pins, supply, watchdog};
 use crate::app::capture::{self, Capture, QUANTITIES};
 use crate::app::console::LONGEST_ANSWER;
 use crate::app::fault::Faults;
@@ -166,6 +166,7 @@ pub fn begin(kit: &'static Kit, wiring: &'static Wiring, pins: pins::Terminal) -
     if let Some(fault) = end::cause() {
         wiring.trip(fault);
     }
+    supply::watch();
     let (terminal, flash) = Terminal::new(pins);
     let mut store = defmt::unwrap!(parameters::store(flash).ok(), "store");
     let loaded = now(operator::load(kit, &mut store, wiring));

@@ -3,7 +3,7 @@
 use cortex_m::peripheral::DWT;
 use embassy_stm32::interrupt;
 
-use super::watchdog;
+use super::{supply, watchdog};
 use crate::app::wiring::Wiring;
 use crate::app::work::PlantWork;
 use crate::board::interrupts::{self, Plant, Slot};
@@ -44,6 +44,7 @@ pub fn run() {
     let start = DWT::cycle_count();
     PLANT.with(|interrupt| {
         interrupt.edge.read();
+        interrupt.wiring.set_processor_supply_low(supply::is_low());
         interrupt.plant.tick(start);
         interrupt.edge.write();
         if interrupt.wiring.take_vouched() {
