@@ -2,8 +2,9 @@
 //!
 //! Words of 32 bits, of which writing only clears bits, and sectors, of which erasing sets all. A word
 //! written and a sector erased are one operation each. The one at which the power goes comes to pass in
-//! part, and none after it does until the next start.
+//! part, and none after it does until the next start. A bit that was torn may read differently each time.
 
+use std::collections::BTreeMap;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
@@ -23,6 +24,9 @@ pub struct SimulatedFlash<const SECTOR: usize> {
     pub operations: u64,
     cut: Option<Cut>,
     dead: bool,
+    /// Bits between zero and one, by word, and what draws how they read.
+    marginal: BTreeMap<usize, u32>,
+    readings: Random,
     worn: Option<usize>,
     weak: Option<usize>,
 }
@@ -45,6 +49,8 @@ pub enum Tear {
     Whole,
     /// Each bit that was to change did so or not, as chance has it.
     Bits(u64),
+    /// Each bit that was to change did so or not, or reads differently each time until it is written or erased again.
+    Marginal(u64),
     /// Of an erase, the words in front of a random one. Of a word, what [`Tear::Bits`] makes of it.
     Front(u64),
     /// Of an erase, the words behind a random one. Of a word, what [`Tear::Bits`] makes of it.
@@ -60,6 +66,8 @@ impl<const SECTOR: usize> SimulatedFlash<SECTOR> {
             operations: 0,
             cut: None,
             dead: false,
+            marginal: BTreeMap::new(),
+            readings: Random::new(0, 0),
             worn: None,
             weak: None,
         }
@@ -129,17 +137,35 @@ impl<const SECTOR: usize> SimulatedFlash<SECTOR> {
 
     fn write_word(&mut self, index: usize, value: u32) -> Result<(), NorFlashErrorKind> {
         let old = self.words[index];
-        assert_eq!(old & value, value, "word {index:#x} was not erased before");
+        let marginal = self.marginal.remove(&index).unwrap_or(0);
+        let erased = old | marginal;
+        assert_eq!(
+            erased & value,
+            value,
+            "word {index:#x} was not erased before"
+        );
         let value = if self.weak == Some(index) {
             value & value.wrapping_sub(1)
         } else {
             value
         };
-        self.words[index] = match self.operate()? {
+        let tear = self.operate()?;
+        let still_marginal = match tear {
+            Tear::None => marginal,
+            Tear::Marginal(seed) => {
+                marginal & value | (erased & !value & Random::new(seed, !(index as u64)).bits())
+            }
+            // Writing makes no one.
+            _ => marginal & value,
+        };
+        if still_marginal != 0 {
+            self.marginal.insert(index, still_marginal);
+        }
+        self.words[index] = match tear {
             Tear::None => old,
-            Tear::Whole => value,
-            Tear::Bits(seed) | Tear::Front(seed) | Tear::Back(seed) => {
-                value | (old & Random::new(seed, index as u64).bits())
+            Tear::Whole => old & value,
+            Tear::Bits(seed) | Tear::Marginal(seed) | Tear::Front(seed) | Tear::Back(seed) => {
+                (old & value) | (old & Random::new(seed, index as u64).bits())
             }
         };
         self.power()
@@ -148,7 +174,12 @@ impl<const SECTOR: usize> SimulatedFlash<SECTOR> {
     fn erase_sector(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
         let tear = self.operate()?;
         self.erases[sector] += 1;
-        let words = &mut self.words[sector * SECTOR / WORD..][..SECTOR / WORD];
+        let first = sector * SECTOR / WORD;
+        let words = &mut self.words[first..][..SECTOR / WORD];
+        if tear == Tear::Whole {
+            self.marginal
+                .retain(|index, _| !(first..first + words.len()).contains(index));
+        }
         let place = |seed| Random::new(seed, 0).bits() as usize % words.len();
         match tear {
             Tear::None => {}
@@ -166,6 +197,14 @@ impl<const SECTOR: usize> SimulatedFlash<SECTOR> {
                         a | b,
                         a | b | random.bits(),
                     ][share as usize];
+                }
+            }
+            Tear::Marginal(seed) => {
+                let mut random = Random::new(seed, 0);
+                for (index, word) in (first..).zip(words) {
+                    let marginal = self.marginal.entry(index).or_default();
+                    *marginal |= !*word & random.bits();
+                    *word |= random.bits() & random.bits();
                 }
             }
             Tear::Front(seed) => {
@@ -196,7 +235,10 @@ impl<const SECTOR: usize> ReadNorFlash for SimulatedFlash<SECTOR> {
             .step_by(WORD)
             .zip(bytes.chunks_mut(WORD))
         {
-            let word = self.words[address / WORD].to_le_bytes();
+            let index = address / WORD;
+            let marginal = self.marginal.get(&index).copied().unwrap_or(0);
+            let word = self.words[index] ^ (marginal & self.readings.bits());
+            let word = word.to_le_bytes();
             part.copy_from_slice(&word[address % WORD..][..part.len()]);
         }
         Ok(())
