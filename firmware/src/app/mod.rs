@@ -21,6 +21,7 @@
 //! loop, and a [`digest`] stands for what was on its wires.
 
 pub mod arming;
+mod atomic;
 pub mod capture;
 pub mod check;
 pub mod console;

@@ -5,14 +5,13 @@
 //! exchanged as a whole: there is no moment at which a cause is latched and the first one unnamed. Whoever
 //! clears marks that word first and exchanges it afterwards, which fails where a fault took the mark away.
 
-use core::sync::atomic::{
-    AtomicBool, AtomicU32,
-    Ordering::{AcqRel, Acquire, Relaxed, Release},
-};
-
 use super::output::Outputs;
 use super::{Fault, Faults};
 use crate::app::arming::Switch;
+use crate::app::atomic::{
+    AtomicBool, AtomicU32,
+    Ordering::{AcqRel, Acquire, Relaxed, Release},
+};
 
 /// Where the number of the first cause stands in the word; below it, one bit a cause.
 const FIRST: u32 = 26;
