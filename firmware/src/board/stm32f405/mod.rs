@@ -30,6 +30,7 @@ use pins::Pins;
 mod cache;
 pub mod controller;
 mod core_coupled;
+mod critical;
 pub mod demonstration;
 pub mod end;
 mod parameters;
