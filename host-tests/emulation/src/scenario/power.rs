@@ -19,7 +19,7 @@ pub(super) struct Cuts {
     /// Those at which the values were those before the `save`, and those behind it.
     before: usize,
     behind: usize,
-    /// Starts at which the store said that a commit was cut short.
+    /// Starts at which `store_corrupt` was latched.
     named: usize,
     /// What was said at starts with values of both, or of neither.
     otherwise: Vec<String>,
@@ -95,7 +95,7 @@ fn cut(board: &mut Alone, images: &[Vec<u8>], values: [&Values; 2]) -> Result<Cu
                 [false, true] => cuts.behind += 1,
                 _ => cuts.otherwise.push(said.clone()),
             }
-            cuts.named += usize::from(said.contains("cut short"));
+            cuts.named += usize::from(said.contains("store_corrupt"));
         }
     }
     Ok(cuts)

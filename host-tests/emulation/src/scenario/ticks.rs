@@ -75,19 +75,22 @@ fn seen(
     })
 }
 
-/// The throttle under its own drive, up and down, with one fault after the other from the top of each.
+/// What is told before each fault, whatever the one before has latched.
+const UP: [&str; 4] = ["disarm", "clear", "arm", "step 0.2 0.8"];
+
+/// The throttle under its own drive, up and down, with one fault after the other from the top of each. What it
+/// latches on the way is in the count of `status`.
 fn throttle(setting: &Setting, cycles: f64) -> Result<Ticks, String> {
     let mut board = Alone(Running::start(setting)?);
     board.run_for(100 * MILLISECOND)?;
-    for line in ["mode position", "arm"] {
-        board.order((), line)?;
-    }
+    board.order((), "mode position")?;
     for fault in INJECTIONS {
-        board.order((), "step 0.2 0.8")?;
-        board.run_for(120 * MILLISECOND)?;
-        for line in [&*format!("inject {fault}"), "step 0.8 0.3"] {
-            board.order((), line)?;
+        for line in UP {
+            board.ask((), line)?;
         }
+        board.run_for(120 * MILLISECOND)?;
+        board.order((), &format!("inject {fault}"))?;
+        board.ask((), "step 0.8 0.3")?;
         board.run_for(120 * MILLISECOND)?;
         board.order((), "heal")?;
     }
