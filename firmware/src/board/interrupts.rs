@@ -117,7 +117,7 @@ pub(super) fn start_control(
     if let Some(control) = control {
         CONTROL.put((control, clock));
     }
-    // SAFETY: no critical section depends on priorities.
+    // SAFETY: no critical section is open.
     unsafe { core.set_priority(SystemHandler::PendSV, 0x40) }
 }
 

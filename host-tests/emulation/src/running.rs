@@ -1,6 +1,7 @@
 //! An image that runs on a chip of its own, in a thread of its own, and stops at each instant that it is
 //! asked to reach: there its pins are read and driven.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
 use std::num::NonZeroU64;
@@ -9,14 +10,16 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
 use rigless::device::Level;
-use rigless::emulator::{self, AccessKind, Driver, Host, Memory, Settled, Start, Stop};
+use rigless::emulator::{
+    self, AccessKind, Driver, Host, InterruptLine, Memory, Settled, Start, Stop,
+};
 use rigless::image::Image;
 use rigless::session::Session;
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
 use crate::board::Board;
-use crate::chip::description::FLASH_BASE;
+use crate::chip::description::{CORE_COUPLED_BASE, FLASH_BASE, SRAM_BASE};
 use crate::chip::pins::Pin;
 
 /// Where parameters are stored: the second to the fourth sector. See `memory.x`.
@@ -32,9 +35,53 @@ pub struct Inputs {
     pub analogue: Vec<(u8, u32)>,
     /// What the terminal types from the beginning on.
     pub typed: Vec<u8>,
-    /// Whether TIM7 stands still: a fault.
-    pub stop_tick: Option<bool>,
+    /// What befalls the chip at the beginning.
+    pub events: Vec<Event>,
 }
+
+/// What may befall a chip.
+#[derive(Debug)]
+pub enum Event {
+    /// TIM7 stands still, or goes on.
+    StopTick(bool),
+    /// No trigger starts the converter, or each does again.
+    StopConverter(bool),
+    /// The crystal stands still, or swings again when it is started.
+    StopCrystal(bool),
+    /// An interrupt's line is high whatever its source says, or is its source's again.
+    StickInterrupt(u16, bool),
+    /// An interrupt's vector is another one: a fault that has the program run what it should not.
+    Vector(u16, Vector),
+    /// From now on what the flash holds where parameters are is kept behind each of its operations.
+    KeepFlash,
+    /// The supply is lost. Nothing runs before it is back.
+    PowerOff,
+    /// It is back, the flash holds this where parameters are, and the RAM anything.
+    PowerOn(Vec<u8>),
+}
+
+/// Where a vector leads.
+#[derive(Debug, Clone, Copy)]
+pub enum Vector {
+    /// Where the image has it.
+    Own,
+    /// To the handler of an exception, by its number: 2 is the NMI, 16 the first interrupt.
+    Of(u16),
+    /// To these instructions, in a sector that the image does not use.
+    To(u32),
+}
+
+/// Number of the first interrupt's vector.
+pub const FIRST_INTERRUPT: u16 = 16;
+
+/// The exception that cannot be masked.
+const NMI: u16 = 2;
+
+/// Where foreign instructions are put: the last sector.
+const FOREIGN: u64 = FLASH_BASE + 0xe_0000;
+
+/// The controller's most urgent interrupt: RM0090, table 61.
+pub const ADC: u16 = 18;
 
 /// What is on a chip's wires at a stop, and what was counted since the start.
 #[derive(Debug, Clone, Default)]
@@ -49,6 +96,10 @@ pub struct Outputs {
     pub tracks: [u16; 2],
     /// Share of the current output, 0 to 1.
     pub current: f64,
+    /// `DBGMCU_APB1_FZ` and `DBGMCU_APB2_FZ`.
+    pub debug_freeze: [u64; 2],
+    /// What the flash held where parameters are behind each operation since the stop before, if that is kept.
+    pub flash: Vec<Vec<u8>>,
     /// What was counted.
     pub counts: Counts,
 }
@@ -97,6 +148,8 @@ pub struct Running {
     pub outputs: Outputs,
     /// Everything that the terminal was told, byte for byte.
     pub heard: Vec<u8>,
+    /// What the flash held where parameters are behind each of its operations, if that is kept.
+    pub kept: Vec<Vec<u8>>,
     now: u64,
 }
 
@@ -146,6 +199,11 @@ impl Running {
                 until: 1,
                 pending: Vec::new(),
                 is_held: false,
+                kept: None,
+                operations: 0,
+                vectors: BTreeMap::new(),
+                resets: 0,
+                stuck: None,
             };
             emulator::run(session, &start, stepping).map_err(|error| error.to_string())?;
             Ok(())
@@ -158,6 +216,7 @@ impl Running {
             next: Inputs::default(),
             outputs: Outputs::default(),
             heard: Vec::new(),
+            kept: Vec::new(),
             now: 0,
         })
     }
@@ -185,8 +244,9 @@ impl Running {
     /// The emulation has ended.
     pub fn finish_step(&mut self) -> Result<(), String> {
         match self.replies.recv() {
-            Ok(Reply::Reached(outputs)) => {
+            Ok(Reply::Reached(mut outputs)) => {
                 self.heard.extend(&outputs.said);
+                self.kept.append(&mut outputs.flash);
                 self.outputs = outputs;
                 Ok(())
             }
@@ -252,6 +312,15 @@ struct Stepping {
     /// Levels to come before that, the last one first.
     pending: Vec<(u64, Pin, Level)>,
     is_held: bool,
+    /// Parameters behind each operation of the flash, if they are kept.
+    kept: Option<Vec<Vec<u8>>>,
+    operations: u64,
+    /// Vectors that were changed, as the image has them.
+    vectors: BTreeMap<u16, u32>,
+    /// Resets when it was last looked.
+    resets: usize,
+    /// An interrupt's line that is high.
+    stuck: Option<InterruptLine>,
 }
 
 impl Stepping {
@@ -264,7 +333,13 @@ impl Stepping {
         }
     }
 
-    fn take(&mut self, board: &mut Board, at: VirtualNanos, until: u64, inputs: Inputs) {
+    fn take(
+        &mut self,
+        (board, host): (&mut Board, &mut dyn Host),
+        at: VirtualNanos,
+        until: u64,
+        inputs: Inputs,
+    ) {
         self.until = until;
         self.pending = inputs.levels;
         self.pending.reverse();
@@ -272,10 +347,67 @@ impl Stepping {
             board.chip.set_analogue(channel, millivolts);
         }
         board.terminal().typed.extend(inputs.typed);
-        if let Some(stopped) = inputs.stop_tick {
-            board.chip.tim7.is_stopped = stopped;
+        for event in inputs.events {
+            self.befall((board, host), at, event);
         }
         self.drive_due(board, at);
+    }
+
+    /// Has a vector lead elsewhere, or where it did at first.
+    fn lead(&mut self, host: &mut dyn Host, number: u16, vector: Vector) {
+        let word = |host: &mut dyn Host, number: u16| {
+            // The vectors are there: the core started by them.
+            let address = FLASH_BASE + 4 * u64::from(number);
+            host.read(address, Width::W32).unwrap_or(0) as u32
+        };
+        let present = word(host, number);
+        let own = *self.vectors.entry(number).or_insert(present);
+        let leads_to = match vector {
+            Vector::Own => own,
+            Vector::Of(other) => word(host, other),
+            Vector::To(instructions) => {
+                program(host, FOREIGN, &instructions.to_le_bytes());
+                // The lowest bit says that it is Thumb code.
+                FOREIGN as u32 | 1
+            }
+        };
+        let address = FLASH_BASE + 4 * u64::from(number);
+        program(host, address, &leads_to.to_le_bytes());
+    }
+
+    fn befall(
+        &mut self,
+        (board, host): (&mut Board, &mut dyn Host),
+        at: VirtualNanos,
+        event: Event,
+    ) {
+        match event {
+            Event::StopTick(stopped) => board.chip.tim7.is_stopped = stopped,
+            Event::StopConverter(stopped) => board.chip.adc1.is_stopped = stopped,
+            Event::StopCrystal(stopped) => {
+                board.chip.stop_crystal(at, stopped);
+                // rigless cannot raise the exception, so the most urgent interrupt leads to its handler.
+                if stopped && board.chip.asks_for_nmi() {
+                    self.lead(host, FIRST_INTERRUPT + ADC, Vector::Of(NMI));
+                    set_interrupt(host, ADC, Level::High);
+                }
+            }
+            Event::StickInterrupt(line, stuck) => {
+                self.stuck = InterruptLine::new(line).filter(|_| stuck);
+                set_interrupt(host, line, Level::from(stuck));
+            }
+            Event::Vector(line, vector) => self.lead(host, FIRST_INTERRUPT + line, vector),
+            Event::KeepFlash => {
+                self.kept = Some(Vec::new());
+                self.operations = board.chip.flash.operations();
+            }
+            Event::PowerOff => board.chip.supply(at, false),
+            Event::PowerOn(parameters) => {
+                program(host, PARAMETERS, &parameters);
+                scramble(host);
+                board.chip.supply(at, true);
+            }
+        }
     }
 
     /// The next instant to stop at.
@@ -306,7 +438,38 @@ fn outputs(session: &mut Session<Board>, stop: &Stop) -> Outputs {
         bridge_enable: chip.level(crate::chip::pins::BRIDGE_ENABLE) == Level::High,
         tracks: chip.dac.outputs(),
         current: chip.current_output(),
+        debug_freeze: chip.debug_freeze(),
+        flash: Vec::new(),
         counts,
+    }
+}
+
+fn set_interrupt(host: &mut dyn Host, line: u16, level: Level) {
+    if let Some(line) = InterruptLine::new(line) {
+        host.set_interrupt(line, level);
+    }
+}
+
+/// Puts bytes into the flash, as a probe does, a word at a time.
+fn program(host: &mut dyn Host, base: u64, bytes: &[u8]) {
+    for (address, bytes) in (base..).step_by(4).zip(bytes.chunks_exact(4)) {
+        let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+        // The region is there: it is the chip's own flash.
+        let _ = host.program(address, Width::W32, word.into());
+    }
+}
+
+/// Both RAMs, as power finds them: anything, which a shift register of 32 bits (Marsaglia's xorshift) makes.
+fn scramble(host: &mut dyn Host) {
+    let mut word = 0x9e37_79b9_u32;
+    for (base, size) in [(SRAM_BASE, 128 << 10), (CORE_COUPLED_BASE, 64 << 10)] {
+        for address in (base..base + size).step_by(4) {
+            word ^= word << 13;
+            word ^= word >> 17;
+            word ^= word << 5;
+            // The regions are there: they are the chip's own RAM.
+            let _ = host.write(address, Width::W32, word.into());
+        }
     }
 }
 
@@ -323,6 +486,26 @@ fn parameters(memory: &mut (impl Memory + ?Sized)) -> Vec<u8> {
 impl Driver<Board> for Stepping {
     /// The core waits while the one bank of flash is erased or programmed: RM0090, section 3.6.
     fn on_settled(&mut self, session: &mut Session<Board>, host: &mut dyn Host, settled: Settled) {
+        if let Settled::Access { access, .. } = settled {
+            let at = access.virtual_time;
+            if access.kind == AccessKind::Write {
+                session.board_mut().chip.hold_crystal(at);
+            }
+            if session.resets().len() != self.resets {
+                self.resets = session.resets().len();
+                session.board_mut().chip.drive_again(at);
+            }
+        }
+        if let Some(line) = self.stuck {
+            host.set_interrupt(line, Level::High);
+        }
+        let operations = session.board().chip.flash.operations();
+        if let Some(kept) = &mut self.kept
+            && operations != self.operations
+        {
+            self.operations = operations;
+            kept.push(parameters(host));
+        }
         let may_begin =
             matches!(settled, Settled::Access { access, .. } if access.kind == AccessKind::Write);
         if (may_begin || self.is_held) && session.board().chip.is_stalled() != self.is_held {
@@ -340,14 +523,17 @@ impl Driver<Board> for Stepping {
         let at = stop.at;
         self.drive_due(session.board_mut(), at);
         while at.0 >= self.until {
-            let reached = outputs(session, &stop);
+            let mut reached = outputs(session, &stop);
+            if let Some(kept) = &mut self.kept {
+                reached.flash = std::mem::take(kept);
+            }
             // The first stop is nobody's.
             if self.until > 1 && self.answers.send(Reply::Reached(reached)).is_err() {
                 return None;
             }
             match self.asked.recv() {
                 Ok(Request::Reach(until, inputs)) => {
-                    self.take(session.board_mut(), at, until, inputs);
+                    self.take((session.board_mut(), host), at, until, inputs);
                 }
                 Ok(Request::End) => {
                     // Whoever asked waits.

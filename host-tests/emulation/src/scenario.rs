@@ -3,21 +3,26 @@
 use std::fs;
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::thread;
 use std::time::Instant;
 
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use crate::board::CORE_CLOCK;
 use crate::harness::Harness;
 use crate::running::{Counts, Running, Setting};
 
 mod alone;
+mod faults;
 mod pair;
+mod power;
 mod served;
+mod ticks;
 
 /// How the program is called.
-const USAGE: &str =
-    "usage: emulation [serve] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND]";
+const USAGE: &str = "usage: emulation [serve|SCENARIO] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND]";
 
 /// The controller's stored parameters, in the directory: what a run leaves and `serve` starts with.
 const PARAMETERS: &str = "controller.parameters";
@@ -25,19 +30,22 @@ const PARAMETERS: &str = "controller.parameters";
 /// A millisecond, ns.
 const MILLISECOND: u64 = 1_000_000;
 
-/// What came of it, as JSON.
-#[derive(Debug, Serialize)]
-struct Report {
-    /// Instructions that a core retires in a second.
-    instructions_per_second: u64,
-    /// The throttle by itself.
-    throttle: alone::Throttle,
-    /// The controller's parameters over an end of power.
-    store: pair::Store,
-    /// The loop of both.
-    driven: pair::Driven,
-    /// Seconds that the emulation took.
-    wall_time_s: f64,
+/// A part of the report, by its name.
+type Part = (&'static str, Value);
+
+/// What is done, by a name that it can be called by alone.
+const SCENARIOS: [(&str, fn(&Call) -> Result<Vec<Part>, String>); 5] = [
+    ("cuts", |call| part("cuts", power::cuts(call)?)),
+    ("pair", pair::pair),
+    ("ticks", |call| part("ticks", ticks::ticks(call)?)),
+    ("faults", |call| part("faults", faults::faults(call)?)),
+    ("throttle", |call| part("throttle", alone::throttle(call)?)),
+];
+
+/// A part of the report that is all of a scenario's.
+fn part(name: &'static str, found: impl Serialize) -> Result<Vec<Part>, String> {
+    let found = serde_json::to_value(found).map_err(|error| error.to_string())?;
+    Ok(vec![(name, found)])
 }
 
 /// What was counted in a run.
@@ -108,30 +116,58 @@ impl Call {
     }
 }
 
-/// Runs every scenario and gives the report; or serves the controller's console, without one.
+/// Runs every scenario, or the one that is named, and gives the report as JSON; or serves the controller's
+/// console, without one.
 ///
 /// # Errors
 /// A call that is none, an image that ends, or one that does not answer.
 pub fn run(arguments: &[String]) -> Result<String, String> {
-    if let Some((word, rest)) = arguments.split_first()
-        && word == "serve"
-    {
+    let (word, rest) = arguments.split_first().ok_or(USAGE)?;
+    if word == "serve" {
         return served::serve(&Call::read(rest)?).map(|()| String::new());
     }
-    let call = Call::read(arguments)?;
-    let began = Instant::now();
-    let throttle = alone::throttle(&call)?;
-    let (store, parameters) = pair::store(&call)?;
-    write(&call.directory, PARAMETERS, &parameters)?;
-    let driven = pair::drive(&call, parameters)?;
-    let report = Report {
-        instructions_per_second: call.throttle.instructions_per_second.get(),
-        throttle,
-        store,
-        driven,
-        wall_time_s: began.elapsed().as_secs_f64(),
+    let named = SCENARIOS.iter().position(|(name, _)| name == word);
+    let (scenarios, rest) = match named {
+        Some(number) => (&SCENARIOS[number..=number], rest),
+        None => (&SCENARIOS[..], arguments),
     };
+    let call = Call::read(rest)?;
+    let began = Instant::now();
+    let mut report: Map<String, Value> = work_off(scenarios, &call)?
+        .into_iter()
+        .map(|(name, found)| (name.to_owned(), found))
+        .collect();
+    let rate = call.throttle.instructions_per_second.get();
+    report.insert("instructions_per_second".to_owned(), rate.into());
+    report.insert(
+        "wall_time_s".to_owned(),
+        began.elapsed().as_secs_f64().into(),
+    );
     serde_json::to_string_pretty(&report).map_err(|error| error.to_string())
+}
+
+/// Runs scenarios, as many at a time as there are cores. The longest ones are the first of the list.
+fn work_off(
+    scenarios: &[(&str, fn(&Call) -> Result<Vec<Part>, String>)],
+    call: &Call,
+) -> Result<Vec<Part>, String> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut parts = Vec::new();
+        while let Some((name, run)) = scenarios.get(next.fetch_add(1, Relaxed)) {
+            parts.extend(run(call).map_err(|reason| format!("{name}: {reason}"))?);
+        }
+        Ok(parts)
+    };
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let parts = workers.into_iter().map(|worker| {
+            let ended = worker.join();
+            ended.unwrap_or_else(|_| Err("a scenario panicked".to_owned()))
+        });
+        parts.collect::<Result<Vec<_>, _>>().map(|all| all.concat())
+    })
 }
 
 fn write(directory: &Path, name: &str, bytes: &[u8]) -> Result<(), String> {

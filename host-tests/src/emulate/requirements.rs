@@ -3,7 +3,7 @@
 use firmware::app::timing::STEPS_PER_SECOND;
 
 use super::recording::{self, Recording};
-use super::run::{Counted, Driven, Outcome, Store, Throttle};
+use super::run::{Counted, Cuts, Driven, Faults, Outcome, Store, Throttle, Ticks};
 use super::tracing::Traced;
 use crate::gap::outcome::FoundEffect;
 
@@ -37,6 +37,11 @@ impl Shortcomings {
         found.throttle(&outcome.throttle);
         found.store(&outcome.store);
         found.driven(&outcome.driven);
+        found.ticks(&outcome.ticks);
+        found.faults(&outcome.faults);
+        for (cuts, save) in outcome.cuts.iter().zip(["the first", "a second"]) {
+            found.cuts(save, cuts);
+        }
         found
     }
 
@@ -207,6 +212,120 @@ impl Shortcomings {
         }
     }
 
+    /// Up to [`MOST_CYCLES`] no deadline is missed.
+    fn ticks(&mut self, ticks: &[Ticks]) {
+        for ticks in ticks {
+            let Ticks {
+                image,
+                cycles_per_instruction: cycles,
+                status,
+                missed,
+                ..
+            } = ticks;
+            if *cycles > MOST_CYCLES {
+                continue;
+            }
+            let who = format!("{image} at {cycles} cycles an instruction");
+            self.begins_a_line(&who, status, "armed, ");
+            for part in ["latched: none", NONE_MISSED] {
+                self.says(&who, status, part);
+            }
+            self.require(*missed == 0, || {
+                format!("{who}: {missed} plant ticks missed")
+            });
+        }
+        self.require(ticks.len() == 8, || {
+            format!("{} measurements of the longest interrupts", ticks.len())
+        });
+    }
+
+    fn faults(&mut self, faults: &Faults) {
+        let given: Vec<&str> = faults.faults.iter().map(|fault| &*fault.fault).collect();
+        self.require(given == FAULTS.map(|(fault, ..)| fault), || {
+            format!("the faults are {given:?}")
+        });
+        for (fault, (_, name, longest_us, resets)) in faults.faults.iter().zip(FAULTS) {
+            self.says(&fault.fault, &fault.faults, &format!("first: {name} at "));
+            let let_go = fault.let_go_after_us;
+            self.require(let_go.is_some_and(|after| after <= longest_us), || {
+                format!(
+                    "{}: the bridge is off after {let_go:?} µs; expected at most {longest_us}",
+                    fault.fault
+                )
+            });
+            self.require(fault.resets == resets, || {
+                format!(
+                    "{}: {} starts, expected {resets}",
+                    fault.fault, fault.resets
+                )
+            });
+        }
+        let Faults {
+            armed_without_crystal,
+            greeting_without_crystal,
+            faults_with_crystal,
+            status_in_flood,
+            status_behind_stop,
+            debug_freeze: [watchdog, bridge],
+            ..
+        } = faults;
+        for (who, said) in [
+            ("`arm` without a crystal", armed_without_crystal),
+            ("greeting without a crystal", greeting_without_crystal),
+        ] {
+            self.says(who, said, "clock_failed");
+        }
+        self.says(
+            "`faults` with the crystal back",
+            faults_with_crystal,
+            "none",
+        );
+        for (who, status, state) in [
+            ("status in a flood", status_in_flood, "armed, "),
+            (
+                "status behind a `stop` in a flood",
+                status_behind_stop,
+                "disarmed, ",
+            ),
+        ] {
+            self.begins_a_line(who, status, state);
+            for part in ["latched: none", NONE_MISSED] {
+                self.says(who, status, part);
+            }
+        }
+        self.require(watchdog & IWDG_STOP != 0 && bridge & TIM1_STOP != 0, || {
+            format!("a halted core leaves running: {watchdog:#x}, {bridge:#x}")
+        });
+    }
+
+    fn cuts(&mut self, save: &str, cuts: &Cuts) {
+        let Cuts {
+            operations,
+            starts,
+            before,
+            behind,
+            named,
+            otherwise,
+        } = cuts;
+        // A set is some hundred words.
+        self.require(*operations > 100 && *starts > 30, || {
+            format!("{save} `save` has {operations} operations, and {starts} starts behind a cut")
+        });
+        self.require(otherwise.is_empty() && before + behind == *starts, || {
+            format!(
+                "{save} `save`, cut short: {before} starts with the values before it, {behind} behind it; {otherwise:?}"
+            )
+        });
+        // Only behind its last words it counts; and the cut is seen but where all that
+        // there is reads as erased.
+        self.require(*behind > 0 && *behind <= 4, || {
+            format!("{save} `save`: {behind} starts with the values behind it")
+        });
+        self.require(before - named.min(before) <= 4, || {
+            format!("{save} `save`: of {before} starts with the values before it {named} latch `store_corrupt`")
+        });
+    }
+
     fn counted(&mut self, who: &str, counted: &Counted) {
         let Counted {
             time_s,
@@ -238,6 +357,59 @@ impl Shortcomings {
     }
 }
 
+/// Cycles an instruction up to which both images keep their deadlines:
+/// [`CYCLES_PER_INSTRUCTION`](super::run::CYCLES_PER_INSTRUCTION), which has every line in the caches, and one more,
+/// which has none there. A line is 128 bits, some five instructions of Thumb-2, and costs five wait states (RM0090,
+/// sections 3.5.1 and 3.5.2).
+const MOST_CYCLES: f64 = 2.5;
+
+/// What befalls the armed controller; the name that it is to be found by, the longest until the bridge is off, µs,
+/// and the starts that it takes. A plant tick is 50 µs, and one more until it is seen; liveness waits for 250 ms,
+/// and the watchdog for [`LONGEST_WATCHDOG_MS`] more.
+const FAULTS: [(&str, &str, f64, usize); 11] = [
+    ("break input, a pulse of 1 µs", "bridge_break", 100.0, 0),
+    ("emergency stop", "emergency_stop", 100.0, 0),
+    ("current sensor at its end", "over_current", 100.0, 0),
+    // Three time constants of its observer, 4 ms each, behind a typed line.
+    (
+        "current sensor stuck at no current, 6 V, shaft blocked",
+        "encoder_lost",
+        15e3,
+        0,
+    ),
+    (
+        "converter stands still",
+        "watchdog",
+        LONGEST_WATCHDOG_MS * 1e3,
+        1,
+    ),
+    (
+        "an interrupt of the console stuck",
+        "watchdog",
+        250e3 + LONGEST_WATCHDOG_MS * 1e3,
+        1,
+    ),
+    (
+        "the most urgent interrupt stuck",
+        "missed_deadline",
+        1.1e3,
+        0,
+    ),
+    (
+        "panic, by an interrupt that nobody serves",
+        "panic",
+        100.0,
+        1,
+    ),
+    ("stack overflow", "stack_overflow", 200.0, 1),
+    ("an instruction that is none", "processor_fault", 100.0, 1),
+    ("crystal stops", "clock_failed", 100.0, 1),
+];
+
+/// `DBG_IWDG_STOP` in `DBGMCU_APB1_FZ`, and `DBG_TIM1_STOP` in `DBGMCU_APB2_FZ`: RM0090, section 38.16.
+const IWDG_STOP: u64 = 1 << 12;
+const TIM1_STOP: u64 = 1;
+
 /// What the controller greets with while what the first `save` stored is in use.
 const FIRST_COMMIT: &str = "controller: parameters of commit 1\n";
 
@@ -253,6 +425,7 @@ fn id(effect: &FoundEffect) -> &str {
 
 #[cfg(test)]
 mod tests {
+    use super::super::run::Fault;
     use super::*;
 
     fn counted() -> Counted {
@@ -344,6 +517,99 @@ mod tests {
         assert_eq!(driven(ARMED, ARMED), [""; 0]);
         for [controller, throttle] in [[&disarmed, ARMED], [ARMED, &disarmed]] {
             assert_eq!(driven(controller, throttle).len(), 1);
+        }
+    }
+
+    #[test]
+    fn a_deadline_that_is_missed_at_the_cycles_to_be_borne_is_named() {
+        let shortcomings = |missing_at: f64, status: &str, missed| {
+            let rows = [1.0, 1.5, 2.5, 3.0].into_iter().flat_map(|cycles| {
+                ["throttle", "controller"].map(|image| Ticks {
+                    image: image.to_owned(),
+                    cycles_per_instruction: cycles,
+                    status: if cycles == missing_at { status } else { ARMED }.to_owned(),
+                    longest_latency_us: 2.0,
+                    missed: if cycles == missing_at { missed } else { 0 },
+                })
+            });
+            let mut found = Shortcomings::default();
+            found.ticks(&rows.collect::<Vec<_>>());
+            found.0.len()
+        };
+        let late = ARMED.replace("missed: 0", "missed: 3");
+        assert_eq!(shortcomings(0.0, ARMED, 0), 0);
+        assert_eq!(shortcomings(2.5, &late, 0), 2);
+        assert_eq!(shortcomings(2.5, ARMED, 1), 2);
+        assert_eq!(shortcomings(3.0, &late, 1), 0);
+    }
+
+    fn faults() -> Faults {
+        let row = |(fault, name, longest, resets): (&str, &str, f64, usize)| Fault {
+            fault: fault.to_owned(),
+            let_go_after_us: Some(longest),
+            resets,
+            faults: format!("faults\nfirst: {name} at 0.00000 s"),
+        };
+        Faults {
+            faults: FAULTS.into_iter().map(row).collect(),
+            armed_without_crystal: "arm\nrefused: latched: clock_failed".to_owned(),
+            greeting_without_crystal: "fault: clock_failed; the bridge is off".to_owned(),
+            faults_with_crystal: "faults\nnone".to_owned(),
+            status_in_flood: ARMED.to_owned(),
+            status_behind_stop: ARMED.replace("armed", "disarmed"),
+            debug_freeze: [IWDG_STOP, TIM1_STOP],
+        }
+    }
+
+    #[test]
+    fn a_fault_without_its_name_or_its_safe_state_is_named() {
+        let shortcomings = |spoil: fn(&mut Faults)| {
+            let mut faults = faults();
+            spoil(&mut faults);
+            let mut found = Shortcomings::default();
+            found.faults(&faults);
+            found.0.len()
+        };
+        assert_eq!(shortcomings(|_| ()), 0);
+        let spoils: [fn(&mut Faults); 7] = [
+            |faults| faults.faults[0].let_go_after_us = None,
+            |faults| faults.faults[4].let_go_after_us = Some(1e6),
+            |faults| faults.faults[8].faults = "faults\nfirst: watchdog at 0.0 s".to_owned(),
+            |faults| faults.faults[10].resets = 0,
+            |faults| faults.armed_without_crystal = "arm\nok".to_owned(),
+            |faults| faults.status_behind_stop = ARMED.to_owned(),
+            |faults| faults.debug_freeze = [IWDG_STOP, 0],
+        ];
+        for (number, spoil) in spoils.into_iter().enumerate() {
+            assert_eq!(shortcomings(spoil), 1, "{number}");
+        }
+    }
+
+    #[test]
+    fn a_save_that_is_torn_is_named() {
+        let cuts = || Cuts {
+            operations: 188,
+            starts: 47,
+            before: 45,
+            behind: 2,
+            named: 43,
+            otherwise: Vec::new(),
+        };
+        let shortcomings = |cuts: &Cuts| {
+            let mut found = Shortcomings::default();
+            found.cuts("a", cuts);
+            found.0.len()
+        };
+        assert_eq!(shortcomings(&cuts()), 0);
+        let mixed = Cuts {
+            before: 44,
+            named: 42,
+            otherwise: vec!["torque_constant = 0.38 N·m/A\nresistance = 1 Ω".to_owned()],
+            ..cuts()
+        };
+        let silent = Cuts { named: 0, ..cuts() };
+        for cuts in [mixed, silent] {
+            assert_eq!(shortcomings(&cuts), 1, "{cuts:?}");
         }
     }
 

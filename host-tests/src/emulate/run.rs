@@ -103,6 +103,70 @@ pub struct Driven {
     pub captures: Vec<String>,
 }
 
+/// What came of a fault of the chip or of what is at its pins, the drive armed.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Fault {
+    /// What was wrong.
+    pub fault: String,
+    /// From there until the bridge was off, µs.
+    pub let_go_after_us: Option<f64>,
+    /// Starts that it took.
+    pub resets: usize,
+    /// What `faults` says then.
+    pub faults: String,
+}
+
+/// The controller with one fault after the other.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Faults {
+    /// What came of each.
+    pub faults: Vec<Fault>,
+    /// `arm`'s answer while the crystal is dead, behind a `clear`.
+    pub armed_without_crystal: String,
+    /// The greeting at a start without a crystal.
+    pub greeting_without_crystal: String,
+    /// `faults` with the crystal back.
+    pub faults_with_crystal: String,
+    /// `status` while the terminal was flooded and torn.
+    pub status_in_flood: String,
+    /// `status` behind a `stop` in the middle of it.
+    pub status_behind_stop: String,
+    /// What stands still while a probe has halted the core: `DBGMCU_APB1_FZ` and `DBGMCU_APB2_FZ`.
+    pub debug_freeze: [u64; 2],
+}
+
+/// A `save` that was cut short in many places.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Cuts {
+    /// Operations that the whole of it takes.
+    pub operations: usize,
+    /// Starts behind a cut.
+    pub starts: usize,
+    /// Those with the values before the `save`, and those with the values behind it.
+    pub before: usize,
+    /// See `before`.
+    pub behind: usize,
+    /// Starts at which `store_corrupt` was latched.
+    pub named: usize,
+    /// What was said at starts with values of both, or of neither.
+    pub otherwise: Vec<String>,
+}
+
+/// The longest interrupts of an image, at a number of cycles an instruction.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Ticks {
+    /// `throttle`, with each of its faults; `controller`, while it sends a capture.
+    pub image: String,
+    /// Cycles that an instruction takes.
+    pub cycles_per_instruction: f64,
+    /// Its `status` at the end.
+    pub status: String,
+    /// Longest time from a plant tick to its acknowledgement, µs.
+    pub longest_latency_us: f64,
+    /// Plant ticks that found the one before not taken yet.
+    pub missed: u64,
+}
+
 /// Everything that came of it.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Outcome {
@@ -114,6 +178,12 @@ pub struct Outcome {
     pub store: Store,
     /// The loop of both.
     pub driven: Driven,
+    /// The controller with one fault after the other.
+    pub faults: Faults,
+    /// Its power lost in the middle of a save in an empty flash, and of one behind it.
+    pub cuts: [Cuts; 2],
+    /// The longest interrupts of both images.
+    pub ticks: Vec<Ticks>,
     /// Seconds that the emulation took on this host.
     pub wall_time_s: f64,
 }

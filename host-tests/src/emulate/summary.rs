@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::recording::Recording;
-use super::run::{Counted, Outcome, directory};
+use super::run::{Counted, Outcome, Ticks, directory};
 use super::tracing::{MACHINE, Traced};
 use crate::workspace;
 
@@ -35,6 +35,8 @@ struct Chip {
     emulator: &'static str,
     cycles_per_instruction: f64,
     worst_ticks: [WorstTick; 2],
+    /// The same at other cycles an instruction, the throttle with each of its faults.
+    at_other_cycles: Vec<AtCycles>,
     peripherals: [&'static str; 15],
 }
 
@@ -48,6 +50,30 @@ struct WorstTick {
     /// From a plant tick to its acknowledgement, µs.
     longest_latency_us: f64,
     missed: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct AtCycles {
+    image: String,
+    cycles_per_instruction: f64,
+    plant_cycles: Option<u64>,
+    control_cycles: Option<u64>,
+    longest_latency_us: f64,
+    missed: u64,
+}
+
+impl AtCycles {
+    fn new(ticks: &Ticks) -> Self {
+        let [plant_cycles, control_cycles] = worst(&ticks.status);
+        Self {
+            image: ticks.image.clone(),
+            cycles_per_instruction: ticks.cycles_per_instruction,
+            plant_cycles,
+            control_cycles,
+            longest_latency_us: ticks.longest_latency_us,
+            missed: ticks.missed,
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -110,6 +136,7 @@ impl Summary {
                         &driven.controller,
                     ),
                 ],
+                at_other_cycles: outcome.ticks.iter().map(AtCycles::new).collect(),
                 peripherals: PERIPHERALS,
             },
             r#loop: Loop {
@@ -130,10 +157,10 @@ impl Summary {
         );
         let mut row = |name: &str, value: String| {
             // A string takes everything.
-            let _ = writeln!(text, "{name:<12} {value}");
+            let _ = writeln!(text, "{name:<18} {value}");
         };
+        let cycles = |cycles: Option<u64>| cycles.map_or("?".to_owned(), |c| c.to_string());
         for tick in &self.chip.worst_ticks {
-            let cycles = |cycles: Option<u64>| cycles.map_or("?".to_owned(), |c| c.to_string());
             row(
                 tick.image,
                 format!(
@@ -142,6 +169,19 @@ impl Summary {
                     cycles(tick.plant_cycles),
                     cycles(tick.control_cycles),
                     tick.period_cycles,
+                    tick.longest_latency_us,
+                    tick.missed
+                ),
+            );
+        }
+        for tick in &self.chip.at_other_cycles {
+            row(
+                &format!("{} at {}", tick.image, tick.cycles_per_instruction),
+                format!(
+                    "worst plant tick {} and control step {} of {PERIOD} cycles, longest latency {:.1} µs; {} ticks \
+                     missed",
+                    cycles(tick.plant_cycles),
+                    cycles(tick.control_cycles),
                     tick.longest_latency_us,
                     tick.missed
                 ),
@@ -161,6 +201,29 @@ impl Summary {
                 outcome.store.torn_after_words
             ),
         );
+        for (cuts, save) in outcome.cuts.iter().zip(["first save", "second save"]) {
+            row(
+                save,
+                format!(
+                    "power lost {} times in its {} operations of flash: {} starts with the values before it, {} \
+                     behind it; {} latch `store_corrupt`",
+                    cuts.starts, cuts.operations, cuts.before, cuts.behind, cuts.named
+                ),
+            );
+        }
+        for fault in &outcome.faults.faults {
+            let name = fault.faults.split_once("first: ").map_or("?", |(_, rest)| {
+                rest.split_whitespace().next().unwrap_or("?")
+            });
+            row(
+                name,
+                format!(
+                    "{}: bridge off after {:.2} ms",
+                    fault.fault,
+                    fault.let_go_after_us.map_or(f64::NAN, |after| after * 1e-3)
+                ),
+            );
+        }
         row(
             "watchdog",
             format!(

@@ -36,6 +36,8 @@ pub enum Fault {
     Watchdog,
     /// The processor's supply is too low, or its last reset was the brown-out's.
     BrownOut,
+    /// The processor's crystal does not swing.
+    ClockFailed,
     /// The processor was started anew by software, and nobody left a reason.
     UnexpectedReset,
     /// Stored parameters are damaged: those of the program are used.
@@ -80,12 +82,13 @@ pub enum Fault {
 
 impl Fault {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::Panic,
         Self::StackOverflow,
         Self::ProcessorFault,
         Self::Watchdog,
         Self::BrownOut,
+        Self::ClockFailed,
         Self::UnexpectedReset,
         Self::StoreCorrupt,
         Self::MissedDeadline,
@@ -121,6 +124,7 @@ impl Fault {
             Self::ProcessorFault => "processor_fault",
             Self::Watchdog => "watchdog",
             Self::BrownOut => "brown_out",
+            Self::ClockFailed => "clock_failed",
             Self::UnexpectedReset => "unexpected_reset",
             Self::StoreCorrupt => "store_corrupt",
             Self::MissedDeadline => "missed_deadline",
@@ -152,6 +156,7 @@ impl Fault {
             Self::ProcessorFault => "send the log to the makers",
             Self::Watchdog => "look for what kept interrupts or tasks from going on",
             Self::BrownOut => "check the supply of the processor",
+            Self::ClockFailed => "check the crystal and its capacitors; it is not armed without",
             Self::UnexpectedReset => "check what else may reset the processor: a probe, a tool",
             Self::StoreCorrupt => "check the parameters, then save them",
             Self::MissedDeadline => "ask less of the loop, or at a lower rate",

@@ -113,6 +113,10 @@ impl HalfBridges {
         timer.set_automatic_output_enable(false);
         timer.set_break_enable(true);
         timer.set_moe(false);
+        // A probe that halts the processor stops the timer and takes the bridge from it.
+        pac::DBGMCU
+            .apb2fzr()
+            .modify(|register| register.set_tim1(true));
         timer.generate_update_event();
         timer.start();
         Self {
@@ -347,6 +351,6 @@ fn start(chip: &mut Chip, drive: Drive, actuator: Actuator, edge: ActuatorEdge) 
         PERIOD_CYCLES,
     );
     interrupt::ADC.set_priority(Priority::P0);
-    // SAFETY: the interrupt has its work, and no critical section depends on priorities.
+    // SAFETY: the interrupt has its work, which needs no critical section.
     unsafe { interrupt::ADC.enable() }
 }

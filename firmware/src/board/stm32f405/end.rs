@@ -132,6 +132,17 @@ extern "C" fn end_in_hard_fault(stack: u32) -> ! {
     SCB::sys_reset()
 }
 
+/// The crystal has stopped. The processor runs from its internal oscillator, at a tenth of its clock, and the timer
+/// has let go of the bridge: RM0090, section 7.2.7.
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    cortex_m::interrupt::disable();
+    make_safe();
+    // SAFETY: nothing else runs any more.
+    unsafe { last_words() }.write(Fault::ClockFailed, format_args!("the crystal stopped"));
+    SCB::sys_reset()
+}
+
 /// An interrupt that nobody serves.
 #[exception]
 unsafe fn DefaultHandler(number: i16) -> ! {

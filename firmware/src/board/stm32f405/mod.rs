@@ -18,18 +18,19 @@ use cortex_m::peripheral::{DWT, Peripherals};
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::time::Hertz;
-use embassy_stm32::{Config, rcc};
 
 use super::Work;
 use super::interrupts;
 use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::work::ControlWork;
+use clock::CORE_CLOCK;
 use pins::Pins;
 
 mod cache;
+mod clock;
 pub mod controller;
 mod core_coupled;
+mod critical;
 pub mod demonstration;
 pub mod end;
 mod parameters;
@@ -43,44 +44,8 @@ mod tracks;
 mod vector;
 mod watchdog;
 
-/// The crystal, and what divides its frequency to 2 MHz.
-const CRYSTAL: (Hertz, rcc::PllPreDiv) = if cfg!(feature = "crystal-12mhz") {
-    (Hertz(12_000_000), rcc::PllPreDiv::DIV6)
-} else {
-    (Hertz(8_000_000), rcc::PllPreDiv::DIV4)
-};
-
-/// Core clock, Hz.
-const CORE_CLOCK: u32 = 168_000_000;
-
 /// Core cycles in a plant period.
 const PERIOD_CYCLES: u32 = CORE_CLOCK / 1_000_000 * PLANT_PERIOD_US;
-
-/// 2 MHz · 168 / 2 for the core, / 7 = 48 MHz for what needs that; timers at 84 and 168 MHz.
-fn configuration() -> Config {
-    let (freq, prediv) = CRYSTAL;
-    let mut config = Config::default();
-    config.rcc.hsi = false;
-    config.rcc.hse = Some(rcc::Hse {
-        freq,
-        mode: rcc::HseMode::Oscillator,
-    });
-    config.rcc.pll_src = rcc::PllSource::HSE;
-    config.rcc.pll = Some(rcc::Pll {
-        prediv,
-        mul: rcc::PllMul::MUL168,
-        divp: Some(rcc::PllPDiv::DIV2),
-        divq: Some(rcc::PllQDiv::DIV7),
-        divr: None,
-    });
-    config.rcc.sys = rcc::Sysclk::PLL1_P;
-    config.rcc.ahb_pre = rcc::AHBPrescaler::DIV1;
-    config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
-    config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
-    // The cycle counter, and a probe that reads the log, go on while the core sleeps.
-    config.enable_debug_during_sleep = true;
-    config
-}
 
 defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
 
@@ -90,11 +55,10 @@ struct Chip {
 }
 
 impl Chip {
-    /// The processor and its pins, the first time they are asked for. Without its crystal it waits here
-    /// for ever.
+    /// The processor and its pins, the first time they are asked for.
     fn take() -> Option<(Self, Pins)> {
         let mut core = Peripherals::take()?;
-        let pins = Pins::new(embassy_stm32::init(configuration()));
+        let pins = Pins::new(clock::start());
         cache::enable();
         interrupt::TIM5.set_priority(Priority::P8);
         core.DCB.enable_trace();

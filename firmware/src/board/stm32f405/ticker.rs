@@ -18,7 +18,7 @@ pub fn start(timer: Peri<'static, TIM7>) {
     // Dropped, it would stand still.
     core::mem::forget(timer);
     interrupt::TIM7.set_priority(Priority::P0);
-    // SAFETY: the interrupt has its work, and no critical section depends on priorities.
+    // SAFETY: the interrupt has its work, which needs no critical section.
     unsafe { interrupt::TIM7.enable() }
 }
 

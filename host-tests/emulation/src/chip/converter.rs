@@ -29,6 +29,8 @@ pub struct Converter {
     /// Longest time from the end of a group to its acknowledgement by the program, ns.
     pub longest_latency: u64,
     since: Option<u64>,
+    /// No trigger starts it while this is set: a fault for a test.
+    pub is_stopped: bool,
 }
 
 impl Converter {
@@ -40,6 +42,7 @@ impl Converter {
             missed: 0,
             longest_latency: 0,
             since: None,
+            is_stopped: false,
         }
     }
 }
@@ -99,7 +102,8 @@ impl Device for Converter {
         let control = registers.get(Register::Cr2);
         let is_chosen = cr2::JEXTSEL.get(control) == TIM1_TRIGGER_OUTPUT
             && RISING.contains(&cr2::JEXTEN.get(control));
-        if change.level == Level::High && is_chosen && cr2::ADON.is_set(control) {
+        let is_heard = is_chosen && cr2::ADON.is_set(control) && !self.is_stopped;
+        if change.level == Level::High && is_heard {
             self.conversions += 1;
             self.missed += u64::from(sr::JEOC.is_set(registers.get(Register::Sr)));
             // What software would write to start it; the model takes the bit back.

@@ -14,6 +14,11 @@ use rigless::soc::{Builder, Bus, Clock, EraseBlocks, Error, Gate, Region};
 /// Where the flash begins.
 pub const FLASH_BASE: u64 = 0x0800_0000;
 
+/// Where the RAMs begin.
+pub const SRAM_BASE: u64 = 0x2000_0000;
+/// The one that only the core reaches.
+pub const CORE_COUPLED_BASE: u64 = 0x1000_0000;
+
 /// Sizes of the flash's sectors in their order, bytes: RM0090, table 5.
 pub const SECTOR_SIZES: [u64; 12] = [
     16 << 10,
@@ -49,10 +54,18 @@ static MEMORY: [Region; 5] = [
         .erased_in(&SECTORS)
         .erased_to(0xff)
         .programmed_by("FLASH"),
-    Region::ram("ccm", 0x1000_0000, 64 << 10),
+    Region::ram("ccm", CORE_COUPLED_BASE, 64 << 10),
     Region::system("system", 0x1fff_0000, 32 << 10),
-    Region::ram("sram", 0x2000_0000, 128 << 10),
+    Region::ram("sram", SRAM_BASE, 128 << 10),
     Region::ram("backup_sram", 0x4002_4000, 4 << 10),
+];
+
+/// Where nothing is, from and to: an access is a bus fault. RM0090, section 2.3, table 1.
+const RESERVED: [(u64, u64); 4] = [
+    (FLASH_BASE + (1 << 20), CORE_COUPLED_BASE),
+    (CORE_COUPLED_BASE + (64 << 10), 0x1fff_0000),
+    (0x1fff_8000, SRAM_BASE),
+    (SRAM_BASE + (128 << 10), 0x4000_0000),
 ];
 
 /// What hears other instances' requests: as on the STM32F427, without the serial interfaces and the
@@ -112,6 +125,9 @@ pub fn bus() -> Result<Bus, Error> {
     }
     for (instance, register, field) in RESET_BITS {
         builder = builder.reset_by(instance, Gate::by("RCC", register, field));
+    }
+    for (base, end) in RESERVED {
+        builder = builder.aborts_in("reserved", base, end - base);
     }
     let mut bus = builder.build()?;
     // With every correction of the registers' reset values, fields and gates.

@@ -83,6 +83,11 @@ impl Flash {
         sr::BSY.is_set(registers.get(Register::Sr))
     }
 
+    /// Operations since the chip was made.
+    pub fn operations(&self) -> u64 {
+        self.erases + self.words
+    }
+
     /// Starts the array's part of an erase that the interface has just begun.
     fn erase(&mut self, registers: &RegisterFile, context: &mut DeviceContext<'_>) {
         let control = registers.get(Register::Cr);

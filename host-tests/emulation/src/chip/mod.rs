@@ -5,7 +5,9 @@
 use rigless::device::{Device, DeviceContext, ErasedDevice, Level, RegisterFile, ResetCause};
 use rigless::mcu::Mcu;
 use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::dbg::Register as DbgRegister;
 use rigless::soc::stm32f427::generated::flash::Register as FlashRegister;
+use rigless::soc::stm32f427::generated::rcc::{Register as RccRegister, cir, cr};
 use rigless::soc::stm32f427::generated::{tim1, tim3};
 use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin as PinNumber};
 use rigless::soc::stm32f427::peripherals::tim::{Advanced, Tim};
@@ -36,6 +38,7 @@ struct Slots {
     tim1: usize,
     adc1: usize,
     flash: usize,
+    debug: usize,
 }
 
 /// The chip.
@@ -53,6 +56,10 @@ pub struct Stm32f405 {
     pub adc1: Converter,
     /// The program's memory and its parameters.
     pub flash: Flash,
+    /// Whether the crystal stands still: a fault for a test.
+    crystal_is_dead: bool,
+    /// What the pins are driven to from outside.
+    driven: Vec<(Pin, Level)>,
     slots: Slots,
 }
 
@@ -73,6 +80,7 @@ impl Stm32f405 {
             tim1: bus.slot(bridge_timer::INSTANCE)?,
             adc1: bus.slot("ADC1")?,
             flash: bus.slot("FLASH")?,
+            debug: bus.slot("DBG")?,
         };
         let (timer, adc, interface) = Self::fresh_models()?;
         Ok(Self {
@@ -82,6 +90,8 @@ impl Stm32f405 {
             tim1: BridgeTimer::new(timer),
             adc1: Converter::new(adc),
             flash: Flash::new(interface),
+            crystal_is_dead: false,
+            driven: Vec::new(),
             slots,
         })
     }
@@ -109,6 +119,8 @@ impl Stm32f405 {
     /// Drives a pin from outside, and what hears it: the port, the timer whose input it is, the break
     /// input.
     pub fn drive(&mut self, at: VirtualNanos, pin: Pin, level: Level) {
+        self.driven.retain(|(other, _)| *other != pin);
+        self.driven.push((pin, level));
         let number: PinNumber = pin.number();
         let function = self
             .part
@@ -131,6 +143,13 @@ impl Stm32f405 {
             let (registers, mut context): (&mut RegisterFile, DeviceContext<'_>) =
                 part.bus_mut().drive(at, slots.tim1);
             tim1.drive_break(level, registers, &mut context);
+        }
+    }
+
+    /// Drives every pin anew, as its wire does behind a reset too.
+    pub fn drive_again(&mut self, at: VirtualNanos) {
+        for (pin, level) in self.driven.clone() {
+            self.drive(at, pin, level);
         }
     }
 
@@ -169,11 +188,61 @@ impl Stm32f405 {
         Flash::is_busy(self.part.bus().slots()[self.slots.flash].registers())
     }
 
+    /// Stops the crystal, or lets it swing again. What clocks from it is clock security's, where that is on.
+    pub fn stop_crystal(&mut self, at: VirtualNanos, is_dead: bool) {
+        self.crystal_is_dead = is_dead;
+        if is_dead {
+            self.part.drive_clocks(at, |clocks, registers, context| {
+                clocks.fail_hse(registers, context);
+            });
+        }
+    }
+
+    /// Whether clock security has noticed that the crystal stopped: it asks for the exception that cannot be
+    /// masked.
+    pub fn asks_for_nmi(&mut self) -> bool {
+        let (_, registers) = self.part.clocks();
+        cir::CSSF.is_set(registers.get(RccRegister::Cir))
+    }
+
+    /// Keeps a dead crystal from becoming ready: rigless's model takes any for one that swings. To be called
+    /// behind each access that may have started it.
+    pub fn hold_crystal(&mut self, at: VirtualNanos) {
+        if !self.crystal_is_dead {
+            return;
+        }
+        self.part.drive_clocks(at, |clocks, registers, context| {
+            let control = registers.get(RccRegister::Cr);
+            if cr::HSEON.is_set(control) {
+                let stopped = cr::HSEON.set(control, 0);
+                registers.set(RccRegister::Cr, stopped);
+                Device::write(clocks, RccRegister::Cr, stopped, registers, context);
+            }
+        });
+    }
+
+    /// Cuts the supply, or gives it back.
+    pub fn supply(&mut self, at: VirtualNanos, is_on: bool) {
+        let slot = self.slots.flash;
+        let (_, mut context): (&mut RegisterFile, DeviceContext<'_>) =
+            self.part.bus_mut().drive(at, slot);
+        context.request_power(is_on);
+    }
+
+    /// What stands still while a probe has halted the core: `DBGMCU_APB1_FZ` and `DBGMCU_APB2_FZ`.
+    pub fn debug_freeze(&self) -> [u64; 2] {
+        [DbgRegister::DbgmcuApb1Fz, DbgRegister::DbgmcuApb2Fz]
+            .map(|register| self.register(self.slots.debug, register))
+    }
+
     /// What the flash's access control register reads: wait states, prefetch and caches.
     pub fn flash_access_control(&self) -> u64 {
         self.register(self.slots.flash, FlashRegister::Acr)
     }
 }
+
+/// What `RCC_CSR` reads behind power on: RM0090, section 7.3.21.
+const POWER_ON: u64 = 0x0e00_0000;
 
 /// The chip's supply and reference, mV.
 const SUPPLY: u32 = 3300;
@@ -195,7 +264,16 @@ impl Mcu for Stm32f405 {
         description::exchange_registers(&mut lent, self.part.bus_mut());
         *self.part.bus_mut() = lent;
         let options = self.flash_options();
-        self.part.reset(at, cause);
+        // rigless has the part lose its supply never: the flags are set behind it.
+        let (taken, flags) = match cause {
+            ResetCause::PowerOn => (ResetCause::Pin, Some(POWER_ON)),
+            other => (other, None),
+        };
+        self.part.reset(at, taken);
+        if let Some(flags) = flags {
+            let (_, registers) = self.part.clocks();
+            registers.set(RccRegister::Csr, flags);
+        }
         let mut own = description::bus().expect(assembled);
         description::exchange_registers(&mut own, self.part.bus_mut());
         *self.part.bus_mut() = own;
@@ -223,6 +301,7 @@ impl Mcu for Stm32f405 {
             adc1,
             flash,
             slots,
+            ..
         } = self;
         let model: &mut dyn ErasedDevice = if slot == slots.tim7 {
             tim7

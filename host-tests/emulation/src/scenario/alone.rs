@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Alone, Call, Consoles, Counted, MILLISECOND, write};
-use crate::running::Running;
+use crate::running::{Event, Running};
 
 /// What came of it.
 #[derive(Debug, Serialize)]
@@ -42,7 +42,7 @@ pub(super) fn throttle(call: &Call) -> Result<Throttle, String> {
     board.run_for(300 * MILLISECOND)?;
     let status_with_motor_open = board.ask((), "status")?;
     let counted = Counted::new(&board.0.outputs.counts, board.0.now());
-    board.0.next.stop_tick = Some(true);
+    board.0.next.events.push(Event::StopTick(true));
     let resets = board.0.outputs.counts.resets;
     let stopped = board.0.now();
     for _ in 0..10 * MOST_WAIT {
@@ -55,7 +55,7 @@ pub(super) fn throttle(call: &Call) -> Result<Throttle, String> {
     if board.0.outputs.counts.resets == resets {
         return Err(format!("no reset within {MOST_WAIT} ms of the last tick"));
     }
-    board.0.next.stop_tick = Some(false);
+    board.0.next.events.push(Event::StopTick(false));
     board.run_for(300 * MILLISECOND)?;
     let faults_after_stopped_tick = board.ask((), "faults")?;
     let (_, log) = board.0.cut_power()?;

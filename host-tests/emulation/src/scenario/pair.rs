@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::harness::STEP;
 
-use super::{Call, Consoles, Counted, MILLISECOND, Pair, Setting, Side, write};
+use super::{Call, Consoles, Counted, MILLISECOND, Pair, Part, Setting, Side, part, write};
 
 /// What the controller has to know of the throttle: `host-tests/machines/throttle-loop.toml`. Its position
 /// is 0 at the throttle's rest.
@@ -77,8 +77,16 @@ pub(super) struct Driven {
     captures: Vec<String>,
 }
 
+/// The store, and the loop with what is stored.
+pub(super) fn pair(call: &Call) -> Result<Vec<Part>, String> {
+    let (store, parameters) = store(call)?;
+    write(&call.directory, super::PARAMETERS, &parameters)?;
+    let driven = drive(call, parameters)?;
+    Ok([part("store", store)?, part("driven", driven)?].concat())
+}
+
 /// Tells the controller its parameters, has it save them, and cuts its power.
-pub(super) fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
+fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
     let mut pair = Pair::start(&call.controller, &call.throttle)?;
     pair.run_for(200 * MILLISECOND)?;
     let first_greeting = pair.controller.transcript(0);
@@ -158,7 +166,7 @@ fn capture(pair: &mut Pair) -> Result<(), String> {
 const CAPTURES: usize = 3;
 
 /// Drives the throttle by the controller: to a position, by a sweep and by a triangle, and records.
-pub(super) fn drive(call: &Call, parameters: Vec<u8>) -> Result<Driven, String> {
+fn drive(call: &Call, parameters: Vec<u8>) -> Result<Driven, String> {
     let stored = Setting {
         parameters: Some(parameters),
         ..call.controller.clone()
