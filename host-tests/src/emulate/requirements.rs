@@ -43,12 +43,13 @@ impl Shortcomings {
     /// Of the tracing.
     pub fn of_tracing(traced: &Traced) -> Self {
         let mut found = Self::default();
-        let effects: Vec<&str> = traced.answer.effects.iter().map(id).collect();
+        let effects: Vec<&str> = traced.report.outcome.effects.iter().map(id).collect();
         found.require(effects == ["spring"], || {
             format!("the tracing names {effects:?}; the throttle has an undeclared spring")
         });
         let stiffness = traced
-            .answer
+            .report
+            .outcome
             .effects
             .iter()
             .flat_map(|effect| &effect.parameters)
@@ -57,7 +58,7 @@ impl Shortcomings {
         found.require((stiffness / SPRING - 1.0).abs() < 0.1, || {
             format!("the tracing finds a stiffness of {stiffness} N·m/rad; it is {SPRING}")
         });
-        let errors = traced.answer.errors.validate.as_ref();
+        let errors = traced.report.outcome.errors.validate.as_ref();
         let ratio = errors.map_or(f64::NAN, |errors| {
             errors.after.position_rms / errors.before.position_rms
         });

@@ -1,7 +1,7 @@
 //! The emulation built and run, and what came of it.
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
@@ -140,6 +140,35 @@ impl Images {
     }
 }
 
+/// Everything that is built before anything runs.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// The emulation.
+    pub emulation: PathBuf,
+    /// What runs on it.
+    pub images: Images,
+}
+
+impl Built {
+    /// Builds the emulation and the images, or finds them built. `announce` is told each step before it
+    /// begins.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn new(toolchain: &Toolchain, mut announce: impl FnMut(&str)) -> Result<Self, Failure> {
+        announce(&format!(
+            "the images as they are flashed, built with {}",
+            toolchain.route().describe()
+        ));
+        let images = Images::build(toolchain)?;
+        announce("the emulated chips (built once, which takes minutes)");
+        Ok(Self {
+            emulation: build()?,
+            images,
+        })
+    }
+}
+
 /// Where the runs leave their logs.
 pub fn directory() -> PathBuf {
     workspace::results().join("emulate")
@@ -186,7 +215,7 @@ fn succeed(mut command: Command, what: &str) -> Result<(), Failure> {
 ///
 /// # Errors
 /// What the compiler says.
-pub fn build() -> Result<PathBuf, Failure> {
+fn build() -> Result<PathBuf, Failure> {
     let mut command = cargo("build");
     command.args(BUILD);
     succeed(command, "the emulation does not build")?;
@@ -216,11 +245,8 @@ pub(super) fn rate(cycles_per_instruction: f64) -> String {
 ///
 /// # Errors
 /// An image that ends or does not answer, and what it said instead.
-pub fn run(
-    emulation: &Path,
-    images: &Images,
-    cycles_per_instruction: f64,
-) -> Result<Outcome, Failure> {
+pub fn run(built: &Built, cycles_per_instruction: f64) -> Result<Outcome, Failure> {
+    let Built { emulation, images } = built;
     let directory = directory();
     std::fs::create_dir_all(&directory)
         .map_err(|error| Failure::system(directory.display(), &error))?;
