@@ -80,9 +80,7 @@ pub struct BoardRun {
     pub build: Build,
     /// What it occupies.
     pub size: Size,
-    /// What it logged, byte for byte.
-    pub sent: Vec<u8>,
-    /// The same, decoded.
+    /// What it logged, decoded.
     pub log: BoardLog,
     /// Each experiment beside the same on this host.
     pub comparisons: Vec<Comparison>,
@@ -103,14 +101,13 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
     let build = toolchain.build(BOARD)?;
     let size = Size::read(&build.elf)?.fitting()?;
     announce("firmware on the emulated board");
-    let emulator::Run { sent, log } = emulator::run(&build.elf, TIME_LIMIT)?;
+    let emulator::Run { log, .. } = emulator::run(&build.elf, TIME_LIMIT)?;
     announce("the same experiments on this host");
     let comparisons = compare(&log, &DEMONSTRATION).map_err(Failure::Other)?;
     Ok(BoardRun {
         toolchain,
         build,
         size,
-        sent,
         log,
         comparisons,
     })

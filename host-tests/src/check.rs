@@ -144,8 +144,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// The images as they are flashed, on emulated chips.
 fn emulated_chips(toolchain: &Toolchain) -> Result<(), Failure> {
     let cycles = emulate::run::CYCLES_PER_INSTRUCTION;
-    let (outcome, traced, recording) = emulate::command::demonstrate(toolchain, cycles, announce)?;
-    emulate::command::require(&outcome, &traced, &recording)?;
+    let built = emulate::run::Built::new(toolchain, announce)?;
+    let (outcome, traced) =
+        emulate::command::demonstrate(&built, cycles, emulate::run::Extent::Everything, announce)?;
+    announce("recording the controller over its console");
+    let recording = emulate::recording::run(&built, cycles)?;
+    emulate::command::require(&outcome, &traced, Some(&recording))?;
     emulate::run::check()?;
     say(&format!(
         "both images start, answer, keep their ticks and what is saved; the loop follows its commands, and {} \

@@ -12,9 +12,9 @@ use host_tests::{
 
 /// Firmware and model of an electromechanical actuator, closed on each other
 ///
-/// Without a command: builds the firmware for the emulated STM32F405 and runs it there, actuators,
-/// position loops, refit of friction and check of its own log; then traces what that log has and the
-/// declared machine lacks, and leaves logs and report in target/hil.
+/// Without a command: builds the images that are flashed and runs them on emulated STM32F405s, a throttle
+/// body and the controller that drives it pin to pin; then traces what the controller's own log has and
+/// its machine file lacks, judges on a second drive, and leaves logs and report in target/hil.
 #[derive(Debug, Parser)]
 #[command(
     name = "cargo hil",
@@ -32,7 +32,7 @@ const IDENTIFY_EXAMPLE: &str = "Example: cargo hil identify --machine \
      host-tests/machines/intake-throttle-12v.toml --slow triangle.csv --fast steps.csv --machine-out \
      identified.toml";
 const DECODE_EXAMPLE: &str = "Example: cargo hil decode \
-     target/firmware/thumbv7em-none-eabihf/release/emulated target/hil/emulated.defmt --csv board.csv";
+     target/firmware/thumbv7em-none-eabihf/release/throttle target/hil/emulate/throttle.defmt";
 const GAP_EXAMPLE: &str =
     "Example: cargo hil gap --machine ema.toml --train a.csv --validate b.csv";
 

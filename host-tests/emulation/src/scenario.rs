@@ -22,7 +22,7 @@ mod served;
 mod ticks;
 
 /// How the program is called.
-const USAGE: &str = "usage: emulation [serve|SCENARIO] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND]";
+const USAGE: &str = "usage: emulation [serve|SCENARIO,...] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND]";
 
 /// The controller's stored parameters, in the directory: what a run leaves and `serve` starts with.
 const PARAMETERS: &str = "controller.parameters";
@@ -116,7 +116,7 @@ impl Call {
     }
 }
 
-/// Runs every scenario, or the one that is named, and gives the report as JSON; or serves the controller's
+/// Runs every scenario, or those that are named, and gives the report as JSON; or serves the controller's
 /// console, without one.
 ///
 /// # Errors
@@ -126,10 +126,12 @@ pub fn run(arguments: &[String]) -> Result<String, String> {
     if word == "serve" {
         return served::serve(&Call::read(rest)?).map(|()| String::new());
     }
-    let named = SCENARIOS.iter().position(|(name, _)| name == word);
-    let (scenarios, rest) = match named {
-        Some(number) => (&SCENARIOS[number..=number], rest),
-        None => (&SCENARIOS[..], arguments),
+    let named = |name: &&(&str, _)| word.split(',').any(|word| word == name.0);
+    let some: Vec<_> = SCENARIOS.iter().filter(named).copied().collect();
+    let (scenarios, rest) = if some.is_empty() {
+        (&SCENARIOS[..], arguments)
+    } else {
+        (&some[..], rest)
     };
     let call = Call::read(rest)?;
     let began = Instant::now();

@@ -1,15 +1,16 @@
 //! The command line of `cargo hil emulate`.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::recording::{self, Recording};
 use super::requirements::Shortcomings;
-use super::run::{self, CYCLES_PER_INSTRUCTION, Images, Outcome};
+use super::run::{self, Built, CYCLES_PER_INSTRUCTION, Extent, Outcome};
 use super::summary::Summary;
 use super::tracing::{self, Traced};
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
+use crate::progress::announce;
 use crate::toolchain::Toolchain;
 
 /// What `cargo hil emulate` takes.
@@ -30,36 +31,40 @@ fn cycles(text: &str) -> Result<f64, String> {
     }
 }
 
-/// The emulation, built, and the images run on it. `announce` is told each step before it begins.
+/// The images run on emulated chips, and the controller's log traced. `announce` is told each step before
+/// it begins.
 ///
 /// # Errors
-/// What does not build, an image that does not run, a log that cannot be traced.
+/// An image that does not run, a log that cannot be traced.
 pub fn demonstrate(
-    toolchain: &Toolchain,
+    built: &Built,
     cycles_per_instruction: f64,
+    extent: Extent,
     mut announce: impl FnMut(&str),
-) -> Result<(Outcome, Traced, Recording), Failure> {
-    announce("the emulated chips (built once, which takes minutes)");
-    let emulation = run::build()?;
-    announce("the images as they are flashed");
-    let images = Images::build(toolchain)?;
-    announce("both images on emulated chips, wired to a loop");
-    let outcome = run::run(&emulation, &images, cycles_per_instruction)?;
+) -> Result<(Outcome, Traced), Failure> {
+    announce("both images on emulated chips, each alone, then wired to a loop");
+    let outcome = run::run(built, cycles_per_instruction, extent)?;
     announce("tracing the controller's log");
-    let traced = tracing::trace(&images, &outcome)?;
-    announce("recording the controller over its console");
-    let recording = recording::run(&emulation, &images, cycles_per_instruction)?;
-    Ok((outcome, traced, recording))
+    let traced = tracing::trace(&built.images, &outcome)?;
+    Ok((outcome, traced))
 }
 
 /// Refuses runs that lack something that a user relies on.
 ///
 /// # Errors
 /// All of it.
-pub fn require(outcome: &Outcome, traced: &Traced, recording: &Recording) -> Result<(), Failure> {
+pub fn require(
+    outcome: &Outcome,
+    traced: &Traced,
+    recording: Option<&Recording>,
+) -> Result<(), Failure> {
     let mut lacking = Shortcomings::of(outcome).0;
     lacking.extend(Shortcomings::of_tracing(traced).0);
-    lacking.extend(Shortcomings::of_recording(recording).0);
+    lacking.extend(
+        recording
+            .into_iter()
+            .flat_map(|recording| Shortcomings::of_recording(recording).0),
+    );
     if lacking.is_empty() {
         Ok(())
     } else {
@@ -77,19 +82,17 @@ pub fn require(outcome: &Outcome, traced: &Traced, recording: &Recording) -> Res
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     let json = outputs.file(args.json.as_deref(), Kind::Json)?;
-    let on_terminal = io::stderr().is_terminal();
-    let toolchain = Toolchain::set_up()?;
-    let (outcome, traced, recording) =
-        demonstrate(&toolchain, args.cycles_per_instruction, |step| {
-            if on_terminal {
-                eprintln!("{step} ...");
-            }
-        })?;
+    let mut announce = announce();
+    let built = Built::new(&Toolchain::set_up()?, &mut announce)?;
+    let cycles = args.cycles_per_instruction;
+    let (outcome, traced) = demonstrate(&built, cycles, Extent::Everything, &mut announce)?;
+    announce("recording the controller over its console");
+    let recording = recording::run(&built, args.cycles_per_instruction)?;
     let summary = Summary::new(&outcome, &traced, args.cycles_per_instruction);
     outputs.stage_json(json, &summary)?;
     outputs.commit()?;
     io::stdout()
-        .write_all(summary.text(&outcome, &traced, &recording).as_bytes())
+        .write_all(summary.text(&outcome, &traced, Some(&recording)).as_bytes())
         .map_err(|error| Failure::system("standard output", &error))?;
-    require(&outcome, &traced, &recording)
+    require(&outcome, &traced, Some(&recording))
 }

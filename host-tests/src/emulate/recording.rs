@@ -1,7 +1,7 @@
 //! `cargo hil record` at the emulated controller: its console at a pseudo-terminal, driven and read as a board's.
 
 use std::io::{self, ErrorKind, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -10,7 +10,7 @@ use std::thread;
 use serialport::{SerialPort, TTYPort};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use super::run::{Images, directory, rate};
+use super::run::{Built, directory, rate};
 use super::tracing::MACHINE;
 use crate::board_link::serial;
 use crate::failure::Failure;
@@ -56,14 +56,14 @@ impl Drop for Served {
 ///
 /// # Errors
 /// An emulation that does not run, what `cargo hil record` and `cargo hil gap` refuse.
-pub fn run(emulation: &Path, images: &Images, cycles: f64) -> Result<Recording, Failure> {
+pub fn run(built: &Built, cycles: f64) -> Result<Recording, Failure> {
     let system = |error: io::Error| Failure::system("a pseudo-terminal", error);
     let (near, far) = TTYPort::pair().map_err(|error| system(error.into()))?;
     let port = far.name().map(PathBuf::from).unwrap_or_default();
     // It is opened as a board's port is.
     drop(far);
     let mut line = serial::open(&port)?;
-    let served = serve(emulation, images, cycles, near).map_err(system)?;
+    let served = serve(built, cycles, near).map_err(system)?;
     let drive = Drive {
         mode: "position",
         signal: Some(SIGNAL.to_owned()),
@@ -86,7 +86,8 @@ pub fn run(emulation: &Path, images: &Images, cycles: f64) -> Result<Recording, 
     })
 }
 
-fn serve(emulation: &Path, images: &Images, cycles: f64, near: TTYPort) -> io::Result<Served> {
+fn serve(built: &Built, cycles: f64, near: TTYPort) -> io::Result<Served> {
+    let Built { emulation, images } = built;
     let mut child = clean_command(emulation)
         .arg("serve")
         .args([&images.throttle.elf, &images.controller.elf, &directory()])

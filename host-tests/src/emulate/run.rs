@@ -1,7 +1,7 @@
 //! The emulation built and run, and what came of it.
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
@@ -178,12 +178,13 @@ pub struct Outcome {
     pub store: Store,
     /// The loop of both.
     pub driven: Driven,
-    /// The controller with one fault after the other.
-    pub faults: Faults,
-    /// Its power lost in the middle of a save in an empty flash, and of one behind it.
-    pub cuts: [Cuts; 2],
-    /// The longest interrupts of both images.
-    pub ticks: Vec<Ticks>,
+    /// The controller with one fault after the other, where that was run.
+    pub faults: Option<Faults>,
+    /// Its power lost in the middle of a save in an empty flash, and of one behind it, where that was
+    /// run.
+    pub cuts: Option<[Cuts; 2]>,
+    /// The longest interrupts of both images, where that was run.
+    pub ticks: Option<Vec<Ticks>>,
     /// Seconds that the emulation took on this host.
     pub wall_time_s: f64,
 }
@@ -209,6 +210,47 @@ impl Images {
         })
     }
 }
+
+/// Everything that is built before anything runs.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// The emulation.
+    pub emulation: PathBuf,
+    /// What runs on it.
+    pub images: Images,
+}
+
+impl Built {
+    /// Builds the emulation and the images, or finds them built. `announce` is told each step before it
+    /// begins.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn new(toolchain: &Toolchain, mut announce: impl FnMut(&str)) -> Result<Self, Failure> {
+        announce(&format!(
+            "the images as they are flashed, built with {}",
+            toolchain.route().describe()
+        ));
+        let images = Images::build(toolchain)?;
+        announce("the emulated chips (built once, which takes minutes)");
+        Ok(Self {
+            emulation: build()?,
+            images,
+        })
+    }
+}
+
+/// How much of what can be done with the images is done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// Each alone, and both wired to a loop: under a minute.
+    Loop,
+    /// With faults of the chip, power that is lost and instructions of several lengths too: minutes.
+    Everything,
+}
+
+/// The emulation's names for what [`Extent::Loop`] runs.
+const LOOP: &str = "pair,throttle";
 
 /// Where the runs leave their logs.
 pub fn directory() -> PathBuf {
@@ -256,7 +298,7 @@ fn succeed(mut command: Command, what: &str) -> Result<(), Failure> {
 ///
 /// # Errors
 /// What the compiler says.
-pub fn build() -> Result<PathBuf, Failure> {
+fn build() -> Result<PathBuf, Failure> {
     let mut command = cargo("build");
     command.args(BUILD);
     succeed(command, "the emulation does not build")?;
@@ -286,15 +328,16 @@ pub(super) fn rate(cycles_per_instruction: f64) -> String {
 ///
 /// # Errors
 /// An image that ends or does not answer, and what it said instead.
-pub fn run(
-    emulation: &Path,
-    images: &Images,
-    cycles_per_instruction: f64,
-) -> Result<Outcome, Failure> {
+pub fn run(built: &Built, cycles_per_instruction: f64, extent: Extent) -> Result<Outcome, Failure> {
+    let Built { emulation, images } = built;
     let directory = directory();
     std::fs::create_dir_all(&directory)
         .map_err(|error| Failure::system(directory.display(), &error))?;
-    let output = clean_command(emulation)
+    let mut command = clean_command(emulation);
+    if extent == Extent::Loop {
+        command.arg(LOOP);
+    }
+    let output = command
         .args([&images.throttle.elf, &images.controller.elf, &directory])
         .arg(rate(cycles_per_instruction))
         .output()

@@ -25,41 +25,60 @@ const PERIOD: u64 = 8400;
 #[derive(Debug, Serialize)]
 pub struct Summary {
     /// The images.
-    target: [&'static str; 2],
-    chip: Chip,
-    r#loop: Loop,
+    pub target: [&'static str; 2],
+    /// What ran them.
+    pub chip: Chip,
+    /// What came of the loop of both.
+    pub r#loop: Loop,
 }
 
+/// What ran the images.
 #[derive(Debug, Serialize)]
-struct Chip {
-    emulator: &'static str,
-    cycles_per_instruction: f64,
-    worst_ticks: [WorstTick; 2],
+pub struct Chip {
+    /// The emulator.
+    pub emulator: &'static str,
+    /// Cycles that an instruction is taken to last.
+    pub cycles_per_instruction: f64,
+    /// Of each image.
+    pub worst_ticks: [WorstTick; 2],
     /// The same at other cycles an instruction, the throttle with each of its faults.
-    at_other_cycles: Vec<AtCycles>,
-    peripherals: [&'static str; 15],
+    pub at_other_cycles: Vec<AtCycles>,
+    /// The chip's blocks that the images use.
+    pub peripherals: [&'static str; 15],
 }
 
 /// The longest interrupts that an image saw, core cycles.
 #[derive(Debug, Serialize)]
-struct WorstTick {
-    image: &'static str,
-    plant_cycles: Option<u64>,
-    control_cycles: Option<u64>,
-    period_cycles: u64,
+pub struct WorstTick {
+    /// Which.
+    pub image: &'static str,
+    /// The plant interrupt.
+    pub plant_cycles: Option<u64>,
+    /// The control interrupt, with the plant interrupts within it.
+    pub control_cycles: Option<u64>,
+    /// From a plant tick to the next.
+    pub period_cycles: u64,
     /// From a plant tick to its acknowledgement, µs.
-    longest_latency_us: f64,
-    missed: u64,
+    pub longest_latency_us: f64,
+    /// Plant ticks that the program missed.
+    pub missed: u64,
 }
 
+/// The longest interrupts of an image at other cycles an instruction.
 #[derive(Debug, Serialize)]
-struct AtCycles {
-    image: String,
-    cycles_per_instruction: f64,
-    plant_cycles: Option<u64>,
-    control_cycles: Option<u64>,
-    longest_latency_us: f64,
-    missed: u64,
+pub struct AtCycles {
+    /// The image, with what it was told.
+    pub image: String,
+    /// Cycles that an instruction is taken to last.
+    pub cycles_per_instruction: f64,
+    /// The plant interrupt.
+    pub plant_cycles: Option<u64>,
+    /// The control interrupt, with the plant interrupts within it.
+    pub control_cycles: Option<u64>,
+    /// From a plant tick to its acknowledgement, µs.
+    pub longest_latency_us: f64,
+    /// Plant ticks that the program missed.
+    pub missed: u64,
 }
 
 impl AtCycles {
@@ -76,14 +95,19 @@ impl AtCycles {
     }
 }
 
+/// What the controller's own log lacks.
 #[derive(Debug, Serialize)]
-struct Loop {
-    verdict: &'static str,
-    effects: Vec<String>,
+pub struct Loop {
+    /// As in the answer of `cargo hil gap`.
+    pub verdict: &'static str,
+    /// Ids of the effects.
+    pub effects: Vec<String>,
     /// On the drive that nothing was fitted to, rad.
-    position_rms_before: Option<f64>,
-    position_rms_after: Option<f64>,
-    samples: usize,
+    pub position_rms_before: Option<f64>,
+    /// With what was found.
+    pub position_rms_after: Option<f64>,
+    /// Rows of all captures.
+    pub samples: usize,
 }
 
 /// What `status` says of the longest plant and control interrupt, cycles.
@@ -115,7 +139,7 @@ impl Summary {
             }
         };
         let driven = &outcome.driven;
-        let errors = traced.answer.errors.validate.as_ref();
+        let errors = traced.report.outcome.errors.validate.as_ref();
         Self {
             target: ["throttle", "controller"],
             chip: Chip {
@@ -136,12 +160,18 @@ impl Summary {
                         &driven.controller,
                     ),
                 ],
-                at_other_cycles: outcome.ticks.iter().map(AtCycles::new).collect(),
+                at_other_cycles: outcome.ticks.iter().flatten().map(AtCycles::new).collect(),
                 peripherals: PERIPHERALS,
             },
             r#loop: Loop {
-                verdict: traced.answer.verdict.name(),
-                effects: traced.answer.effects.iter().map(|e| e.id.clone()).collect(),
+                verdict: traced.report.outcome.verdict.name(),
+                effects: traced
+                    .report
+                    .outcome
+                    .effects
+                    .iter()
+                    .map(|e| e.id.clone())
+                    .collect(),
                 position_rms_before: errors.map(|errors| errors.before.position_rms),
                 position_rms_after: errors.map(|errors| errors.after.position_rms),
                 samples: traced.samples,
@@ -150,7 +180,12 @@ impl Summary {
     }
 
     /// For people.
-    pub fn text(&self, outcome: &Outcome, traced: &Traced, recording: &Recording) -> String {
+    pub fn text(
+        &self,
+        outcome: &Outcome,
+        traced: &Traced,
+        recording: Option<&Recording>,
+    ) -> String {
         let mut text = format!(
             "Two unmodified images on emulated STM32F405s, {} cycles an instruction\n",
             self.chip.cycles_per_instruction
@@ -201,7 +236,12 @@ impl Summary {
                 outcome.store.torn_after_words
             ),
         );
-        for (cuts, save) in outcome.cuts.iter().zip(["first save", "second save"]) {
+        for (cuts, save) in outcome
+            .cuts
+            .iter()
+            .flatten()
+            .zip(["first save", "second save"])
+        {
             row(
                 save,
                 format!(
@@ -211,7 +251,7 @@ impl Summary {
                 ),
             );
         }
-        for fault in &outcome.faults.faults {
+        for fault in outcome.faults.iter().flat_map(|faults| &faults.faults) {
             let name = fault.faults.split_once("first: ").map_or("?", |(_, rest)| {
                 rest.split_whitespace().next().unwrap_or("?")
             });
@@ -250,14 +290,16 @@ impl Summary {
                 milliradian(self.r#loop.position_rms_after)
             ),
         );
-        row(
-            "record",
-            format!(
-                "{} rows over the controller's console at a pseudo-terminal: {}",
-                recording.rows,
-                recording.effects.join(", ")
-            ),
-        );
+        if let Some(recording) = recording {
+            row(
+                "record",
+                format!(
+                    "{} rows over the controller's console at a pseudo-terminal: {}",
+                    recording.rows,
+                    recording.effects.join(", ")
+                ),
+            );
+        }
         row("took", format!("{:.0} s", outcome.wall_time_s));
         row("files", workspace::shown(&directory()));
         let with = |option: &str, paths: &[std::path::PathBuf]| -> String {

@@ -7,7 +7,8 @@ use super::run::{Images, Outcome, directory};
 use crate::board_log::Dictionary;
 use crate::error::{LARGEST_DATA, read_bytes};
 use crate::failure::Failure;
-use crate::gap::{self, engine};
+use crate::gap::engine;
+use crate::gap::outcome::Report;
 use crate::log::Log;
 use crate::machine::Machine;
 use crate::outputs::write_own;
@@ -22,8 +23,8 @@ const TRAINING: &str = "sweep";
 /// What the tracing found, and in what.
 #[derive(Debug)]
 pub struct Traced {
-    /// The answer of `cargo hil gap`.
-    pub answer: gap::outcome::Outcome,
+    /// What `cargo hil gap` makes of them.
+    pub report: Report,
     /// Rows of all captures.
     pub samples: usize,
     /// Captures of the training drive, as CSV.
@@ -77,7 +78,7 @@ pub fn trace(images: &Images, outcome: &Outcome) -> Result<Traced, Failure> {
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
     let report = engine::run(&machine, &read(&train)?, || read(&validate), |_| ())?;
     Ok(Traced {
-        answer: report.outcome,
+        report,
         samples,
         train,
         validate,
@@ -85,5 +86,11 @@ pub fn trace(images: &Images, outcome: &Outcome) -> Result<Traced, Failure> {
 }
 
 fn read(paths: &[PathBuf]) -> Result<Vec<Log>, Failure> {
-    paths.iter().map(|path| Ok(Log::read(path)?)).collect()
+    let read = |path: &PathBuf| {
+        let log = Log::read(path)?;
+        // As the report is to name it, on whatever machine.
+        let path = workspace::shown(path).into();
+        Ok(Log { path, ..log })
+    };
+    paths.iter().map(read).collect()
 }

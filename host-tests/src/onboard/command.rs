@@ -1,13 +1,17 @@
 //! The command line of `cargo hil onboard`.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::outcome::Onboard;
 use crate::board_run;
+use crate::emulate::command::{demonstrate, require};
+use crate::emulate::run::{Built, CYCLES_PER_INSTRUCTION, Extent};
+use crate::emulate::summary::Summary;
 use crate::failure::Failure;
 use crate::on_target_run;
 use crate::outputs::{Kind, Outputs};
+use crate::progress::announce;
 
 /// What `cargo hil onboard` takes.
 #[derive(Debug, clap::Args)]
@@ -25,23 +29,25 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     let json = outputs.file(args.json.as_deref(), Kind::Json)?;
-    let on_terminal = io::stderr().is_terminal();
-    let mut announce = |step: &str| {
-        if on_terminal {
-            eprintln!("{step} ...");
-        }
-    };
+    let mut announce = announce();
     let run = board_run::run(&mut announce)?;
     announce("a log of each kind of verdict on the emulated board");
     let verdicts = board_run::run_verdicts(&run.toolchain)?;
     announce("instruction counts");
     let counts = on_target_run::run(&run.toolchain)?.counts;
-    let onboard = Onboard::read(&run, Some(&verdicts), &counts)?;
+    let built = Built::new(&run.toolchain, &mut announce)?;
+    let (outcome, traced) =
+        demonstrate(&built, CYCLES_PER_INSTRUCTION, Extent::Loop, &mut announce)?;
+    let summary = Summary::new(&outcome, &traced, CYCLES_PER_INSTRUCTION);
+    let mut text = summary.text(&outcome, &traced, None);
+    let onboard = Onboard::read(summary, &run, &verdicts, &counts)?;
+    text += &format!("\nThe stand-in, {}\n{}", onboard.stand_in, onboard.table());
     outputs.stage_json(json, &onboard)?;
     outputs.commit()?;
     io::stdout()
-        .write_all(onboard.table().as_bytes())
+        .write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))?;
+    require(&outcome, &traced, None)?;
     run.require_parity()?;
     board_run::require_parity(&verdicts.comparisons)
 }

@@ -2,11 +2,19 @@
 
 use serde::Serialize;
 
+use crate::emulate::summary::{Chip, Loop};
+
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Onboard {
-    /// What ran it.
+    /// The images of `chip` and `loop`, as they are flashed.
     pub target: &'static str,
+    /// What ran them.
+    pub chip: Chip,
+    /// What the log lacks that the controller recorded of the throttle.
+    pub r#loop: Loop,
+    /// What everything below was run on.
+    pub stand_in: &'static str,
     /// The board's samples beside this host's.
     pub parity: Parity,
     /// Friction estimated anew on the board.
@@ -16,7 +24,6 @@ pub struct Onboard {
     /// What the board finds in its own log.
     pub gap: Gap,
     /// What it finds in a log of each kind of verdict.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub verdicts: Vec<Gap>,
     /// Instructions of one step: exact, of this compiler.
     pub instructions_per_step: PerStep,

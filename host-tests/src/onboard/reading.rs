@@ -10,13 +10,17 @@ use firmware::app::verdicts::VERDICTS;
 use super::outcome::{Deadlines, Gap, Image, Onboard, Parity, ParityOf, PerStep, Refit};
 use crate::board_log::{BoardLog, Recording};
 use crate::board_run::{BoardRun, VerdictsRun};
+use crate::emulate::summary::Summary;
 use crate::failure::Failure;
 use crate::figures::Figures;
 use crate::gap::metrics::decimal;
 use crate::image::{FLASH, RAM};
 
-/// What the emulation is called.
-const TARGET: &str = "QEMU netduinoplus2, Cortex-M4F";
+/// What runs the stand-in.
+const STAND_IN: &str = "QEMU netduinoplus2, Cortex-M4F";
+
+/// The images that are run as they are flashed, and their chip.
+const TARGET: &str = "throttle and controller, STM32F405";
 
 /// Clock of the STM32F405, Hz.
 const CLOCK: f64 = 168e6;
@@ -60,24 +64,26 @@ fn at_the_end<T: FromStr>(log: &BoardLog, kind: &str, name: &str) -> Result<T, F
 }
 
 impl Onboard {
-    /// From a run of the board, and one of each kind of verdict where there was one.
+    /// From a run of the images as they are flashed, one of the stand-in, and one of each kind of verdict.
     ///
     /// # Errors
     /// A log without a result.
     pub fn read(
+        summary: Summary,
         run: &BoardRun,
-        verdicts: Option<&VerdictsRun>,
+        verdicts: &VerdictsRun,
         counts: &Figures,
     ) -> Result<Self, Failure> {
-        let of_verdicts = verdicts.map_or(&[][..], |verdicts| &verdicts.comparisons);
-        let compared = || run.comparisons.iter().chain(of_verdicts);
+        let compared = || run.comparisons.iter().chain(&verdicts.comparisons);
         let deadlines = |name: &str| at_the_end::<u32>(&run.log, "deadlines", name);
-        let logs = [&run.log].into_iter();
-        let logs = logs.chain(verdicts.map(|verdicts| &verdicts.log));
+        let logs = [&run.log, &verdicts.log].into_iter();
         let stacks = logs.map(|log| at_the_end::<u64>(log, "stack", "used"));
         let stacks = stacks.collect::<Result<Vec<u64>, Failure>>()?;
         Ok(Self {
             target: TARGET,
+            chip: summary.chip,
+            r#loop: summary.r#loop,
+            stand_in: STAND_IN,
             parity: Parity {
                 samples: compared().map(|experiment| experiment.samples).sum(),
                 differing_bits: compared().map(|experiment| experiment.differing_bits).sum(),
@@ -93,12 +99,10 @@ impl Onboard {
             refit: Refit::read(&run.log, &WEAR)?,
             brake: Refit::read(&run.log, &BRAKE)?,
             gap: Gap::read(&run.log, &UNDECLARED)?,
-            verdicts: verdicts.map_or(Ok(Vec::new()), |verdicts| {
-                let experiments = VERDICTS.iter();
-                experiments
-                    .map(|experiment| Gap::read(&verdicts.log, experiment))
-                    .collect()
-            })?,
+            verdicts: VERDICTS
+                .iter()
+                .map(|experiment| Gap::read(&verdicts.log, experiment))
+                .collect::<Result<_, Failure>>()?,
             instructions_per_step: PerStep::read(counts)?,
             image: Image {
                 flash_bytes: run.size.flash,

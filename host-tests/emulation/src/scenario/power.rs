@@ -1,5 +1,5 @@
 //! The controller's power lost in the middle of a `save`: at its first and its last operations of the flash and at
-//! each sixth between them, within it or behind it. Each start costs half a second of translating the image anew;
+//! each sixteenth between them, within it or behind it. Each start costs half a second of translating the image anew;
 //! `host-tests/tests/operation.rs` cuts at every one, in the store as the host runs it.
 
 use rigless::device::Level;
@@ -25,12 +25,12 @@ pub(super) struct Cuts {
     otherwise: Vec<String>,
 }
 
-/// The values that a `save` stores: which parameter, and which it was.
+/// The values that a `save` stores: which parameter, and what it is, as `show` prints it.
 type Values = [(&'static str, &'static str); 2];
 
 /// Those of the image.
-const FIRST: Values = [("torque_constant", "0.06"), ("resistance", "1")];
-const SECOND: Values = [("torque_constant", "0.38"), ("resistance", "2")];
+const FIRST: Values = [("torque_constant", "0.06"), ("resistance", "1.0")];
+const SECOND: Values = [("torque_constant", "0.38"), ("resistance", "2.0")];
 const THIRD: Values = [("torque_constant", "0.4"), ("resistance", "2.5")];
 
 /// From power on to the end of the greeting, ns.
@@ -38,7 +38,7 @@ const START: u64 = 30 * MILLISECOND;
 
 /// Operations at either end of a `save` that are all cut, and how many apart the others are.
 const ENDS: usize = 4;
-const EVERY: usize = 6;
+const EVERY: usize = 16;
 
 /// An empty flash.
 const ERASED: usize = 3 * 16 * 1024;
