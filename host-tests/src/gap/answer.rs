@@ -9,6 +9,7 @@ use model_core::gap::fit::{Variables, variables};
 use model_core::gap::held_out::Refusal;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::Data;
+use model_core::gap::select::LEAST_CERTAINTY;
 use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
@@ -82,6 +83,9 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         }
         (Decision::Refused(Refusal::WorseElsewhere), _) => {
             "over shorter or longer predictions the error is clearly larger with it".to_owned()
+        }
+        (Decision::Refused(Refusal::CurrentAlone), _) => {
+            "the current is followed better with it, the position hardly".to_owned()
         }
         (Decision::Refused(Refusal::GainNotCommon), _) => {
             "the gain comes from few of the held-out blocks".to_owned()
@@ -314,6 +318,11 @@ pub(super) fn fitted(
     options: &Options,
     rotary: bool,
 ) -> Vec<FittedParameter> {
+    // A channel of the current that is off by less than it can be told is as good as an ideal one.
+    let is_said = |parameter: Base, fitted: &FittedParameter| {
+        let surely = |std: f64| fitted.fitted.abs() >= LEAST_CERTAINTY * std;
+        !parameter.is_of_current_sensor() || fitted.std.is_some_and(surely)
+    };
     trace
         .base
         .iter()
@@ -321,16 +330,18 @@ pub(super) fn fitted(
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
             let dimensions = [parameter.dimension()];
             let std = propagate(&trace.after.model, spread, &dimensions, value)[0];
-            let fitted = trace.after.model.get(parameter);
-            FittedParameter {
+            let fitted = FittedParameter {
                 name: parameter.name().to_owned(),
                 declared: decimal(declared.get(parameter)),
-                fitted: decimal(fitted),
+                fitted: decimal(value(&trace.after.model)[0]),
                 std: std.is_finite().then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
                 freed: !options.base.contains(&parameter),
-            }
+            };
+            (parameter, fitted)
         })
+        .filter(|(parameter, fitted)| is_said(*parameter, fitted))
+        .map(|(_, fitted)| fitted)
         .collect()
 }
 

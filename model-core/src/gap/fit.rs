@@ -10,8 +10,9 @@ use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
 use heapless::Vec;
 
-/// Most variables of one fit: the fourteen of the base, and three for each of four effects.
-pub const MOST_VARIABLES: usize = 26;
+/// Most variables of one fit: the fourteen of the base, the three of a current's channel, and three for each of
+/// four effects.
+pub const MOST_VARIABLES: usize = 29;
 
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an
 /// `f32` simulation, far below where a parameter's influence bends.
@@ -20,6 +21,13 @@ const DIFFERENCE: f32 = 0.01;
 /// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
 /// a log that determines the parameter, and what holds one that it does not.
 pub(super) const DECLARED_WEIGHT: f64 = 3.0;
+
+/// Farthest that a current's channel may be off: a share of the reading and of the current's rms, as of shunts
+/// and amplifiers that nobody has trimmed, and rows of the log. A larger error of the gain is a wrong torque
+/// constant or resistance.
+const LARGEST_GAIN_ERROR: f32 = 0.05;
+const LARGEST_OFFSET: f32 = 0.1;
+const LONGEST_LAG: f32 = 2.0;
 
 /// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
 /// would spoil the few windows that do.
@@ -83,13 +91,18 @@ impl Variable {
             }
             Base::Inductance => 1e-3 * model.get(Base::Resistance),
             Base::Resistance | Base::TorqueConstant | Base::Inertia => declared,
+            Base::CurrentGainError => LARGEST_GAIN_ERROR,
+            Base::CurrentOffset => LARGEST_OFFSET * scope.current,
+            Base::CurrentLag => LONGEST_LAG * scope.period,
         };
         let scale = if parameter.dimension() == Dimension::Position {
             natural
         } else {
             declared.abs().max(natural)
         };
-        let (lower, upper) = if parameter.dimension() == Dimension::Position {
+        let (lower, upper) = if parameter.is_of_current_sensor() {
+            (if parameter.is_signed() { -natural } else { 0.0 }, natural)
+        } else if parameter.dimension() == Dimension::Position {
             (
                 declared - 10.0 * scope.stroke,
                 declared + 10.0 * scope.stroke,

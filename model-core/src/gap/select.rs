@@ -79,8 +79,8 @@ const CAUGHT: f64 = 2.0;
 /// Share of a declared number from which on a fitted one makes it wrong: finer than a data sheet.
 const LEAST_OFF: f32 = 0.02;
 
-/// Standard deviations that an effect's strength must be from zero.
-const LEAST_CERTAINTY: f64 = 3.0;
+/// Standard deviations that a strength must be from zero, to be said.
+pub const LEAST_CERTAINTY: f64 = 3.0;
 
 /// A windowed error beyond so many counts of the sensor is not the sensor's.
 const SENSOR_COUNTS: f64 = 3.0;
@@ -993,6 +993,7 @@ fn prove_rivals(
         let with = workbench.start(model, effect)??;
         let proven = Comparison {
             ratio: held_out.ratio,
+            motion: held_out.motion,
             ..compare_in_short_windows(workbench, (model, &with), THROUGHOUT)?
         };
         if proven.refusal(screened.tries(index)).is_none() {

@@ -87,10 +87,11 @@ const LONG: usize = 10;
 const BLOCK: f32 = 0.5;
 
 /// How the tracing runs.
-#[derive(Debug, Clone, Copy)]
-pub struct Options<'a> {
-    /// Parameters of the declared actuator that may be re-estimated.
-    pub base: &'a [Base],
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Numbers that any fit moves: parameters of the declared actuator that may be re-estimated, and those of the
+    /// channel of a measured current.
+    pub base: Numbers,
     /// Sizes to scale by.
     pub scope: Scope,
     /// Ranges to lay learned maps over.
@@ -101,15 +102,19 @@ pub struct Options<'a> {
     pub block: usize,
 }
 
-impl<'a> Options<'a> {
+impl Options {
     /// The lengths that the tracing was developed with, and the sizes that the logs say are
     /// sensible. `base`: what may be re-estimated; `rotary`: the coordinate is an angle.
     ///
     /// `None` if there is no log or the model cannot be built.
-    pub fn new(data: &Data, model: &Model, base: &'a [Base], rotary: bool) -> Option<Self> {
+    pub fn new(data: &Data, model: &Model, base: &[Base], rotary: bool) -> Option<Self> {
         let (scope, ranges) = scope(data, model, rotary)?;
+        let has_winding = matches!(model.plant.drive, Drive::Voltage { .. });
+        let is_measured = has_winding && data.logs.iter().any(|log| log.current.is_some());
+        let of_machine = base.iter().copied().filter(|it| !it.is_of_current_sensor());
+        let of_sensor = Base::OF_CURRENT_SENSOR.into_iter().filter(|_| is_measured);
         Some(Self {
-            base,
+            base: of_machine.chain(of_sensor).collect(),
             scope,
             ranges,
             screen_window: samples(SCREEN_WINDOW, scope.period, 4)
@@ -127,7 +132,7 @@ pub struct Workbench<'a, S> {
     /// The model as the user declares it.
     pub declared: &'a Model,
     /// How the tracing runs.
-    pub options: &'a Options<'a>,
+    pub options: &'a Options,
     /// Numbers of the declared actuator that fits move: those of the options, and behind them those
     /// that were freed.
     pub base: Numbers,
@@ -144,7 +149,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         mut data: Data<'a>,
         schedule: &'a S,
         declared: &'a Model,
-        options: &'a Options<'a>,
+        options: &'a Options,
     ) -> Option<Self> {
         let travel = CLEAR_STROKE * options.scope.stroke;
         data.settings.clear_travel = data.settings.clear_travel.max(travel);
@@ -154,7 +159,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             data,
             declared,
             options,
-            base: options.base.iter().copied().collect(),
+            base: options.base.clone(),
             simulated: 0,
             schedule,
             block: windows_per_block(&data, options.block),
