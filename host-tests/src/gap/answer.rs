@@ -35,6 +35,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             match by {
                 // They are taken where they do as well.
                 Subject::Numbers => "but so do the machine file's own numbers".to_owned(),
+                Subject::CurrentSensor => "but so does another reading of the current".to_owned(),
                 _ => format!("{} takes more", in_words(by)),
             }
         ),
@@ -137,6 +138,7 @@ pub(super) fn subject(subject: Subject) -> String {
         Subject::Effect(effect) => effect.description().id.to_owned(),
         Subject::Map(kind) => map_name(kind),
         Subject::Numbers => "numbers".to_owned(),
+        Subject::CurrentSensor => "current_sensor".to_owned(),
     }
 }
 
@@ -145,6 +147,7 @@ fn in_words(looked_at: Subject) -> String {
     match looked_at {
         Subject::Map(kind) => format!("a {} learned over {}", kind.acts_as(), kind.variable()),
         Subject::Numbers => "the machine file's own numbers".to_owned(),
+        Subject::CurrentSensor => "another reading of the current".to_owned(),
         Subject::Effect(_) => subject(looked_at),
     }
 }
@@ -336,7 +339,7 @@ pub(super) fn fitted(
                 fitted: decimal(value(&trace.after.model)[0]),
                 std: std.is_finite().then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
-                freed: !options.base.contains(&parameter),
+                freed: !parameter.is_of_current_sensor() && !options.base.contains(&parameter),
             };
             (parameter, fitted)
         })

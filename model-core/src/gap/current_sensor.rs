@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Shunts and amplifiers are a few percent off and a logger's filter is late; what that makes of the current
-//! looks like a wrong resistance, brushes or a late drive. So every model has these three numbers, and a fit
-//! moves them wherever a winding's current was measured. They are the channel's, not the machine's: a
-//! simulation of the machine alone has none of them.
+//! looks like a wrong resistance, brushes or a late drive. So every model has these three numbers, which are
+//! freed where they explain a log as well as an effect does. They are the channel's, not the machine's: a simulation
+//! of the machine alone has none of them.
 
 /// The channel of a measured current. The default is an ideal one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -29,6 +29,10 @@ const LARGEST_GAIN_ERROR: f32 = 0.05;
 const LARGEST_OFFSET: f32 = 0.1;
 const LONGEST_LAG: f32 = 2.0;
 
+/// Standard deviations that these are taken for. So a channel is known before any log, which has to be asked of
+/// as much as it says of a machine: one of another gain and a machine of other sizes are the same log.
+const LARGEST_DEVIATION: f64 = 2.0;
+
 /// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
 /// would spoil the few windows that do.
 const KNOT_WEIGHT: f64 = 300.0;
@@ -164,13 +168,28 @@ impl Variable {
             if own == slot && index < model.effects[slot].id.strengths())
     }
 
-    /// What its declared value weighs in a fit.
-    fn weight(&self) -> f64 {
+    /// What its declared value weighs in a fit, in windows of so many samples.
+    ///
+    /// What is known of a channel is one observation, as a window is, whose residuals repeat what its restart has
+    /// left in it.
+    fn weight(&self, window: usize) -> f64 {
         match (self.declared, self.target) {
             (Some(_), Target::Knot(_)) => KNOT_WEIGHT,
+            (Some(_), Target::Base(base)) if base.is_of_current_sensor() => {
+                LARGEST_DEVIATION * LARGEST_DEVIATION * window as f64
+            }
             (Some(_), _) => DECLARED_WEIGHT,
             (None, _) => 0.0,
         }
+    }
+
+    /// How far what is known of it beforehand may push a fit: a standard deviation of it, times its weight.
+    pub(super) fn push(&self, window: usize) -> Option<f64> {
+        let Target::Base(base) = self.target else {
+            return None;
+        };
+        let known = base.is_of_current_sensor();
+        known.then(|| self.weight(window) / LARGEST_DEVIATION)
     }
 
     /// How far it is from its declared value, in scales.
@@ -320,7 +339,7 @@ impl<S: Schedule> Problem<'_, S> {
         self.simulated += sums.simulated(copies);
         sums.products.row_mut(0)[0] += self.cost_of_departure(model);
         for (index, variable) in self.variables.iter().enumerate() {
-            let weight = variable.weight();
+            let weight = variable.weight(self.data.settings.window);
             let row = sums.products.row_mut(index + 1);
             row[0] += weight * variable.departure(model);
             row[index + 1] += weight;
@@ -343,7 +362,7 @@ impl<S: Schedule> Problem<'_, S> {
     fn cost_of_departure(&self, model: &Model) -> f64 {
         let cost = |variable: &Variable| {
             let departure = variable.departure(model);
-            variable.weight() * departure * departure
+            variable.weight(self.data.settings.window) * departure * departure
         };
         self.variables.iter().map(cost).sum()
     }

@@ -83,13 +83,18 @@ impl Comparison {
 
     /// Whether the larger model is refused, as one of `looks` that were taken at the data.
     pub fn refusal(&self, looks: usize) -> Option<Refusal> {
+        let current_alone = self.motion > LARGEST_RATIO;
+        let refusal = self.refusal_of_channel(looks);
+        refusal.or(current_alone.then_some(Refusal::CurrentAlone))
+    }
+
+    /// The same of one that has no more than another way to read the current.
+    pub fn refusal_of_channel(&self, looks: usize) -> Option<Refusal> {
         let required = SIGNIFICANCE / looks.max(1) as f64;
         if self.p_value >= required {
             Some(Refusal::NotSignificant { required })
         } else if self.ratio > LARGEST_RATIO {
             Some(Refusal::GainTooSmall)
-        } else if self.motion > LARGEST_RATIO {
-            Some(Refusal::CurrentAlone)
         } else if self.median < LEAST_MEDIAN {
             Some(Refusal::GainNotCommon)
         } else {

@@ -69,7 +69,7 @@ impl Base {
         Self::Static,
     ];
 
-    /// Those of the channel of a measured current, which any fit moves that has one.
+    /// Those of the channel of a measured current.
     pub const OF_CURRENT_SENSOR: [Self; 3] = [
         Self::CurrentGainError,
         Self::CurrentOffset,

@@ -87,11 +87,10 @@ const LONG: usize = 10;
 const BLOCK: f32 = 0.5;
 
 /// How the tracing runs.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Numbers that any fit moves: parameters of the declared actuator that may be re-estimated, and those of the
-    /// channel of a measured current.
-    pub base: Numbers,
+#[derive(Debug, Clone, Copy)]
+pub struct Options<'a> {
+    /// Parameters of the declared actuator that may be re-estimated.
+    pub base: &'a [Base],
     /// Sizes to scale by.
     pub scope: Scope,
     /// Ranges to lay learned maps over.
@@ -102,19 +101,15 @@ pub struct Options {
     pub block: usize,
 }
 
-impl Options {
+impl<'a> Options<'a> {
     /// The lengths that the tracing was developed with, and the sizes that the logs say are
     /// sensible. `base`: what may be re-estimated; `rotary`: the coordinate is an angle.
     ///
     /// `None` if there is no log or the model cannot be built.
-    pub fn new(data: &Data, model: &Model, base: &[Base], rotary: bool) -> Option<Self> {
+    pub fn new(data: &Data, model: &Model, base: &'a [Base], rotary: bool) -> Option<Self> {
         let (scope, ranges) = scope(data, model, rotary)?;
-        let has_winding = matches!(model.plant.drive, Drive::Voltage { .. });
-        let is_measured = has_winding && data.logs.iter().any(|log| log.current.is_some());
-        let of_machine = base.iter().copied().filter(|it| !it.is_of_current_sensor());
-        let of_sensor = Base::OF_CURRENT_SENSOR.into_iter().filter(|_| is_measured);
         Some(Self {
-            base: of_machine.chain(of_sensor).collect(),
+            base,
             scope,
             ranges,
             screen_window: samples(SCREEN_WINDOW, scope.period, 4)
@@ -132,7 +127,7 @@ pub struct Workbench<'a, S> {
     /// The model as the user declares it.
     pub declared: &'a Model,
     /// How the tracing runs.
-    pub options: &'a Options,
+    pub options: &'a Options<'a>,
     /// Numbers of the declared actuator that fits move: those of the options, and behind them those
     /// that were freed.
     pub base: Numbers,
@@ -149,7 +144,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         mut data: Data<'a>,
         schedule: &'a S,
         declared: &'a Model,
-        options: &'a Options,
+        options: &'a Options<'a>,
     ) -> Option<Self> {
         let travel = CLEAR_STROKE * options.scope.stroke;
         data.settings.clear_travel = data.settings.clear_travel.max(travel);
@@ -159,7 +154,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             data,
             declared,
             options,
-            base: options.base.clone(),
+            base: options.base.iter().copied().collect(),
             simulated: 0,
             schedule,
             block: windows_per_block(&data, options.block),
@@ -477,6 +472,15 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let held = Base::WITHOUT_EFFECT.into_iter();
         held.filter(|number| !self.base.contains(number))
             .filter(|number| !number.is_of_motor() || matches!(plant.drive, Drive::Voltage { .. }))
+            .collect()
+    }
+
+    /// Numbers of the current's channel that fits leave alone; none without such a channel.
+    pub fn held_channel(&self) -> Numbers {
+        let has_winding = matches!(self.declared.plant.drive, Drive::Voltage { .. });
+        let is_measured = has_winding && self.data.logs.iter().any(|log| log.current.is_some());
+        let held = Base::OF_CURRENT_SENSOR.into_iter();
+        held.filter(|number| is_measured && !self.base.contains(number))
             .collect()
     }
 
