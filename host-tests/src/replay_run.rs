@@ -144,6 +144,7 @@ pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
             .map(|(id, values)| Active { id, values })
             .collect(),
         map: None,
+        current_sensor: Default::default(),
     });
     let drive = Drive {
         model: &model,
