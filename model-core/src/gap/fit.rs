@@ -10,8 +10,9 @@ use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
 use heapless::Vec;
 
-/// Most variables of one fit: the fourteen of the base, and three for each of four effects.
-pub const MOST_VARIABLES: usize = 26;
+/// Most variables of one fit: the fourteen of the base, the three of a current's channel, and three for each of
+/// four effects.
+pub const MOST_VARIABLES: usize = 29;
 
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an
 /// `f32` simulation, far below where a parameter's influence bends.

@@ -2,7 +2,7 @@
 //! count of what was simulated.
 
 use super::covariance::Information;
-use super::fit::{self, Effort, Fit, MOST_VARIABLES, Target, Variables};
+use super::fit::{self, Effort, Fit, Target, Variables};
 use super::held_out::{
     HeldOut, LARGEST_RATIO, MOST_BLOCKS, Mask, compare, is_hopeless_within, windows_per_block,
 };
@@ -13,7 +13,6 @@ use super::replay::{
 };
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
-use super::select::ROUNDS;
 use super::span::best_span;
 use super::verdict::FARTHEST;
 use crate::effect::learned_map::Ranges;
@@ -476,16 +475,12 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             .collect()
     }
 
-    /// Numbers of the current's channel that fits leave alone; none without such a channel, or where a fit has no room
-    /// for them beside all other numbers that may be freed and the effects that may be found.
+    /// Numbers of the current's channel that fits leave alone; none without such a channel.
     pub fn held_channel(&self) -> Numbers {
-        let machine = self.base.len() + self.held_numbers().len();
-        let has_room =
-            machine + Base::OF_CURRENT_SENSOR.len() + ROUNDS * MOST_PARAMETERS <= MOST_VARIABLES;
         let has_winding = matches!(self.declared.plant.drive, Drive::Voltage { .. });
         let is_measured = has_winding && self.data.logs.iter().any(|log| log.current.is_some());
         let held = Base::OF_CURRENT_SENSOR.into_iter();
-        held.filter(|number| has_room && is_measured && !self.base.contains(number))
+        held.filter(|number| is_measured && !self.base.contains(number))
             .collect()
     }
 
