@@ -144,7 +144,6 @@ pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
             .map(|(id, values)| Active { id, values })
             .collect(),
         map: None,
-        current_sensor: Default::default(),
     });
     let drive = Drive {
         model: &model,

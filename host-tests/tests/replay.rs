@@ -25,7 +25,6 @@ fn throttle() -> Model {
         gravity_rest: 0.0,
         effects: Default::default(),
         map: None,
-        current_sensor: Default::default(),
     }
 }
 

@@ -9,8 +9,6 @@ pub enum Dimension {
     Inductance,
     /// V.
     Voltage,
-    /// A.
-    Current,
     /// 1/W.
     PerPower,
     /// 1/(A²·s).
@@ -59,7 +57,6 @@ impl Dimension {
             Self::Resistance => ("Ω", "Ω"),
             Self::Inductance => ("H", "H"),
             Self::Voltage => ("V", "V"),
-            Self::Current => ("A", "A"),
             Self::PerPower => ("1/W", "1/W"),
             Self::PerSquaredCurrentTime => ("1/(A²·s)", "1/(A²·s)"),
             Self::TorquePerCurrent => ("N·m/A", "N/A"),

@@ -4,7 +4,6 @@
 use model_core::effect::learned_map::{Kind, LearnedMap, Ranges};
 use model_core::effect::{Active, Id, Scope};
 use model_core::gap::covariance::Information;
-use model_core::gap::current_sensor::CurrentSensor;
 use model_core::gap::fit::variables;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
@@ -172,13 +171,6 @@ fn models(plant: &Parameters) -> Vec<(String, Model)> {
         }
         models.push((format!("{set:?}"), with));
     }
-    let mut misread = model(plant);
-    misread.current_sensor = CurrentSensor {
-        gain_error: 0.03,
-        offset: -0.1,
-        lag: 0.7 * PERIOD,
-    };
-    models.push(("a current that is misread".to_owned(), misread));
     let ranges = Ranges {
         position: (-1.0, 1.0),
         velocity: (-10.0, 10.0),
@@ -248,15 +240,7 @@ fn a_replay_has_the_same_errors() {
 
 #[test]
 fn sums_over_perturbed_copies_are_the_same() {
-    let base = [
-        Base::Inertia,
-        Base::Viscous,
-        Base::Coulomb,
-        Base::Static,
-        Base::CurrentGainError,
-        Base::CurrentOffset,
-        Base::CurrentLag,
-    ];
+    let base = [Base::Inertia, Base::Viscous, Base::Coulomb, Base::Static];
     let plant = &plants()[0];
     on_logs(plant, |data| {
         for (name, with) in models(plant) {

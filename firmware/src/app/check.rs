@@ -81,7 +81,6 @@ pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
         gravity_rest: 0.0,
         effects: Vec::new(),
         map: None,
-        current_sensor: Default::default(),
     };
     let logs = [log];
     let data = Data::new(&logs, machine.converters.position.unit()).ok_or(Failed::LogTooShort)?;
@@ -129,7 +128,6 @@ fn finding(data: &Data, trace: &Trace) -> Result<Finding, Failed> {
         fitted: trace
             .base
             .iter()
-            .filter(|parameter| !parameter.is_of_current_sensor())
             .map(|&parameter| (parameter, trace.after.model.get(parameter)))
             .collect(),
         before: error(&trace.before.model)?,

@@ -9,7 +9,6 @@ use model_core::gap::fit::{Variables, variables};
 use model_core::gap::held_out::Refusal;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::Data;
-use model_core::gap::select::LEAST_CERTAINTY;
 use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
@@ -35,7 +34,6 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             match by {
                 // They are taken where they do as well.
                 Subject::Numbers => "but so do the machine file's own numbers".to_owned(),
-                Subject::CurrentSensor => "but so does another reading of the current".to_owned(),
                 _ => format!("{} takes more", in_words(by)),
             }
         ),
@@ -84,9 +82,6 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         }
         (Decision::Refused(Refusal::WorseElsewhere), _) => {
             "over shorter or longer predictions the error is clearly larger with it".to_owned()
-        }
-        (Decision::Refused(Refusal::CurrentAlone), _) => {
-            "the current is followed better with it, the position hardly".to_owned()
         }
         (Decision::Refused(Refusal::GainNotCommon), _) => {
             "the gain comes from few of the held-out blocks".to_owned()
@@ -138,7 +133,6 @@ pub(super) fn subject(subject: Subject) -> String {
         Subject::Effect(effect) => effect.description().id.to_owned(),
         Subject::Map(kind) => map_name(kind),
         Subject::Numbers => "numbers".to_owned(),
-        Subject::CurrentSensor => "current_sensor".to_owned(),
     }
 }
 
@@ -147,7 +141,6 @@ fn in_words(looked_at: Subject) -> String {
     match looked_at {
         Subject::Map(kind) => format!("a {} learned over {}", kind.acts_as(), kind.variable()),
         Subject::Numbers => "the machine file's own numbers".to_owned(),
-        Subject::CurrentSensor => "another reading of the current".to_owned(),
         Subject::Effect(_) => subject(looked_at),
     }
 }
@@ -321,11 +314,6 @@ pub(super) fn fitted(
     options: &Options,
     rotary: bool,
 ) -> Vec<FittedParameter> {
-    // A channel of the current that is off by less than it can be told is as good as an ideal one.
-    let is_said = |parameter: Base, fitted: &FittedParameter| {
-        let surely = |std: f64| fitted.fitted.abs() >= LEAST_CERTAINTY * std;
-        !parameter.is_of_current_sensor() || fitted.std.is_some_and(surely)
-    };
     trace
         .base
         .iter()
@@ -333,18 +321,16 @@ pub(super) fn fitted(
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
             let dimensions = [parameter.dimension()];
             let std = propagate(&trace.after.model, spread, &dimensions, value)[0];
-            let fitted = FittedParameter {
+            let fitted = trace.after.model.get(parameter);
+            FittedParameter {
                 name: parameter.name().to_owned(),
                 declared: decimal(declared.get(parameter)),
-                fitted: decimal(value(&trace.after.model)[0]),
+                fitted: decimal(fitted),
                 std: std.is_finite().then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
-                freed: !parameter.is_of_current_sensor() && !options.base.contains(&parameter),
-            };
-            (parameter, fitted)
+                freed: !options.base.contains(&parameter),
+            }
         })
-        .filter(|(parameter, fitted)| is_said(*parameter, fitted))
-        .map(|(_, fitted)| fitted)
         .collect()
 }
 

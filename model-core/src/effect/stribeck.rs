@@ -75,12 +75,6 @@ impl Effect for Stribeck {
         SHARES.get(index).map(|share| share * scope.speed)
     }
 
-    fn largest_shape(scope: &Scope) -> f32 {
-        // The peak of a sine of that rms. Within a log's speeds, a longer fall is one line: less Coulomb and less
-        // viscous friction.
-        core::f32::consts::SQRT_2 * scope.speed
-    }
-
     fn bind(&self, plant: &mut Parameters, _chain: &mut Chain) {
         let hold = |breakaway: f32, coulomb: f32| breakaway.max(coulomb + self.drop);
         plant.breakaway.forward = hold(plant.breakaway.forward, plant.coulomb.forward);

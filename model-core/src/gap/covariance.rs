@@ -27,9 +27,6 @@ const LEFT_OUT: f64 = 0.95;
 /// too little, the jackknife does not. Source: R. M. Bell, D. F. McCaffrey, *Bias reduction in standard
 /// errors for linear regression with multi-stage samples*, 2002, there without the 0.95, which is ours.
 ///
-/// What is known beforehand of a current's channel counts as one more window, which may be off by a standard
-/// deviation of it.
-///
 /// What all windows have in common no jackknife sees. Replays restart from smoothed states, which are
 /// off by what the smoothing takes away; [`Information::allow_for_restarts`] adds what that may do.
 #[derive(Debug, Clone, Default)]
@@ -105,16 +102,6 @@ impl Information {
             });
             problem.simulated += sums.simulated(copies);
         })?;
-        let count = variables.len();
-        let factor = Cholesky::new(sums.normal(count), count);
-        for (place, variable) in variables.iter().enumerate() {
-            if let Some(push) = variable.push(data.settings.window) {
-                let mut step = [0.0; MOST_VARIABLES];
-                step[place] = push;
-                factor.solve(&mut step[..count]);
-                add_square(moves, &step[..count], 1.0);
-            }
-        }
         Some(problem.simulated)
     }
 

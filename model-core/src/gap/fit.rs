@@ -10,9 +10,8 @@ use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
 use heapless::Vec;
 
-/// Most variables of one fit: the fourteen of the base, the three of a current's channel, and three for each of
-/// four effects.
-pub const MOST_VARIABLES: usize = 29;
+/// Most variables of one fit: the fourteen of the base, and three for each of four effects.
+pub const MOST_VARIABLES: usize = 26;
 
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an
 /// `f32` simulation, far below where a parameter's influence bends.
@@ -21,17 +20,6 @@ const DIFFERENCE: f32 = 0.01;
 /// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
 /// a log that determines the parameter, and what holds one that it does not.
 pub(super) const DECLARED_WEIGHT: f64 = 3.0;
-
-/// Farthest that a current's channel may be off: a share of the reading and of the current's rms, as of shunts
-/// and amplifiers that nobody has trimmed, and rows of the log. A larger error of the gain is a wrong torque
-/// constant or resistance.
-const LARGEST_GAIN_ERROR: f32 = 0.05;
-const LARGEST_OFFSET: f32 = 0.1;
-const LONGEST_LAG: f32 = 2.0;
-
-/// Standard deviations that these are taken for. So a channel is known before any log, which has to be asked of
-/// as much as it says of a machine: one of another gain and a machine of other sizes are the same log.
-const LARGEST_DEVIATION: f64 = 2.0;
 
 /// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
 /// would spoil the few windows that do.
@@ -95,18 +83,13 @@ impl Variable {
             }
             Base::Inductance => 1e-3 * model.get(Base::Resistance),
             Base::Resistance | Base::TorqueConstant | Base::Inertia => declared,
-            Base::CurrentGainError => LARGEST_GAIN_ERROR,
-            Base::CurrentOffset => LARGEST_OFFSET * scope.current,
-            Base::CurrentLag => LONGEST_LAG * scope.period,
         };
         let scale = if parameter.dimension() == Dimension::Position {
             natural
         } else {
             declared.abs().max(natural)
         };
-        let (lower, upper) = if parameter.is_of_current_sensor() {
-            (if parameter.is_signed() { -natural } else { 0.0 }, natural)
-        } else if parameter.dimension() == Dimension::Position {
+        let (lower, upper) = if parameter.dimension() == Dimension::Position {
             (
                 declared - 10.0 * scope.stroke,
                 declared + 10.0 * scope.stroke,
@@ -168,28 +151,13 @@ impl Variable {
             if own == slot && index < model.effects[slot].id.strengths())
     }
 
-    /// What its declared value weighs in a fit, in windows of so many samples.
-    ///
-    /// What is known of a channel is one observation, as a window is, whose residuals repeat what its restart has
-    /// left in it.
-    fn weight(&self, window: usize) -> f64 {
+    /// What its declared value weighs in a fit.
+    fn weight(&self) -> f64 {
         match (self.declared, self.target) {
             (Some(_), Target::Knot(_)) => KNOT_WEIGHT,
-            (Some(_), Target::Base(base)) if base.is_of_current_sensor() => {
-                LARGEST_DEVIATION * LARGEST_DEVIATION * window as f64
-            }
             (Some(_), _) => DECLARED_WEIGHT,
             (None, _) => 0.0,
         }
-    }
-
-    /// How far what is known of it beforehand may push a fit: a standard deviation of it, times its weight.
-    pub(super) fn push(&self, window: usize) -> Option<f64> {
-        let Target::Base(base) = self.target else {
-            return None;
-        };
-        let known = base.is_of_current_sensor();
-        known.then(|| self.weight(window) / LARGEST_DEVIATION)
     }
 
     /// How far it is from its declared value, in scales.
@@ -339,7 +307,7 @@ impl<S: Schedule> Problem<'_, S> {
         self.simulated += sums.simulated(copies);
         sums.products.row_mut(0)[0] += self.cost_of_departure(model);
         for (index, variable) in self.variables.iter().enumerate() {
-            let weight = variable.weight(self.data.settings.window);
+            let weight = variable.weight();
             let row = sums.products.row_mut(index + 1);
             row[0] += weight * variable.departure(model);
             row[index + 1] += weight;
@@ -362,7 +330,7 @@ impl<S: Schedule> Problem<'_, S> {
     fn cost_of_departure(&self, model: &Model) -> f64 {
         let cost = |variable: &Variable| {
             let departure = variable.departure(model);
-            variable.weight(self.data.settings.window) * departure * departure
+            variable.weight() * departure * departure
         };
         self.variables.iter().map(cost).sum()
     }

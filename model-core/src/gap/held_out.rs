@@ -40,8 +40,6 @@ pub type HeldOut = Vec<WindowError, MOST_BLOCKS>;
 pub struct Comparison {
     /// Mean square error of the larger model over that of the smaller, product over the channels.
     pub ratio: f64,
-    /// The same of the position alone.
-    pub motion: f64,
     /// One-sided Wilcoxon p of so large a gain, if the larger model had no more than one percent of the
     /// error to gain. Of few blocks twice the lesser of that and of the paired t-test's.
     pub p_value: f64,
@@ -59,9 +57,6 @@ pub enum Refusal {
     },
     /// The held-out error falls too little.
     GainTooSmall,
-    /// The position is hardly followed better: the gain is that of the current, whose channel may err in more ways
-    /// than a model of it has.
-    CurrentAlone,
     /// The held-out gain comes from few blocks.
     GainNotCommon,
     /// Fitted without it from where the fit with it has come to, the model follows the log as well.
@@ -83,13 +78,6 @@ impl Comparison {
 
     /// Whether the larger model is refused, as one of `looks` that were taken at the data.
     pub fn refusal(&self, looks: usize) -> Option<Refusal> {
-        let current_alone = self.motion > LARGEST_RATIO;
-        let refusal = self.refusal_of_channel(looks);
-        refusal.or(current_alone.then_some(Refusal::CurrentAlone))
-    }
-
-    /// The same of one that has no more than another way to read the current.
-    pub fn refusal_of_channel(&self, looks: usize) -> Option<Refusal> {
         let required = SIGNIFICANCE / looks.max(1) as f64;
         if self.p_value >= required {
             Some(Refusal::NotSignificant { required })
@@ -125,10 +113,8 @@ pub fn compare_within(smaller: &HeldOut, larger: &HeldOut, mask: &Mask) -> Compa
         let chosen = blocks.iter().zip(mask).filter(|(_, within)| **within);
         chosen.map(|(block, _)| *block).collect()
     };
-    let Comparison { ratio, motion, .. } = compare(smaller, larger);
     Comparison {
-        ratio,
-        motion,
+        ratio: compare(smaller, larger).ratio,
         ..compare(&within(smaller), &within(larger))
     }
 }
@@ -170,21 +156,14 @@ impl Total {
 
     /// It over another one, product over the channels.
     pub fn over(&self, other: &Self) -> f64 {
-        self.position_over(other) * share(self.current, other.current)
-    }
-
-    /// Its position over another one's.
-    fn position_over(&self, other: &Self) -> f64 {
-        share(self.position, other.position)
-    }
-}
-
-/// An error over another one; 1 where there is none.
-fn share(after: f32, before: f32) -> f64 {
-    if before > 0.0 {
-        f64::from(after) / f64::from(before)
-    } else {
-        1.0
+        let ratio = |before: f32, after: f32| {
+            if before > 0.0 {
+                f64::from(after) / f64::from(before)
+            } else {
+                1.0
+            }
+        };
+        ratio(other.position, self.position) * ratio(other.current, self.current)
     }
 }
 
@@ -216,7 +195,6 @@ pub fn compare(smaller: &HeldOut, larger: &HeldOut) -> Comparison {
     let p_value = p_value(&mut differences);
     Comparison {
         ratio: totals[1].over(&totals[0]),
-        motion: totals[1].position_over(&totals[0]),
         p_value,
         median,
     }
@@ -301,26 +279,6 @@ mod tests {
             let found = p_value(differences);
             assert!((found / (2.0 * expected) - 1.0).abs() < 1e-9, "{found}");
         }
-    }
-
-    #[test]
-    fn what_the_current_alone_gains_proves_nothing() {
-        let blocks = |position: f32, current: f32| -> HeldOut {
-            let block = WindowError {
-                position,
-                current,
-                ..WindowError::default()
-            };
-            (0..20).map(|_| block).collect()
-        };
-        let refusal = |position, current| {
-            let gain = compare(&blocks(1.0, 1.0), &blocks(position, current));
-            gain.refusal(1)
-        };
-        assert_eq!(refusal(0.95, 0.1), Some(Refusal::CurrentAlone));
-        assert_eq!(refusal(0.5, 0.1), None);
-        // A current that is mere noise does not hide what the motion gains.
-        assert_eq!(refusal(0.5, 1.0), None);
     }
 
     /// Two models of which the second one gains in the blocks of `better`, the first three tested.

@@ -132,7 +132,6 @@ pub fn compare_where_it_shows(
     };
     Some(Comparison {
         ratio: whole.ratio,
-        motion: whole.motion,
         ..compare_in_short_windows(workbench, (without, with), span)?
     })
 }

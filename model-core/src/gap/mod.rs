@@ -4,7 +4,6 @@
 //!
 //! * [`log`]: the measured log, and the smoothed state that a replay restarts from;
 //! * [`model`]: the declared actuator with its effects;
-//! * [`current_sensor`]: how a measured current differs from the winding's;
 //! * [`simulator`]: a model bound for one step period, with what it holds over a step ([`held`]);
 //! * [`scope`]: the sizes and ranges that a log says are sensible;
 //! * [`ensemble`]: the model with its perturbed copies, which share what they have in common;
@@ -35,7 +34,6 @@
 //!   candidates of a round and the shapes tried for each, not among rounds.
 
 pub mod covariance;
-pub mod current_sensor;
 pub mod ensemble;
 pub mod fit;
 pub mod held;

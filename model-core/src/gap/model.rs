@@ -1,6 +1,5 @@
 //! The declared actuator with its effects.
 
-use super::current_sensor::CurrentSensor;
 use super::held::Held;
 use super::simulator::Simulator;
 use crate::effect::gravity::Gravity;
@@ -46,16 +45,10 @@ pub enum Base {
     Coulomb,
     /// Breakaway level, both directions.
     Static,
-    /// Share by which a measured current is read too large.
-    CurrentGainError,
-    /// What is measured without a current.
-    CurrentOffset,
-    /// Time by which a current is measured late.
-    CurrentLag,
 }
 
 /// Some of them, each once.
-pub type Numbers = Vec<Base, { Base::ALL.len() + Base::OF_CURRENT_SENSOR.len() }>;
+pub type Numbers = Vec<Base, { Base::ALL.len() }>;
 
 impl Base {
     /// Those of which no effect says the same: where the residual asks for another value, the machine
@@ -67,13 +60,6 @@ impl Base {
         Self::Viscous,
         Self::Coulomb,
         Self::Static,
-    ];
-
-    /// Those of the channel of a measured current.
-    pub const OF_CURRENT_SENSOR: [Self; 3] = [
-        Self::CurrentGainError,
-        Self::CurrentOffset,
-        Self::CurrentLag,
     ];
 
     /// Every parameter that a machine file may name in `[fit]`.
@@ -111,9 +97,6 @@ impl Base {
             Self::UpperStop => "upper_stop",
             Self::Coulomb => "coulomb",
             Self::Static => "static",
-            Self::CurrentGainError => "current_gain_error",
-            Self::CurrentOffset => "current_offset",
-            Self::CurrentLag => "current_lag",
         }
     }
 
@@ -132,9 +115,6 @@ impl Base {
             Self::SpringPreload | Self::GravityTorque | Self::Coulomb | Self::Static => {
                 Dimension::Torque
             }
-            Self::CurrentGainError => Dimension::Ratio,
-            Self::CurrentOffset => Dimension::Current,
-            Self::CurrentLag => Dimension::Time,
         }
     }
 
@@ -146,19 +126,9 @@ impl Base {
         )
     }
 
-    /// Whether it is the current channel's, not the machine's.
-    pub fn is_of_current_sensor(self) -> bool {
-        Self::OF_CURRENT_SENSOR.contains(&self)
-    }
-
     /// Whether it may be negative.
     pub fn is_signed(self) -> bool {
-        let signed = [
-            Self::GravityTorque,
-            Self::CurrentGainError,
-            Self::CurrentOffset,
-        ];
-        self.dimension() == Dimension::Position || signed.contains(&self)
+        self.dimension() == Dimension::Position || self == Self::GravityTorque
     }
 
     /// Whether it must be above zero.
@@ -184,8 +154,6 @@ pub struct Model {
     pub effects: Vec<Active, MOST_EFFECTS>,
     /// What was learned where no effect explains the residual.
     pub map: Option<LearnedMap>,
-    /// How its current is measured.
-    pub current_sensor: CurrentSensor,
 }
 
 impl Model {
@@ -219,9 +187,6 @@ impl Model {
                 let (breakaway, coulomb) = (self.plant.breakaway, self.plant.coulomb);
                 breakaway.forward.max(coulomb.forward)
             }
-            Base::CurrentGainError => self.current_sensor.gain_error,
-            Base::CurrentOffset => self.current_sensor.offset,
-            Base::CurrentLag => self.current_sensor.lag,
         }
     }
 
@@ -253,9 +218,6 @@ impl Model {
             Base::UpperStop => self.plant.upper_stop = value,
             Base::Coulomb => self.plant.coulomb = Directional::both(value),
             Base::Static => self.plant.breakaway = Directional::both(value),
-            Base::CurrentGainError => self.current_sensor.gain_error = value,
-            Base::CurrentOffset => self.current_sensor.offset = value,
-            Base::CurrentLag => self.current_sensor.lag = value,
         }
     }
 

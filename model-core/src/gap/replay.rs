@@ -5,7 +5,6 @@
 //! window are `f32`, sums over windows `f64` in the order of the log: the same bits on one core,
 //! on many and on the chip.
 
-use super::current_sensor::MOST_ROWS;
 use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
 use super::held::{Acting, Held, Varied};
 use super::held_out::LEAST_BLOCKS;
@@ -275,8 +274,6 @@ pub struct Runner<'a, M = Modes, H = Held> {
     simulator: &'a Simulator<M, H>,
     log: &'a Log<'a>,
     course: Course,
-    /// Currents of the rows before, the last one first. Before its first row the current was that one.
-    currents: [f32; MOST_ROWS],
     velocity_channel: bool,
 }
 
@@ -314,11 +311,12 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
                 .get_or_insert_with(|| runner.twists(restart, settings));
             runner.wound(shaft, twists, restart, settings);
         }
-        if let Some(approach) = restart.approach.filter(|_| simulator.remembers()) {
-            runner = runner.behind(&approach, restart, settings, &mut run_in.behind);
+        match &restart.approach {
+            Some(approach) if simulator.remembers() => {
+                runner.behind(approach, restart, settings, &mut run_in.behind)
+            }
+            _ => runner,
         }
-        runner.currents = [runner.course.state.current; MOST_ROWS];
-        runner
     }
 
     /// The same without a shaft's twist.
@@ -458,7 +456,6 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             simulator,
             log,
             course,
-            currents: [0.0; MOST_ROWS],
             velocity_channel: false,
         }
     }
@@ -491,12 +488,10 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             .simulator
             .step(&mut self.course, &given)
             .unwrap_or(self.course.state.current);
-        let read = self.simulator.current_read(predicted, &self.currents);
-        self.currents = [predicted, self.currents[0]];
         let late = self.simulator.sensor_lateness().whole;
         let current = match (row.current, self.log.current) {
-            (Some(measured), _) if late == 0 => read - measured,
-            (_, Some(measured)) => read - measured.at(row.index.saturating_sub(late)),
+            (Some(measured), _) if late == 0 => predicted - measured,
+            (_, Some(measured)) => predicted - measured.at(row.index.saturating_sub(late)),
             (_, None) => match row.next_velocity {
                 Some(measured) if self.velocity_channel => {
                     self.course.state.velocity.value() - measured
@@ -675,8 +670,7 @@ fn current_at<M: Borrow<Modes>, H: Acting>(
     let input = |sample: usize| log.input.at(sample.saturating_sub(late));
     let measured = |sample: usize| {
         let sample = sample.saturating_sub(simulator.sensor_lateness().whole);
-        let sensor = simulator.current_sensor();
-        log.current.map(|current| sensor.behind(current.at(sample)))
+        log.current.map(|current| current.at(sample))
     };
     let periods = simulator.electric_periods();
     if periods < FASTEST_WINDING || start <= half_width {

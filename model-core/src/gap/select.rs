@@ -9,7 +9,7 @@
 //! anew beside these, all must hold against their own absence, and what they leave against [`unknown`]
 //! structure.
 
-use super::fit::{Fit, Variable};
+use super::fit::Fit;
 use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, Total, compare};
 use super::judging::{
     Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, is_rounding, judge,
@@ -38,8 +38,8 @@ const SHORTLIST: usize = 8;
 /// Room for one that is refitted whatever its score, besides.
 const MOST_REFITTED: usize = SHORTLIST + 1;
 
-/// Looks of a round: at the candidates, at the declared numbers and at the channel of the current.
-const MOST_LOOKS: usize = MOST_CANDIDATES + 2;
+/// Looks of a round: at the candidates, and at the declared numbers.
+const MOST_LOOKS: usize = MOST_CANDIDATES + 1;
 
 /// A candidate, or a map, under this score is not refitted.
 pub(super) const LEAST_SCORE: f32 = 0.01;
@@ -79,8 +79,8 @@ const CAUGHT: f64 = 2.0;
 /// Share of a declared number from which on a fitted one makes it wrong: finer than a data sheet.
 const LEAST_OFF: f32 = 0.02;
 
-/// Standard deviations that a strength must be from zero, to be said.
-pub const LEAST_CERTAINTY: f64 = 3.0;
+/// Standard deviations that an effect's strength must be from zero.
+const LEAST_CERTAINTY: f64 = 3.0;
 
 /// A windowed error beyond so many counts of the sensor is not the sensor's.
 const SENSOR_COUNTS: f64 = 3.0;
@@ -395,97 +395,48 @@ fn add_effect(
 ) -> Option<bool> {
     let mut round = Round::new(round);
     consider(workbench, &mut round, found, observe)?;
-    if let Some(freed) = free_numbers(workbench, &mut round, found)? {
-        round.tell(freed, observe);
+    if free_numbers(workbench, &mut round, found)? {
+        round.tell(Subject::Numbers, observe);
         return Some(true);
     }
     take_winner(workbench, &mut round, found, observe)
 }
 
 /// Frees the numbers that the base holds, if they explain what is left as well as the best effect does.
-/// Which were freed: a number that is a little off is commoner than an effect that nobody declared. What the channel
-/// of the current explains is nothing of the machine's.
+/// Whether they do: a number that is a little off is commoner than an effect that nobody declared.
 #[inline(never)]
 fn free_numbers(
     workbench: &mut Workbench<impl Schedule>,
     round: &mut Round,
     found: &mut Found,
-) -> Option<Option<Subject>> {
-    let groups = [
-        (Subject::CurrentSensor, workbench.held_channel()),
-        (Subject::Numbers, workbench.held_numbers()),
-    ];
-    let mut ratios = [f64::INFINITY; 2];
-    for ((subject, held), ratio) in groups.iter().zip(&mut ratios) {
-        if let Some(comparison) = look_at_freed(workbench, round, found, (*subject, held))? {
-            *ratio = comparison.ratio;
-        }
-    }
-    let least = ratios.iter().copied().fold(round.least, f64::min);
-    for ((subject, held), ratio) in groups.iter().zip(ratios) {
-        let leads = ratio.is_finite() && ratio <= EQUALLY_GOOD * least;
-        if leads && free_fewest(workbench, round, found, (*subject, held, ratio))? {
-            return Some(Some(*subject));
-        }
-    }
-    Some(None)
-}
-
-/// Held-out errors with these numbers free beside those without, if that is not refused.
-#[inline(never)]
-fn look_at_freed(
-    workbench: &mut Workbench<impl Schedule>,
-    round: &mut Round,
-    found: &mut Found,
-    (subject, held): (Subject, &Numbers),
-) -> Option<Option<Comparison>> {
+) -> Option<bool> {
+    let held = workbench.held_numbers();
     if held.is_empty() {
-        return Some(None);
+        return Some(false);
     }
     let model = &found.after.model;
     let smaller = judge(workbench, &mut found.held_out, model)?;
-    let comparison = compare(smaller, &workbench.held_out_freeing(model, held)?);
-    let refusal = if subject == Subject::CurrentSensor {
-        comparison.refusal_of_channel(held.len())
-    } else {
-        comparison.refusal(held.len())
-    };
+    let comparison = compare(smaller, &workbench.held_out_freeing(model, &held)?);
+    let refusal = comparison.refusal(held.len());
     let _ = round.looks.push(Consideration {
         round: round.number,
-        subject,
+        subject: Subject::Numbers,
         score: (1.0 - comparison.ratio).max(0.0) as f32,
         identifiability: 1.0,
         held_out: Some(comparison),
         decision: refusal.map_or(Decision::Accepted, Decision::Refused),
     });
-    Some(refusal.is_none().then_some(comparison))
-}
-
-/// Frees the fewest of these numbers that bring the held-out error to this ratio, if they end off what is declared.
-#[inline(never)]
-fn free_fewest(
-    workbench: &mut Workbench<impl Schedule>,
-    round: &mut Round,
-    found: &mut Found,
-    (subject, held, ratio): (Subject, &Numbers, f64),
-) -> Option<bool> {
-    let model = &found.after.model;
-    let smaller = judge(workbench, &mut found.held_out, model)?;
-    let limit = EQUALLY_GOOD * ratio;
-    let mut numbers = fewest(workbench, (model, smaller), held, limit)?;
+    if refusal.is_some() || comparison.ratio > EQUALLY_GOOD * round.least {
+        return Some(false);
+    }
+    let limit = EQUALLY_GOOD * comparison.ratio;
+    let mut numbers = fewest(workbench, (model, smaller), &held, limit)?;
     let (chosen, fixed) = (workbench.data, workbench.base.len());
     while !numbers.is_empty() {
         let fit = workbench.free(&found.after.model, &numbers)?;
         let declared = workbench.declared;
         let off = |number: Base| (fit.model.get(number) - declared.get(number)).abs();
-        let size = |number: Base| {
-            if number.is_of_current_sensor() {
-                Variable::base(declared, number, &workbench.options.scope).scale
-            } else {
-                declared.get(number).abs()
-            }
-        };
-        let is_off = |number: &Base| off(*number) >= LEAST_OFF * size(*number);
+        let is_off = |number: &Base| off(*number) >= LEAST_OFF * declared.get(*number).abs();
         if numbers.iter().all(is_off) {
             found.after = fit;
             found.held_out = None;
@@ -495,8 +446,7 @@ fn free_fewest(
         workbench.base.truncate(fixed);
         workbench.data = chosen;
     }
-    let own = round.looks.iter_mut().find(|look| look.subject == subject);
-    if let Some(look) = own {
+    if let Some(look) = round.looks.last_mut() {
         look.decision = Decision::NearDeclared;
     }
     Some(false)
@@ -947,13 +897,7 @@ fn drop_replaced(
         smaller.set(number, workbench.declared.get(number));
         let without = workbench.held_out(&smaller)?;
         let with = found.held_out.as_ref()?;
-        let comparison = compare(&without, with);
-        let refusal = if number.is_of_current_sensor() {
-            comparison.refusal_of_channel(1)
-        } else {
-            comparison.refusal(1)
-        };
-        if refusal.is_none() {
+        if compare(&without, with).refusal(1).is_none() {
             let _ = workbench.base.insert(place, number);
             place += 1;
             continue;
@@ -1049,7 +993,6 @@ fn prove_rivals(
         let with = workbench.start(model, effect)??;
         let proven = Comparison {
             ratio: held_out.ratio,
-            motion: held_out.motion,
             ..compare_in_short_windows(workbench, (model, &with), THROUGHOUT)?
         };
         if proven.refusal(screened.tries(index)).is_none() {

@@ -1,6 +1,5 @@
 //! A model bound for one step period.
 
-use super::current_sensor::{CurrentSensor, MOST_ROWS};
 use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
@@ -123,7 +122,6 @@ pub struct Simulator<M = Modes, H = Held> {
     reach: Option<f32>,
     /// Periods in which the winding's current comes to a share of 1 − 1/e of its steady value.
     electric_periods: f32,
-    current_sensor: CurrentSensor,
 }
 
 impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
@@ -184,20 +182,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
                 } => inductance / resistance / period,
                 Drive::Torque => 0.0,
             },
-            current_sensor: model.current_sensor,
         })
-    }
-
-    /// How the current is measured.
-    #[inline]
-    pub fn current_sensor(&self) -> &CurrentSensor {
-        &self.current_sensor
-    }
-
-    /// What the channel of the current reads of one behind those of the rows before.
-    #[inline(always)]
-    pub fn current_read(&self, current: f32, before: &[f32; MOST_ROWS]) -> f32 {
-        self.current_sensor.reading(current, before, self.period)
     }
 
     /// How late an input drives the reported position.

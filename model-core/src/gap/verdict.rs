@@ -67,8 +67,6 @@ pub enum Subject {
     Map(Kind),
     /// The declared numbers that are not to be fitted, fitted nevertheless.
     Numbers,
-    /// Gain, offset and lag of the measured current.
-    CurrentSensor,
 }
 
 /// One look at one effect, or at one learned map, in one round.

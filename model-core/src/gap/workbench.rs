@@ -475,15 +475,6 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             .collect()
     }
 
-    /// Numbers of the current's channel that fits leave alone; none without such a channel.
-    pub fn held_channel(&self) -> Numbers {
-        let has_winding = matches!(self.declared.plant.drive, Drive::Voltage { .. });
-        let is_measured = has_winding && self.data.logs.iter().any(|log| log.current.is_some());
-        let held = Base::OF_CURRENT_SENSOR.into_iter();
-        held.filter(|number| is_measured && !self.base.contains(number))
-            .collect()
-    }
-
     /// Whether fits move more than what the options say.
     pub fn has_freed(&self) -> bool {
         self.base.len() > self.options.base.len()

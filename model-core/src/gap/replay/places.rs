@@ -5,7 +5,6 @@
 //! other and come there together; those that sleep are left where they are.
 
 use super::{Data, Restart, Runner, Settings, Twists, Window};
-use crate::gap::current_sensor::MOST_ROWS;
 use crate::gap::held::Acting;
 use crate::gap::log::Log;
 use crate::gap::simulator::lockstep::{Givens, Lockstep};
@@ -62,8 +61,6 @@ pub(super) struct Replay<'s, M, H, const N: usize> {
     /// Where it restarts, without what the effects remember.
     restarts: [Course; N],
     twists: [Twists; N],
-    /// Currents of the rows before, as a [`Runner`] has them.
-    currents: [Lanes<N>; MOST_ROWS],
     /// Whether it starts from where the first simulator beside it has run in to.
     follows: bool,
 }
@@ -181,7 +178,6 @@ impl<'a, const N: usize> Places<'a, N> {
             lanes: Lockstep::new(simulator, &courses),
             restarts,
             twists: [Twists::new(); N],
-            currents: [[0.0; N]; MOST_ROWS],
             follows: false,
         }
     }
@@ -197,7 +193,6 @@ impl<'a, const N: usize> Places<'a, N> {
             simulator,
             log: self.logs[lane],
             course,
-            currents: [0.0; MOST_ROWS],
             velocity_channel: self.settings.velocity_channel,
         }
     }
@@ -355,13 +350,9 @@ impl<'a, const N: usize> Places<'a, N> {
     ) -> bool {
         let phase = self.phase();
         let rows = self.rows();
-        let restarts = self.step == self.wound + self.run_in.most;
         for (replay, residual) in replays.iter_mut().zip(residuals) {
-            if restarts {
-                replay.currents = [*replay.lanes.currents(); MOST_ROWS];
-            }
             if replay.takes(phase) {
-                *residual = self.advance(replay, &rows);
+                *residual = self.advance(&mut replay.lanes, &rows);
                 if phase == Phase::Winding {
                     self.observe(replay, &rows.given.index);
                 }
@@ -391,10 +382,9 @@ impl<'a, const N: usize> Places<'a, N> {
     #[inline(always)]
     fn advance<M: Borrow<Modes>, H: Acting>(
         &self,
-        replay: &mut Replay<M, H, N>,
+        runner: &mut Lockstep<M, H, N>,
         rows: &Rows<N>,
     ) -> (Lanes<N>, Lanes<N>) {
-        let runner = &mut replay.lanes;
         let simulator = runner.simulator();
         let late = simulator.input_lateness();
         let predicted = if late.whole == 0 && late.share == 0.0 {
@@ -417,15 +407,11 @@ impl<'a, const N: usize> Places<'a, N> {
         let mut seconds = [0.0; N];
         for lane in 0..N {
             seconds[lane] = match self.seconds[lane] {
-                Second::Current => {
-                    let before = replay.currents.map(|currents| currents[lane]);
-                    simulator.current_read(predicted[lane], &before) - measured[lane]
-                }
+                Second::Current => predicted[lane] - measured[lane],
                 Second::Velocity => velocities[lane] - rows.next_velocity[lane],
                 Second::Nothing => 0.0,
             };
         }
-        replay.currents = [predicted, replay.currents[0]];
         (runner.reported_from(&rows.next_position), seconds)
     }
 
