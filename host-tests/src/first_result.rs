@@ -33,10 +33,13 @@ pub const GAP: &str = "gap --machine machine.toml --train a.csv --validate b.csv
 pub fn trace() -> Result<String, Failure> {
     let place = directory();
     let system = |error: io::Error| Failure::system(place.display(), error);
-    // An earlier run's: `import` replaces no log.
-    match fs::remove_dir_all(&place) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(system(error)),
-        _ => fs::create_dir_all(&place).map_err(system)?,
+    fs::create_dir_all(&place).map_err(system)?;
+    // An earlier run's: `import` replaces no log. Whatever else lies there stays.
+    for (_, log) in IMPORTS {
+        match fs::remove_file(place.join(log)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(system(error)),
+            _ => {}
+        }
     }
     let machine = call(&place, &words(MACHINE))?;
     write_own(&place.join("machine.toml"), machine)?;

@@ -321,7 +321,7 @@ impl Mcu for Stm32f405 {
 }
 
 impl Stm32f405 {
-    /// The option registers, which a reset keeps. No image writes them.
+    /// The option registers, which a reset keeps. An image writes the level of its brown-out reset there, once.
     fn flash_options(&self) -> (u64, u64) {
         (
             self.register(self.slots.flash, FlashRegister::Optcr),
