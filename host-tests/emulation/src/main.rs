@@ -2,6 +2,7 @@
 
 mod board;
 mod chip;
+mod ecu;
 mod harness;
 mod running;
 mod scenario;

@@ -15,6 +15,7 @@ use crate::harness::Harness;
 use crate::running::{Counts, Running, Setting};
 
 mod alone;
+mod engine;
 mod faults;
 mod pair;
 mod power;
@@ -34,7 +35,8 @@ const MILLISECOND: u64 = 1_000_000;
 type Part = (&'static str, Value);
 
 /// What is done, by a name that it can be called by alone.
-const SCENARIOS: [(&str, fn(&Call) -> Result<Vec<Part>, String>); 5] = [
+const SCENARIOS: [(&str, fn(&Call) -> Result<Vec<Part>, String>); 6] = [
+    ("engine", |call| part("engine", engine::engine(call)?)),
     ("cuts", |call| part("cuts", power::cuts(call)?)),
     ("pair", pair::pair),
     ("ticks", |call| part("ticks", ticks::ticks(call)?)),

@@ -1,9 +1,12 @@
 //! What a user relies on, held against a run of the images.
 
+use firmware::app::machine::THROTTLE;
 use firmware::app::timing::STEPS_PER_SECOND;
+use model_core::plant::parameters::Drive;
+use model_core::plant::potentiometer::SPAN;
 
 use super::recording::{self, Recording};
-use super::run::{Counted, Cuts, Driven, Faults, Outcome, Store, Throttle, Ticks};
+use super::run::{Counted, Cuts, Driven, Engine, Faults, Outcome, Store, Throttle, Ticks};
 use super::tracing::Traced;
 use crate::gap::outcome::FoundEffect;
 
@@ -39,6 +42,9 @@ impl Shortcomings {
         found.driven(&outcome.driven);
         if let Some(ticks) = &outcome.ticks {
             found.ticks(ticks);
+        }
+        if let Some(engine) = &outcome.engine {
+            found.engine(engine);
         }
         if let Some(faults) = &outcome.faults {
             found.faults(faults);
@@ -244,6 +250,58 @@ impl Shortcomings {
         });
     }
 
+    fn engine(&mut self, engine: &[Engine]) {
+        let frequencies: Vec<f64> = engine.iter().map(|engine| engine.pwm_hz).collect();
+        self.require(frequencies == FREQUENCIES, || {
+            format!("the engine control unit has PWMs of {frequencies:?} Hz")
+        });
+        let plant = &THROTTLE.plant;
+        let stroke = f64::from(plant.upper_stop - plant.lower_stop);
+        let limp_home = f64::from(plant.spring_rest - plant.lower_stop) / stroke;
+        for engine in engine {
+            let Engine {
+                pwm_hz,
+                learned,
+                proportional,
+                settled,
+                following,
+                found,
+                status,
+                ..
+            } = engine;
+            let who = format!("engine control unit at {pwm_hz} Hz");
+            let [lower, upper] = SPAN.map(f64::from);
+            let tracks = [[lower, upper], [upper, lower]];
+            for (learned, [closed, open]) in learned.iter().zip(tracks) {
+                let nominal = [closed + limp_home * (open - closed), closed, open];
+                let is_near = |(learned, nominal): (&f64, f64)| (learned - nominal).abs() < LEARNED;
+                self.require(learned.iter().zip(nominal).all(is_near), || {
+                    format!("{who}: learned {learned:?} V; expected {nominal:?}")
+                });
+            }
+            // What friction may hold off against the loop's gain.
+            let held = breakaway_voltage() / proportional / stroke;
+            let worst = settled
+                .iter()
+                .fold(*following, |worst, error| worst.max(error.abs()));
+            self.require(settled.len() == 4 && worst < held, || {
+                format!("{who}: {settled:?} off behind steps, {following} on a ramp; expected less than {held}")
+            });
+            let found: Vec<(&str, Option<&str>)> = found
+                .iter()
+                .map(|found| (&*found.fault, found.code.as_deref()))
+                .collect();
+            self.require(
+                found == CODES.map(|(fault, code)| (fault, Some(code))),
+                || format!("{who}: found {found:?}"),
+            );
+            self.begins_a_line(&who, status, "armed, wires mode");
+            for part in ["latched: none", NONE_MISSED] {
+                self.says(&who, status, part);
+            }
+        }
+    }
+
     fn faults(&mut self, faults: &Faults) {
         let given: Vec<&str> = faults.faults.iter().map(|fault| &*fault.fault).collect();
         self.require(given == FAULTS.map(|(fault, ..)| fault), || {
@@ -410,6 +468,48 @@ const FAULTS: [(&str, &str, f64, usize); 11] = [
     ("crystal stops", "clock_failed", 100.0, 1),
 ];
 
+/// Of the engine control unit's PWM, Hz.
+const FREQUENCIES: [f64; 4] = [400.0, 2e3, 20e3, 40e3];
+
+/// By how much a place that was learned may be off, V: 4 standard errors of 64 readings of a track with 5 mV of noise,
+/// and half a code of 5 V in each converter.
+const LEARNED: f64 = 4.0 * 5e-3 / 8.0 + 5.0 / 4095.0;
+
+/// Each fault that the throttle may have, and the code that it has to be found by.
+const CODES: [(&str, &str); 17] = [
+    ("plate_jammed", "plate_stuck"),
+    ("spring_broken", "spring_return"),
+    ("friction_raised 1.8", "friction_high"),
+    ("motor_open", "open_load"),
+    ("motor_shorted 0.2", "short_circuit"),
+    ("first_track_open", "first_track_low"),
+    ("first_track_shorted_high", "first_track_high"),
+    ("first_track_shorted_low", "first_track_low"),
+    ("first_track_stuck", "tracks_disagree"),
+    ("first_track_offset 0.3", "tracks_disagree"),
+    ("first_track_noisy 0.05", "first_track_noisy"),
+    ("second_track_open", "second_track_low"),
+    ("second_track_shorted_high", "second_track_high"),
+    ("second_track_shorted_low", "second_track_low"),
+    ("second_track_stuck", "tracks_disagree"),
+    ("second_track_offset 0.3", "tracks_disagree"),
+    ("second_track_noisy 0.05", "second_track_noisy"),
+];
+
+/// Voltage at standstill that breakaway friction holds, V.
+fn breakaway_voltage() -> f64 {
+    let plant = &THROTTLE.plant;
+    let Drive::Voltage {
+        resistance,
+        torque_constant,
+        ..
+    } = plant.drive
+    else {
+        return f64::NAN;
+    };
+    f64::from(plant.breakaway.forward * resistance / torque_constant)
+}
+
 /// `DBG_IWDG_STOP` in `DBGMCU_APB1_FZ`, and `DBG_TIM1_STOP` in `DBGMCU_APB2_FZ`: RM0090, section 38.16.
 const IWDG_STOP: u64 = 1 << 12;
 const TIM1_STOP: u64 = 1;
@@ -429,7 +529,7 @@ fn id(effect: &FoundEffect) -> &str {
 
 #[cfg(test)]
 mod tests {
-    use super::super::run::Fault;
+    use super::super::run::{Fault, Found};
     use super::*;
 
     fn counted() -> Counted {
@@ -545,6 +645,52 @@ mod tests {
         assert_eq!(shortcomings(1.5, &late, 0), 2);
         assert_eq!(shortcomings(1.5, ARMED, 1), 2);
         assert_eq!(shortcomings(2.5, &late, 1), 0);
+    }
+
+    fn engines() -> Vec<Engine> {
+        let engine = |pwm_hz| Engine {
+            pwm_hz,
+            learned: [[0.9645, 0.5, 4.5], [4.0355, 4.5, 0.5]],
+            learned_after_s: 1.5,
+            proportional: 22.0,
+            settled: vec![0.01; 4],
+            following: 0.03,
+            found: CODES
+                .map(|(fault, code)| Found {
+                    fault: fault.to_owned(),
+                    code: Some(code.to_owned()),
+                    after_ms: 20,
+                })
+                .to_vec(),
+            status: ARMED.replace("position mode", "wires mode"),
+        };
+        FREQUENCIES.map(engine).to_vec()
+    }
+
+    #[test]
+    fn an_engine_control_unit_that_is_led_astray_is_named() {
+        let shortcomings = |spoil: fn(&mut Engine)| {
+            let mut engines = engines();
+            spoil(&mut engines[2]);
+            let mut found = Shortcomings::default();
+            found.engine(&engines);
+            found.0.len()
+        };
+        assert_eq!(shortcomings(|_| ()), 0);
+        let spoils: [fn(&mut Engine); 8] = [
+            |engine| engine.pwm_hz = 1e3,
+            |engine| engine.learned[1][2] += 5e-3,
+            // 2 Ω by 0.28 N·m / 0.38 N·m/A, over 22 V/rad and 1.55 rad: 0.043.
+            |engine| engine.settled[3] = -0.05,
+            |engine| engine.following = 0.05,
+            |engine| engine.found[4].code = Some("open_load".to_owned()),
+            |engine| engine.found[9].code = None,
+            |engine| engine.found.truncate(16),
+            |engine| engine.status = engine.status.replace("missed: 0", "missed: 2"),
+        ];
+        for (number, spoil) in spoils.into_iter().enumerate() {
+            assert_eq!(shortcomings(spoil), 1, "{number}");
+        }
     }
 
     fn faults() -> Faults {

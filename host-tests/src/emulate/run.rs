@@ -167,6 +167,38 @@ pub struct Ticks {
     pub missed: u64,
 }
 
+/// The throttle at the pins of an engine control unit, with a PWM of one frequency.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Engine {
+    /// Of the PWM, Hz.
+    pub pwm_hz: f64,
+    /// Each track at limp-home, closed and open stop as it was learned, V.
+    pub learned: [[f64; 3]; 2],
+    /// Time that the learning took, s.
+    pub learned_after_s: f64,
+    /// Gain of the position loop, V/rad.
+    pub proportional: f64,
+    /// Distance of the plate from the pedal half a second behind steps, of the stroke.
+    pub settled: Vec<f64>,
+    /// Largest distance from the set point along a triangle, of the stroke.
+    pub following: f64,
+    /// What was found of each fault.
+    pub found: Vec<Found>,
+    /// The throttle's `status` at the end.
+    pub status: String,
+}
+
+/// What the engine control unit found of a fault.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Found {
+    /// As it was injected.
+    pub fault: String,
+    /// The code, if any.
+    pub code: Option<String>,
+    /// From the first byte of its line on the console, ms.
+    pub after_ms: u64,
+}
+
 /// Everything that came of it.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Outcome {
@@ -185,6 +217,8 @@ pub struct Outcome {
     pub cuts: Option<[Cuts; 2]>,
     /// The longest interrupts of both images, where that was run.
     pub ticks: Option<Vec<Ticks>>,
+    /// The throttle at an engine control unit, where that was run: one a frequency of the PWM.
+    pub engine: Option<Vec<Engine>>,
     /// Seconds that the emulation took on this host.
     pub wall_time_s: f64,
 }

@@ -264,6 +264,28 @@ impl Summary {
                 ),
             );
         }
+        for engine in outcome.engine.iter().flatten() {
+            let found = engine.found.iter().filter(|found| found.code.is_some());
+            let slowest = found.clone().max_by_key(|found| found.after_ms);
+            row(
+                &format!("engine at {} Hz", engine.pwm_hz),
+                format!(
+                    "learned in {:.2} s; {:.1} % of the stroke off behind steps, {:.1} % on a ramp; {} of {} \
+                     faults found, the last one, {}, after {} ms",
+                    engine.learned_after_s,
+                    100.0
+                        * engine
+                            .settled
+                            .iter()
+                            .fold(0.0, |worst: f64, error| worst.max(error.abs())),
+                    100.0 * engine.following,
+                    found.count(),
+                    engine.found.len(),
+                    slowest.map_or("none", |found| &found.fault),
+                    slowest.map_or(0, |found| found.after_ms)
+                ),
+            );
+        }
         row(
             "watchdog",
             format!(

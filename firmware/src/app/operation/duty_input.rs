@@ -2,11 +2,14 @@
 //!
 //! The timer is reset by each rising edge, and catches its count there (the period) and at the falling
 //! edge (the width). A duty of zero or one has no edges: when there was none for longer than the slowest
-//! signal's period, the level of the pin decides.
+//! signal's period, the level of the pin decides, until a period is measured again. The count of such a long
+//! time may wrap.
 
 /// What the timer and the pin tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Edges {
+    /// Whether a rising edge was caught since the last look.
+    pub rising: bool,
     /// Counts between the last two rising edges.
     pub period: u32,
     /// Counts from a rising edge to the falling one behind it.
@@ -24,14 +27,24 @@ pub struct Edges {
 ///
 /// // A timer of 84 MHz, and signals from 400 Hz up.
 /// let mut input = DutyInput::new(84_000_000, 400);
-/// let edges = Edges { period: 42_000, width: 10_500, since: 7, high: true };
+/// let edges = Edges { rising: true, period: 42_000, width: 10_500, since: 7, high: true };
 /// assert_eq!(input.duty(&edges), 0.25);
 /// // The signal stops, high.
-/// assert_eq!(input.duty(&Edges { since: 300_000, ..edges }), 1.0);
+/// let stopped = Edges { rising: false, since: 300_000, ..edges };
+/// assert_eq!(input.duty(&stopped), 1.0);
+/// // It falls, and is not known before there is a period: it was not low for long.
+/// let falls = Edges { width: 300_000, since: 300_009, high: false, ..stopped };
+/// assert_eq!(input.duty(&falls), 1.0);
+/// // It stays low, and after 51 s the count wraps.
+/// let low = Edges { since: 600_000, ..falls };
+/// assert_eq!(input.duty(&low), 0.0);
+/// assert_eq!(input.duty(&Edges { since: 5, period: 42_000, width: 10_500, ..low }), 0.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DutyInput {
     longest: u32,
+    /// Whether there are edges.
+    runs: bool,
     last: f32,
 }
 
@@ -40,6 +53,7 @@ impl DutyInput {
     pub const fn new(clock: u32, slowest: u32) -> Self {
         Self {
             longest: clock / slowest,
+            runs: false,
             last: 0.0,
         }
     }
@@ -47,14 +61,20 @@ impl DutyInput {
     /// The duty, 0 to 1.
     pub fn duty(&mut self, edges: &Edges) -> f32 {
         let &Edges {
+            rising,
             period,
             width,
             since,
             high,
         } = edges;
+        self.runs |= rising;
         if since > self.longest {
-            self.last = if high { 1.0 } else { 0.0 };
-        } else if (1..=self.longest).contains(&period) && width <= period {
+            // Behind a long pulse the pin is low as within a period: only a long pause is none.
+            if high || since.saturating_sub(width) > self.longest {
+                self.runs = false;
+                self.last = if high { 1.0 } else { 0.0 };
+            }
+        } else if self.runs && (1..=self.longest).contains(&period) && width <= period {
             self.last = width as f32 / period as f32;
         }
         // Else a signal has just begun, or the width is of a period that is not over: as before.

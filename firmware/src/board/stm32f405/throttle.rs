@@ -37,8 +37,9 @@ const KIT: &Kit = &THROTTLE_BODY;
 /// Clock of the timers behind the slower bus, Hz.
 const TIMER_CLOCK: u32 = 84_000_000;
 
-/// The slowest PWM that is measured, Hz: one that comes slower is taken for its level.
-const SLOWEST: u32 = 400;
+/// The slowest PWM that is measured, Hz: one that comes slower is taken for its level. A tenth below the 400 Hz
+/// that a controller may have, whose clock is off and whose edges jitter.
+const SLOWEST: u32 = 360;
 
 /// The duty's timer with its pin.
 struct Capture {
@@ -86,7 +87,10 @@ impl Capture {
     }
 
     fn duty(&mut self) -> f32 {
+        // To read the period takes the flag back.
+        let rising = self.timer.get_input_interrupt(Channel::Ch1);
         self.input.duty(&Edges {
+            rising,
             period: self.timer.get_capture_value(Channel::Ch1),
             width: self.timer.get_capture_value(Channel::Ch2),
             since: self.timer.regs_gp32().cnt().read(),

@@ -25,7 +25,7 @@ pub(super) struct Ticks {
 const CYCLES_PER_INSTRUCTION: [f64; 4] = [1.0, 1.5, 2.5, 3.0];
 
 /// Every fault that a throttle body may have: `firmware/src/app/console/injection.rs`.
-const INJECTIONS: [&str; 17] = [
+pub(super) const INJECTIONS: [&str; 17] = [
     "plate_jammed",
     "spring_broken",
     "friction_raised 1.8",
