@@ -119,6 +119,10 @@ impl NorFlash for SharedFlash {
 pub struct Asked {
     /// Whether the watchdog was told of a stall, in order.
     pub stalls: Vec<bool>,
+    /// Plant ticks by which the board's clock goes on from one look to the next.
+    pub clock_step: u32,
+    /// What the clock reads.
+    pub clock: u32,
     /// Rows of captures that were sent.
     pub rows: Vec<[f32; QUANTITIES]>,
     /// Bytes that the console takes less than it would.
@@ -142,6 +146,12 @@ impl Station for StationOnHost {
 
     fn stall(&mut self, stalled: bool) {
         self.0.borrow_mut().stalls.push(stalled);
+    }
+
+    fn clock(&self) -> u32 {
+        let mut asked = self.0.borrow_mut();
+        asked.clock += asked.clock_step;
+        asked.clock
     }
 
     fn send_head(&mut self, capture: &Capture) {

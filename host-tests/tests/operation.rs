@@ -168,6 +168,27 @@ fn a_refit_is_proposed_then_saved_disarmed_and_there_at_the_next_start() {
     assert_eq!(shown(&mut restarted, Field::Inertia), EMA.plant.inertia);
 }
 
+/// The time in a `status`.
+fn seconds(image: &mut OperationOnHost) -> f64 {
+    let status = image.line("status");
+    let line = status.lines().next().unwrap_or_default();
+    let time = line
+        .rsplit_once(", ")
+        .and_then(|(_, time)| time.strip_suffix(" s"));
+    time.and_then(|time| time.parse().ok()).unwrap()
+}
+
+#[test]
+fn the_clock_goes_on_while_a_save_keeps_the_processor() {
+    let mut image = OperationOnHost::controller(&SharedFlash::new(), &EMA.plant);
+    let before = seconds(&mut image);
+    // Half a second, of which no tick is counted.
+    image.asked.borrow_mut().clock_step = 10_000;
+    perform(&mut image, &["save"]);
+    let passed = seconds(&mut image) - before;
+    assert!((passed - 0.5).abs() < 0.02, "{passed}");
+}
+
 #[test]
 fn another_value_for_what_was_estimated_withdraws_the_estimate() {
     let mut image = OperationOnHost::controller(&SharedFlash::new(), &worn());

@@ -147,6 +147,7 @@ pub struct Wiring {
     restarted: AtomicBool,
     latch: Latch,
     ticks: AtomicU32,
+    stood_still: AtomicU32,
     missed: AtomicU32,
     stalled: AtomicBool,
     vouched: AtomicBool,
@@ -194,6 +195,7 @@ impl Wiring {
             restarted: AtomicBool::new(false),
             latch: Latch::new(),
             ticks: AtomicU32::new(0),
+            stood_still: AtomicU32::new(0),
             missed: AtomicU32::new(0),
             stalled: AtomicBool::new(false),
             vouched: AtomicBool::new(false),
@@ -495,7 +497,7 @@ impl Wiring {
             // One writer at a time: both are plant ticks.
             self.missed.store(self.missed().saturating_add(1), Relaxed);
         }
-        self.latch.trip(fault, self.ticks());
+        self.latch.trip(fault, self.time());
     }
 
     /// The first fault that is latched.
@@ -516,6 +518,17 @@ impl Wiring {
     /// Deadlines missed since the start.
     pub fn missed(&self) -> u32 {
         self.missed.load(Relaxed)
+    }
+
+    /// Time since the start, in plant ticks: those too for which the processor stood still.
+    pub fn time(&self) -> u32 {
+        self.ticks().wrapping_add(self.stood_still.load(Relaxed))
+    }
+
+    /// Says for how many more ticks than were counted the processor stood still. The operator alone does.
+    pub(super) fn stood_still_for(&self, ticks: u32) {
+        let before = self.stood_still.load(Relaxed);
+        self.stood_still.store(before.wrapping_add(ticks), Relaxed);
     }
 
     pub(super) fn count_tick(&self) {

@@ -82,7 +82,7 @@ fn level(high: bool) -> Level {
 }
 
 /// Levels of A and B at a count.
-fn quadrature(count: i64) -> [bool; 2] {
+pub fn quadrature(count: i64) -> [bool; 2] {
     match count.rem_euclid(4) {
         0 => [false, false],
         1 => [true, false],

@@ -35,13 +35,16 @@ const MILLISECOND: u64 = 1_000_000;
 type Part = (&'static str, Value);
 
 /// What is done, by a name that it can be called by alone.
-const SCENARIOS: [(&str, fn(&Call) -> Result<Vec<Part>, String>); 6] = [
+const SCENARIOS: [(&str, fn(&Call) -> Result<Vec<Part>, String>); 7] = [
     ("engine", |call| part("engine", engine::engine(call)?)),
     ("cuts", |call| part("cuts", power::cuts(call)?)),
     ("pair", pair::pair),
     ("ticks", |call| part("ticks", ticks::ticks(call)?)),
     ("faults", |call| part("faults", faults::faults(call)?)),
     ("throttle", |call| part("throttle", alone::throttle(call)?)),
+    ("controller", |call| {
+        part("controller", alone::controller(call)?)
+    }),
 ];
 
 /// A part of the report that is all of a scenario's.

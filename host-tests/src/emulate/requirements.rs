@@ -6,7 +6,9 @@ use model_core::plant::parameters::Drive;
 use model_core::plant::potentiometer::SPAN;
 
 use super::recording::{self, Recording};
-use super::run::{Counted, Cuts, Driven, Engine, Faults, Outcome, Store, Throttle, Ticks};
+use super::run::{
+    Controller, Counted, Cuts, Driven, Engine, Faults, Outcome, Store, Throttle, Ticks,
+};
 use super::tracing::Traced;
 use crate::gap::outcome::FoundEffect;
 
@@ -42,6 +44,9 @@ impl Shortcomings {
         found.driven(&outcome.driven);
         if let Some(ticks) = &outcome.ticks {
             found.ticks(ticks);
+        }
+        if let Some(controller) = &outcome.controller {
+            found.controller(controller);
         }
         if let Some(engine) = &outcome.engine {
             found.engine(engine);
@@ -248,6 +253,40 @@ impl Shortcomings {
         self.require(ticks.len() == 8, || {
             format!("{} measurements of the longest interrupts", ticks.len())
         });
+    }
+
+    fn controller(&mut self, controller: &Controller) {
+        let Controller {
+            status,
+            status_behind_spikes,
+            status_behind_edges,
+            spikes,
+            edges,
+            save_ms,
+            clock_lost_ms,
+        } = controller;
+        let count = std::f64::consts::TAU / 16384.0;
+        for (who, status, counts) in [
+            ("the controller's encoder", status, 0),
+            ("its encoder behind spikes", status_behind_spikes, 0),
+            ("its encoder behind edges", status_behind_edges, *edges),
+        ] {
+            let position = counts as f64 * count;
+            let line = format!("position {position:.6} rad, ");
+            self.begins_a_line(who, status, &line);
+        }
+        self.require(*spikes >= 100 && *edges >= 100, || {
+            format!("{spikes} spikes and {edges} edges at the controller's encoder")
+        });
+        // An erase is at least 10 times as long as what may be lost.
+        self.require(
+            *save_ms > 10.0 * CLOCK && clock_lost_ms.abs() < CLOCK,
+            || {
+                format!(
+                    "over a `save` of {save_ms} ms the controller's clock loses {clock_lost_ms}"
+                )
+            },
+        );
     }
 
     fn engine(&mut self, engine: &[Engine]) {
@@ -468,6 +507,9 @@ const FAULTS: [(&str, &str, f64, usize); 11] = [
     ("crystal stops", "clock_failed", 100.0, 1),
 ];
 
+/// From a question to its answer's time, ms: its line's bytes, and two looks of the operator for one.
+const CLOCK: f64 = 12.0;
+
 /// Of the engine control unit's PWM, Hz.
 const FREQUENCIES: [f64; 4] = [400.0, 2e3, 20e3, 40e3];
 
@@ -645,6 +687,31 @@ mod tests {
         assert_eq!(shortcomings(1.5, &late, 0), 2);
         assert_eq!(shortcomings(1.5, ARMED, 1), 2);
         assert_eq!(shortcomings(2.5, &late, 1), 0);
+    }
+
+    #[test]
+    fn a_spike_that_counts_and_a_clock_that_stands_still_are_named() {
+        let status =
+            |position| format!("disarmed, position mode, 0.2 s\nposition {position} rad, x");
+        let shortcomings = |behind_spikes, behind_edges, save_ms, clock_lost_ms| {
+            let mut found = Shortcomings::default();
+            found.controller(&Controller {
+                status: status("0.000000"),
+                status_behind_spikes: status(behind_spikes),
+                status_behind_edges: status(behind_edges),
+                spikes: 100,
+                edges: 400,
+                save_ms,
+                clock_lost_ms,
+            });
+            found.0.len()
+        };
+        // 400 of 16,384 counts a turn.
+        assert_eq!(shortcomings("0.000000", "0.153398", 420.0, -3.0), 0);
+        assert_eq!(shortcomings("0.153398", "0.153398", 420.0, -3.0), 1);
+        assert_eq!(shortcomings("0.000000", "0.153014", 420.0, -3.0), 1);
+        assert_eq!(shortcomings("0.000000", "0.153398", 420.0, 399.0), 1);
+        assert_eq!(shortcomings("0.000000", "0.153398", 20.0, -3.0), 1);
     }
 
     fn engines() -> Vec<Engine> {

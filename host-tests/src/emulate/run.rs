@@ -62,6 +62,25 @@ pub struct Throttle {
     pub reset_after_ms: f64,
 }
 
+/// The controller by itself: its encoder's inputs, and its clock.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Controller {
+    /// `status` before anything.
+    pub status: String,
+    /// Behind spikes on both of the encoder's lines.
+    pub status_behind_spikes: String,
+    /// Behind edges, half a microsecond from one to the next.
+    pub status_behind_edges: String,
+    /// How many spikes there were.
+    pub spikes: u64,
+    /// How many edges.
+    pub edges: u64,
+    /// Time that a `save` takes which erases a sector, ms.
+    pub save_ms: f64,
+    /// By how much the clock in `status` is behind then, ms.
+    pub clock_lost_ms: f64,
+}
+
 /// The controller's parameters over an end of power.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Store {
@@ -217,6 +236,8 @@ pub struct Outcome {
     pub cuts: Option<[Cuts; 2]>,
     /// The longest interrupts of both images, where that was run.
     pub ticks: Option<Vec<Ticks>>,
+    /// The controller by itself, where that was run.
+    pub controller: Option<Controller>,
     /// The throttle at an engine control unit, where that was run: one a frequency of the PWM.
     pub engine: Option<Vec<Engine>>,
     /// Seconds that the emulation took on this host.

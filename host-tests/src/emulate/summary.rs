@@ -264,6 +264,22 @@ impl Summary {
                 ),
             );
         }
+        if let Some(controller) = &outcome.controller {
+            row(
+                "encoder",
+                format!(
+                    "{} spikes of 0.3 µs count nothing, {} edges at two million a second all",
+                    controller.spikes, controller.edges
+                ),
+            );
+            row(
+                "clock",
+                format!(
+                    "{:.0} ms behind after a save of {:.0} ms",
+                    controller.clock_lost_ms, controller.save_ms
+                ),
+            );
+        }
         for engine in outcome.engine.iter().flatten() {
             let found = engine.found.iter().filter(|found| found.code.is_some());
             let slowest = found.clone().max_by_key(|found| found.after_ms);

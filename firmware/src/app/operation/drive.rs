@@ -249,7 +249,7 @@ impl Drive {
             let range = verdict.range.map(|current| current.min(most).max(-most));
             self.wiring.set_current_range(range);
         }
-        self.wiring.latch().watch(present, self.wiring.ticks());
+        self.wiring.latch().watch(present, self.wiring.time());
         position.is_finite() && current.is_finite() && supply.is_finite()
     }
 

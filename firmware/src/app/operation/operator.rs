@@ -65,6 +65,9 @@ pub trait Station {
     /// has to bear it.
     fn stall(&mut self, stalled: bool);
 
+    /// A clock, in plant ticks from any beginning, that goes on while the processor stands still.
+    fn clock(&self) -> u32;
+
     /// Sends what comes before a capture's rows.
     fn send_head(&mut self, capture: &Capture);
 
@@ -394,7 +397,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 .of(converters.current.value(measured.current)),
             supply: self.wiring.supply(),
             temperatures: (!self.kit.is_emulated).then(|| self.temperatures()),
-            ticks: self.wiring.ticks(),
+            ticks: self.wiring.time(),
             missed: self.wiring.missed(),
             worst: self.station.worst(),
             unit: S::UNIT,
@@ -705,6 +708,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         }
         self.wiring.set_stalled(true);
         self.station.stall(true);
+        let began = self.station.clock().wrapping_sub(self.wiring.ticks());
         let saved = match &self.proposal {
             Some(candidate) => self.store.adopt(&self.values, candidate, disarmed).await,
             None => {
@@ -712,6 +716,10 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 committed.map(|_| self.values).map_err(Rejected::Store)
             }
         };
+        let ended = self.station.clock().wrapping_sub(self.wiring.ticks());
+        // Clock and ticks are read one behind the other: it may be a tick less than none.
+        let stood_still = ended.wrapping_sub(began).cast_signed().max(0);
+        self.wiring.stood_still_for(stood_still.unsigned_abs());
         self.station.stall(false);
         self.wiring.set_stalled(false);
         let values = saved.map_err(Refusal::NotStored)?;

@@ -20,7 +20,7 @@
 //! | PC1 | ADC1 channel 11 | controller | supply of the bridge, divided by 11 | |
 //! | PC2 | ADC1 channel 12 | controller | NTC of the switches, to ground; 10 kΩ to 3.3 V | |
 //! | PC3 | ADC1 channel 13 | controller | NTC of the motor, the same | |
-//! | PC6, PC7 | TIM3 CH1, CH2, AF2 | controller | encoder A and B | pulled up |
+//! | PC6, PC7 | TIM3 CH1, CH2, AF2 | controller | encoder A and B, filtered, 0.38 µs | pulled up |
 //! | PC10, PC11 | input | controller | lower, upper limit switch, normally closed to ground | pulled up: reached |
 //! | PB15 | input | controller | emergency stop, normally closed to ground; a strap to ground on a board without one | pulled up: pressed |
 //!

@@ -31,6 +31,7 @@ use crate::app::operation::operator::{self, Cells, Joints, Operator, POLL_PERIOD
 use crate::app::record::log_values;
 use crate::app::store::Loaded;
 use crate::app::store::field::Values;
+use crate::app::timing::PLANT_PERIOD_US;
 use crate::app::wiring::Wiring;
 use crate::board::{interrupts, now};
 
@@ -53,6 +54,12 @@ impl Station for BoardStation {
 
     fn stall(&mut self, stalled: bool) {
         watchdog::stall(stalled);
+    }
+
+    fn clock(&self) -> u32 {
+        // A tick of its clock is one of the plant's.
+        const { assert!(embassy_time::TICK_HZ == 1_000_000 / PLANT_PERIOD_US as u64) };
+        embassy_time::Instant::now().as_ticks() as u32
     }
 
     fn send_head(&mut self, capture: &Capture) {

@@ -1,8 +1,13 @@
-//! The throttle by itself: it starts, answers, ticks; and it starts anew when its tick stops.
+//! Each image by itself. The throttle starts, answers, ticks; and it starts anew when its tick stops. The controller
+//! counts its encoder's edges and no spikes, and its clock goes on while it erases its flash.
 
+use rigless::device::Level;
 use serde::Serialize;
 
+use super::faults::Bench;
 use super::{Alone, Call, Consoles, Counted, MILLISECOND, write};
+use crate::chip::pins::{ENCODER_A, ENCODER_B, Pin};
+use crate::harness::quadrature;
 use crate::running::{Event, Running};
 
 /// What came of it.
@@ -68,4 +73,85 @@ pub(super) fn throttle(call: &Call) -> Result<Throttle, String> {
         faults_after_stopped_tick,
         reset_after_ms,
     })
+}
+
+/// What came of the controller.
+#[derive(Debug, Serialize)]
+pub(super) struct Controller {
+    /// `status` before anything, behind spikes on both of its encoder's lines, and behind edges as fast as they may come.
+    status: String,
+    status_behind_spikes: String,
+    status_behind_edges: String,
+    /// Spikes, and edges.
+    spikes: u64,
+    edges: u64,
+    /// Time that a `save`, which erases a sector, takes; and by how much the clock in `status` is behind then, ms.
+    save_ms: f64,
+    clock_lost_ms: f64,
+}
+
+/// Spikes on the encoder's lines, their length and how far the second line's is behind the first one's, ns: without a
+/// filter each counts four.
+const SPIKES: u64 = 100;
+const SPIKE: u64 = 300;
+const SKEW: u64 = 60;
+
+/// Edges, and the time from one to the next, ns: two million counts a second.
+const EDGES: u64 = 400;
+const EDGE: u64 = 500;
+
+pub(super) fn controller(call: &Call) -> Result<Controller, String> {
+    let mut bench = Bench::start(&call.controller)?;
+    let board = bench.board();
+    let level = |at: u64, pin: Pin, high: bool| (at, pin, Level::from(high));
+    let rest = [ENCODER_A, ENCODER_B].map(|pin| level(board.0.now(), pin, false));
+    board.0.next.levels.extend(rest);
+    board.run_for(MILLISECOND)?;
+    board.order((), "zero")?;
+    let status = board.ask((), "status")?;
+    for _ in 0..SPIKES {
+        let now = board.0.now();
+        board.0.next.levels.extend([
+            level(now, ENCODER_A, true),
+            level(now + SKEW, ENCODER_B, true),
+            level(now + SPIKE, ENCODER_A, false),
+            level(now + SKEW + SPIKE, ENCODER_B, false),
+        ]);
+        board.run_for(MILLISECOND / 50)?;
+    }
+    let status_behind_spikes = board.ask((), "status")?;
+    let now = board.0.now();
+    for edge in 1..=EDGES {
+        let [a, b] = quadrature(edge as i64);
+        let at = now + edge * EDGE;
+        let both = [level(at, ENCODER_A, a), level(at, ENCODER_B, b)];
+        board.0.next.levels.extend(both);
+    }
+    board.run_for(EDGES * EDGE + MILLISECOND)?;
+    let status_behind_edges = board.ask((), "status")?;
+    let before = clock(board)?;
+    let began = board.0.now();
+    board.order((), "save")?;
+    let save_ms = (board.0.now() - began) as f64 * 1e-6;
+    let behind = clock(board)?;
+    Ok(Controller {
+        status,
+        status_behind_spikes,
+        status_behind_edges,
+        spikes: SPIKES,
+        edges: EDGES,
+        save_ms,
+        clock_lost_ms: behind - before,
+    })
+}
+
+/// By how much the clock in `status` is behind the time of its question, ms.
+fn clock(board: &mut Alone) -> Result<f64, String> {
+    let now = board.0.now() as f64 * 1e-6;
+    let status = board.ask((), "status")?;
+    let told = status.lines().find_map(|line| {
+        let (_, time) = line.strip_suffix(" s")?.rsplit_once(", ")?;
+        time.parse::<f64>().ok()
+    });
+    Ok(now - 1e3 * told.ok_or("no time in a `status`")?)
 }
