@@ -1,6 +1,4 @@
-//! The firmware built and run on the emulated board, and what is expected of such a run.
-
-use std::time::Duration;
+//! The images that nobody operates, built and run on an emulated chip, and what is expected of such a run.
 
 use firmware::app::demonstration::DEMONSTRATION;
 use firmware::app::experiment::Experiment;
@@ -8,30 +6,28 @@ use firmware::app::verdicts;
 
 use crate::board_log::{BoardLog, Line};
 use crate::comparison::{self, Comparison};
+use crate::emulate;
 use crate::emulator;
 use crate::failure::Failure;
 use crate::image::Size;
 use crate::toolchain::{Build, Toolchain};
 
-/// The board: its feature, its program and its image.
-pub const BOARD: &str = "emulated";
-
-/// Host's time for a run that takes a minute: a slow, loaded machine gets there too.
-const TIME_LIMIT: Duration = Duration::from_secs(1800);
+/// The board: its feature, and the program that runs an actuator of each kind.
+pub const BOARD: &str = "stm32f405";
 
 /// The program in which everything goes wrong that may.
-pub const FAILURES: &str = "emulated_failures";
+pub const FAILURES: &str = "failures";
 
 /// The program in which the board traces a log of each kind of verdict.
-pub const VERDICTS: &str = "emulated_verdicts";
+pub const VERDICTS: &str = "verdicts";
 
 /// The program in which an engine controller tries out a throttle body.
-pub const ECU: &str = "emulated_ecu";
+pub const ECU: &str = "trials";
 
 /// What begins the lines whose numbers are the compiler's.
-const COSTS: [&str; 3] = ["cost ", "deadlines ", "stack "];
+const COSTS: [&str; 5] = ["cost ", "deadlines ", "exit ", "load ", "stack "];
 
-/// A board's messages but for those that tell instructions and bytes: the same whatever it was built with.
+/// A board's messages but for those that tell cycles and bytes: the same whatever it was built with.
 pub fn messages(log: &BoardLog) -> impl Iterator<Item = &Line> {
     let is_cost = |line: &&Line| COSTS.iter().any(|cost| line.message.starts_with(cost));
     log.messages().filter(move |line| !is_cost(line))
@@ -44,8 +40,12 @@ pub fn messages(log: &BoardLog) -> impl Iterator<Item = &Line> {
 pub fn run_program(toolchain: &Toolchain, program: &str) -> Result<(Build, BoardLog), Failure> {
     let build = toolchain.build_program(BOARD, program)?;
     Size::read(&build.elf)?.fitting()?;
-    let log = emulator::run(&build.elf, TIME_LIMIT)?.log;
-    Ok((build, log))
+    let mut run = emulator::run(&build.elf, None)?;
+    // What is expected of the failures is that they are named.
+    if program != FAILURES {
+        run = run.in_order()?;
+    }
+    Ok((build, run.log))
 }
 
 /// Logs of each kind of verdict, traced by the board.
@@ -62,7 +62,7 @@ pub struct VerdictsRun {
 ///
 /// # Errors
 /// As [`run_program`]; a board that reports an error.
-pub fn run_verdicts(toolchain: &Toolchain) -> Result<VerdictsRun, Failure> {
+fn run_verdicts(toolchain: &Toolchain) -> Result<VerdictsRun, Failure> {
     let (build, log) = run_program(toolchain, VERDICTS)?;
     let comparisons = compare(&log, &verdicts::VERDICTS).map_err(Failure::Other)?;
     Ok(VerdictsRun {
@@ -86,13 +86,13 @@ pub struct BoardRun {
     pub comparisons: Vec<Comparison>,
 }
 
-/// Sets up what is missing, builds the image, runs it and checks the run. `announce` is told each
-/// of these before it begins.
+/// Sets up what is missing, builds the image and that of the verdicts, runs both side by side and checks the
+/// runs. `announce` is told each of these before it begins.
 ///
 /// # Errors
 /// Whatever is not in order, first of all.
-pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
-    announce("toolchain and emulator");
+pub fn run(mut announce: impl FnMut(&str)) -> Result<(BoardRun, VerdictsRun), Failure> {
+    announce("toolchain");
     let toolchain = Toolchain::set_up()?;
     announce(&format!(
         "firmware, built with {}",
@@ -100,20 +100,43 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<BoardRun, Failure> {
     ));
     let build = toolchain.build(BOARD)?;
     let size = Size::read(&build.elf)?.fitting()?;
-    announce("firmware on the emulated board");
-    let emulator::Run { log, .. } = emulator::run(&build.elf, TIME_LIMIT)?;
+    announce("the emulated chip (built once, which takes minutes)");
+    emulate::run::build()?;
+    announce(
+        "an actuator of each kind, and beside it a log of each kind of verdict, on emulated chips",
+    );
+    // The longest runs of all.
+    let (run, verdicts) = rayon::join(
+        || emulator::run(&build.elf, None)?.in_order(),
+        || run_verdicts(&toolchain),
+    );
+    let (emulator::Run { log, .. }, verdicts) = (run?, verdicts?);
     announce("the same experiments on this host");
     let comparisons = compare(&log, &DEMONSTRATION).map_err(Failure::Other)?;
-    Ok(BoardRun {
+    let board = BoardRun {
         toolchain,
         build,
         size,
         log,
         comparisons,
-    })
+    };
+    Ok((board, verdicts))
 }
 
 impl BoardRun {
+    /// Bytes of the stack that were used, with the check and an interrupt in an interrupt in them.
+    ///
+    /// # Errors
+    /// A log that does not tell.
+    pub fn stack(&self) -> Result<u64, Failure> {
+        let said = self
+            .log
+            .messages()
+            .find_map(|line| line.value("stack", "used"));
+        said.and_then(|text| text.parse().ok())
+            .ok_or_else(|| Failure::other("the board does not tell how much of its stack it used"))
+    }
+
     /// Samples compared with this host's.
     pub fn samples(&self) -> usize {
         self.comparisons
@@ -159,7 +182,7 @@ fn difference(experiment: &Comparison) -> String {
 /// Compares a log that reports no error with this host's.
 fn compare(log: &BoardLog, experiments: &[Experiment]) -> Result<Vec<Comparison>, String> {
     if let Some(line) = log.messages().find(|line| line.level == "ERROR") {
-        return Err(format!("the emulated board reports: {line}"));
+        return Err(format!("the emulated chip reports: {line}"));
     }
     comparison::compare(log, experiments)
 }

@@ -22,11 +22,8 @@ use crate::replay_run;
 use crate::toolchain::{Build, Toolchain};
 use crate::workspace;
 
-/// The real board: its feature. Its images cannot run here.
-const REAL_BOARD: &str = "stm32f405";
-
-/// The images for the real board.
-const REAL_IMAGES: [&str; 3] = [REAL_BOARD, "throttle", "controller"];
+/// The images that are operated.
+const PRODUCTS: [&str; 2] = ["throttle", "controller"];
 
 /// What `cargo hil test` takes.
 #[derive(Debug, clap::Args)]
@@ -66,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "warnings",
         ])?;
     }
-    let board = board_run::run(announce)?;
+    let (board, verdicts) = board_run::run(announce)?;
     check_warnings(&board.build)?;
     board.require_parity()?;
     check_messages(
@@ -78,21 +75,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         "{} samples, none dropped, bit for bit as on this host; messages as expected",
         board.samples()
     ));
-    announce("failures on the emulated board");
-    run_program(&board.toolchain, board_run::FAILURES, args.bless)?;
-    say("each named, nothing taken over from it, the plant stepping on");
-    announce("a log of each kind of verdict on the emulated board");
-    let verdicts = board_run::run_verdicts(&board.toolchain)?;
     check_warnings(&verdicts.build)?;
     board_run::require_parity(&verdicts.comparisons)?;
     say(&format!(
-        "{} logs traced, bit for bit as on this host",
+        "{} logs, one of each kind of verdict, traced bit for bit as on this host",
         verdicts.comparisons.len()
     ));
-    announce("a throttle body and its engine controller on the emulated board");
+    announce("failures on the emulated chip");
+    run_program(&board.toolchain, board_run::FAILURES, args.bless)?;
+    say("each named, nothing taken over from it, the plant stepping on");
+    announce("a throttle body and its engine controller on the emulated chip");
     run_program(&board.toolchain, board_run::ECU, args.bless)?;
     say("each fault found by its code, none where there is none, no deadline missed");
-    announce("the core's tests on the emulated board");
+    announce("the core's tests on the emulated chip");
     let on_target = on_target_run::run(&board.toolchain)?;
     check_warnings(&on_target.build)?;
     check_messages(on_target_run::PROGRAM, on_target.messages(), args.bless)?;
@@ -105,29 +100,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     say(&format!(
         "every test passed, bit for bit as on this host; instructions {counted}"
     ));
-    announce("a recorded drive on the emulated board");
+    announce("a recorded drive on the emulated chip");
     let replay = replay_run::check(&board.toolchain)?;
     say(&format!(
         "{} rows, bit for bit as on this host",
         replay.rows.len()
     ));
-    announce("firmware for a real board");
+    announce("the images that are operated");
     let mut images = vec![
         (board_run::BOARD, board.size),
         (replay_run::PROGRAM, replay.size),
     ];
-    for image in REAL_IMAGES {
-        let real = board.toolchain.build_program(REAL_BOARD, image)?;
-        check_warnings(&real)?;
-        images.push((image, Size::read(&real.elf)?.fitting_beside(&board.size)?));
+    for image in PRODUCTS {
+        let built = board.toolchain.build_program(board_run::BOARD, image)?;
+        check_warnings(&built)?;
+        images.push((
+            image,
+            Size::read(&built.elf)?.fitting_above(board.stack()?)?,
+        ));
     }
     emulated_chips(&board.toolchain)?;
     announce("lints of the images");
-    let mut linted = true;
-    for board_feature in [board_run::BOARD, REAL_BOARD] {
-        linted &= board.toolchain.lint(board_feature)?;
-    }
-    if !linted {
+    if !board.toolchain.lint(board_run::BOARD)? {
         say("this compiler has no clippy: the images' builds were looked at for warnings instead");
     }
     announce("fuzzing");
@@ -203,7 +197,7 @@ fn check_warnings(build: &Build) -> Result<(), Failure> {
     )))
 }
 
-/// Builds and runs a program of the emulated board and compares what it says with what is expected.
+/// Builds and runs a program of the emulated chip and compares what it says with what is expected.
 fn run_program(toolchain: &Toolchain, program: &str, bless: bool) -> Result<(), Failure> {
     let (build, said) = board_run::run_program(toolchain, program)?;
     check_warnings(&build)?;

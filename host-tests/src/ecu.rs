@@ -1,8 +1,8 @@
 //! `cargo hil ecu`: a throttle body tried out by its engine controller, fault after fault, on the
-//! emulated board beside this host.
+//! emulated chip beside this host.
 
 use std::fmt::Write as _;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use firmware::app::ecu::calibration::Calibration;
@@ -17,6 +17,7 @@ use crate::board_run;
 use crate::ecu_on_host::EcuOnHost;
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
+use crate::progress::announce;
 use crate::toolchain::Toolchain;
 
 /// Supply of the board's throttle body, V.
@@ -62,14 +63,10 @@ impl Finding {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     let json = outputs.file(args.json.as_deref(), Kind::Json)?;
-    let announce = |step: &str| {
-        if io::stderr().is_terminal() {
-            eprintln!("{step} ...");
-        }
-    };
-    announce("toolchain and emulator");
+    let mut announce = announce();
+    announce("toolchain, image and the emulated chip (built once, which takes minutes)");
     let toolchain = Toolchain::set_up()?;
-    announce("a throttle body and its engine controller on the emulated board");
+    announce("a throttle body and its engine controller on the emulated chip");
     let (_, log) = board_run::run_program(&toolchain, board_run::ECU)?;
     announce("the same on this host");
     let reports = on_host();

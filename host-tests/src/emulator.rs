@@ -1,96 +1,114 @@
-//! The emulated board: QEMU's `netduinoplus2`, an STM32F405.
+//! An image that nobody operates, on an emulated STM32F405: the ELF file as it is flashed, at one cycle an
+//! instruction.
 
 use std::io::Read;
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Stdio};
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
 
-use crate::board_log::{BoardLog, Dictionary};
+use crate::board_log::{BoardLog, Dictionary, Line};
+use crate::emulate;
 use crate::failure::Failure;
-use crate::toolchain::EMULATOR;
+use crate::toolchain::clean_command;
 
-/// How the machine is emulated. An instruction takes 8 ns of the board's time whatever the host
-/// does, so a run repeats itself bit for bit.
-const ARGUMENTS: [&str; 12] = [
-    "-machine",
-    "netduinoplus2",
-    "-icount",
-    "shift=3,align=off",
-    "-nographic",
-    "-monitor",
-    "none",
-    "-serial",
-    "none",
-    "-semihosting-config",
-    "enable=on,target=native",
-    "-kernel",
-];
+/// What the emulation is called.
+pub const CHIP: &str = "rigless 0.4.0, STM32F427 as STM32F405";
 
 /// Last lines of the log that an error quotes, where none of all lines is an error itself.
 const QUOTED_LINES: usize = 5;
 
-/// A run that ended well.
+/// A run to the image's end.
 pub struct Run {
-    /// What the board sent, byte for byte.
+    /// What the image sent, byte for byte.
     pub sent: Vec<u8>,
     /// The same, decoded.
     pub log: BoardLog,
+    /// Whether it says that everything was in order.
+    pub sound: bool,
 }
 
-/// Runs an image until it ends by itself, and decodes its log.
+impl Run {
+    /// The run, if everything was in order.
+    ///
+    /// # Errors
+    /// It was not, and what the image says of that.
+    pub fn in_order(self) -> Result<Self, Failure> {
+        if self.sound {
+            return Ok(self);
+        }
+        Err(refused(
+            "says that not everything was in order",
+            &self.log,
+            "",
+        ))
+    }
+}
+
+/// Runs an image until it says that it ends, and decodes its log. With a tape, that lies behind the program.
 ///
 /// # Errors
-/// An emulator that cannot be run, an image that has not ended after `limit` of the host's time or
-/// that ends with another status than 0, or a damaged log.
-pub fn run(elf: &Path, limit: Duration) -> Result<Run, Failure> {
-    start(elf, limit, &[])
-}
-
-/// As [`run`], with the bytes of a file in the board's memory before it starts.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_with(
-    elf: &Path,
-    (file, address): (&Path, u64),
-    limit: Duration,
-) -> Result<Run, Failure> {
-    // A comma would end the name; doubled it stands for itself.
-    let name = file.display().to_string().replace(',', ",,");
-    let loader = format!("loader,file={name},addr={address:#x},force-raw=on");
-    start(elf, limit, &["-device", &loader])
-}
-
-fn start(elf: &Path, limit: Duration, more: &[&str]) -> Result<Run, Failure> {
+/// An emulation that does not build, an image that starts anew or does not end, or a damaged log.
+pub fn run(elf: &Path, tape: Option<&Path>) -> Result<Run, Failure> {
     let dictionary = Dictionary::read(elf)?;
-    let mut emulator = Command::new(EMULATOR)
-        .args(ARGUMENTS)
+    let emulation = emulate::run::build()?;
+    let mut child = clean_command(&emulation)
+        .arg("unattended")
         .arg(elf)
-        .args(more)
-        .stdin(Stdio::null())
+        .args(tape)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .map_err(|error| Failure::system(format_args!("{EMULATOR} cannot be run"), &error))?;
-    let sent = collect(emulator.stdout.take());
-    let complaints = collect(emulator.stderr.take());
-    let status = wait(&mut emulator, limit);
-    let sent = sent.join().unwrap_or_default();
-    let log = dictionary.decode(&sent);
+        .map_err(|error| Failure::system(emulation.display(), &error))?;
+    let complaints = collect(child.stderr.take());
+    let run = read(child.stdout.take(), &dictionary);
+    end(&mut child);
     let complaints = complaints.join().unwrap_or_default();
+    match run {
+        (run, Some(sound)) if run.log.damaged == 0 => Ok(Run { sound, ..run }),
+        (run, Some(_)) => {
+            let said = format!("sent {} damaged log frames", run.log.damaged);
+            Err(refused(&said, &run.log, ""))
+        }
+        (run, None) => Err(refused(
+            "did not end by itself",
+            &run.log,
+            &String::from_utf8_lossy(&complaints),
+        )),
+    }
+}
 
-    let ended = match status.map_err(|error| Failure::system(EMULATOR, &error))? {
-        None => format!("did not end within {} s", limit.as_secs()),
-        Some(status) if !status.success() => format!("ended with {status}"),
-        Some(_) if log.damaged > 0 => format!("sent {} damaged log frames", log.damaged),
-        Some(_) => return Ok(Run { sent, log }),
+/// Reads a log until it says that the image ends, and whether that was in order; none if the stream ended
+/// before.
+fn read(stream: Option<impl Read>, dictionary: &Dictionary) -> (Run, Option<bool>) {
+    let mut run = Run {
+        sent: Vec::new(),
+        log: BoardLog::default(),
+        sound: false,
     };
-    Err(Failure::Other(format!(
-        "the emulated board {ended}{}{}",
-        telling_lines(&log),
-        indented(&String::from_utf8_lossy(&complaints))
-    )))
+    let Some(mut stream) = stream else {
+        return (run, None);
+    };
+    let mut decoded = 0;
+    let mut bytes = [0; 4096];
+    // What was read before an error is as good a log as there is.
+    while let Ok(read @ 1..) = stream.read(&mut bytes) {
+        run.sent.extend(&bytes[..read]);
+        // Frames end with a zero.
+        let whole = run.sent.iter().rposition(|&byte| byte == 0);
+        let Some(whole) = whole.filter(|&whole| whole >= decoded) else {
+            continue;
+        };
+        let part = dictionary.decode(&run.sent[decoded..=whole]);
+        decoded = whole + 1;
+        let ending = |line: &Line| line.value("exit", "sound")?.parse().ok();
+        let sound = part.messages().find_map(ending);
+        run.log.lines.extend(part.lines);
+        run.log.damaged += part.damaged;
+        if sound.is_some() {
+            return (run, sound);
+        }
+    }
+    (run, None)
 }
 
 /// Reads a stream to its end, beside what else is going on.
@@ -98,27 +116,25 @@ fn collect(stream: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
     thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut stream) = stream {
-            // What was read before an error is as good a log as there is.
+            // As above.
             let _ = stream.read_to_end(&mut bytes);
         }
         bytes
     })
 }
 
-/// The exit status, or none for a process that had to be ended.
-fn wait(process: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStatus>> {
-    let start = Instant::now();
-    loop {
-        if let Some(status) = process.try_wait()? {
-            return Ok(Some(status));
-        }
-        if start.elapsed() > limit {
-            process.kill()?;
-            process.wait()?;
-            return Ok(None);
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
+/// Ends a process that may have ended by itself.
+fn end(child: &mut Child) {
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+fn refused(what: &str, log: &BoardLog, complaints: &str) -> Failure {
+    Failure::Other(format!(
+        "the image on the emulated chip {what}{}{}",
+        telling_lines(log),
+        indented(complaints)
+    ))
 }
 
 fn telling_lines(log: &BoardLog) -> String {
@@ -138,18 +154,6 @@ fn indented(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board_log::Line;
-
-    fn sleeper(seconds: &str) -> Child {
-        Command::new("sleep").arg(seconds).spawn().unwrap()
-    }
-
-    #[test]
-    fn a_process_that_does_not_end_is_ended() {
-        let mut process = sleeper("600");
-        assert_eq!(wait(&mut process, Duration::ZERO).unwrap(), None);
-        assert!(process.try_wait().unwrap().is_some());
-    }
 
     #[test]
     fn errors_are_quoted_wherever_they_are_else_the_last_lines() {
@@ -167,11 +171,5 @@ mod tests {
         );
         log.lines[1] = line("ERROR", 1);
         assert_eq!(telling_lines(&log), "\n  ERROR 1");
-    }
-
-    #[test]
-    fn a_process_that_ends_gives_its_status() {
-        let status = wait(&mut sleeper("0"), Duration::from_secs(600)).unwrap();
-        assert!(status.is_some_and(|status| status.success()));
     }
 }

@@ -25,8 +25,8 @@ pub const RAM: u64 = 128 * 1024;
 /// what is left.
 const CORE_COUPLED: Range<u64> = 0x1000_0000..0x1001_0000;
 
-/// Bytes by which the stack of a real board must be larger than the one in which the emulated board has
-/// run to its end, the check with an interrupt in an interrupt in it: drivers have frames of their own.
+/// Bytes by which the stack of an operated image must be larger than what the check has used of it, with an
+/// interrupt in an interrupt: drivers and the console have frames of their own.
 const MORE_STACK: u64 = 8 * 1024;
 
 /// Bytes of an image.
@@ -90,12 +90,12 @@ impl Size {
         self.fitting_with(0)
     }
 
-    /// The same, if the chip holds it with more stack than what has run on the emulated board.
+    /// The same, if the chip holds it with more stack than the check has used.
     ///
     /// # Errors
     /// It does not.
-    pub fn fitting_beside(self, emulated: &Self) -> Result<Self, Failure> {
-        self.fitting_with(RAM.saturating_sub(emulated.ram) + MORE_STACK)
+    pub fn fitting_above(self, used: u64) -> Result<Self, Failure> {
+        self.fitting_with(used + MORE_STACK)
     }
 
     fn fitting_with(self, stack: u64) -> Result<Self, Failure> {
@@ -163,16 +163,17 @@ mod tests {
 
     #[test]
     fn an_image_fits_to_the_last_byte() {
-        let emulated = Size {
+        let used = RAM / 2;
+        let full = Size {
             flash: FLASH,
-            ram: RAM / 2,
+            ram: RAM,
         };
         let real = Size {
             flash: FLASH,
-            ram: RAM / 2 - MORE_STACK,
+            ram: RAM - used - MORE_STACK,
         };
-        assert_eq!(emulated.fitting().unwrap(), emulated);
-        assert_eq!(real.fitting_beside(&emulated).unwrap(), real);
+        assert_eq!(full.fitting().unwrap(), full);
+        assert_eq!(real.fitting_above(used).unwrap(), real);
         for over in [
             Size {
                 flash: FLASH + 1,
@@ -183,7 +184,7 @@ mod tests {
                 ..real
             },
         ] {
-            assert!(over.fitting_beside(&emulated).is_err(), "{over:?}");
+            assert!(over.fitting_above(used).is_err(), "{over:?}");
         }
         let over = Size {
             flash: FLASH,

@@ -45,7 +45,7 @@ const RECORD_EXAMPLE: &str = "Example: cargo hil record --port /dev/ttyUSB0 --si
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Check everything: formatting, lints, firmware, emulated run, host tests
+    /// Check everything: formatting, lints, firmware, runs on emulated chips, host tests
     #[command(after_help = "Example: cargo hil test")]
     Test(check::Args),
     /// Find the effects that a measured log has and a declared machine lacks
@@ -75,7 +75,7 @@ enum Command {
     /// Reproduce the results of a paper, ours beside them
     #[command(after_help = "Example: cargo hil reproduce throttle --json throttle.json")]
     Reproduce(reproduce::Args),
-    /// Run the emulated board and compare it with this host and with the truth
+    /// Run an actuator of each kind on the emulated chip, beside this host and the truth; and the loop
     #[command(after_help = "Example: cargo hil onboard --json onboard.json")]
     Onboard(onboard::command::Args),
     /// Let an emulated engine controller find every fault of an emulated throttle body

@@ -1,6 +1,4 @@
-//! The core's tests built and run on the emulated board, and held against this host.
-
-use std::time::Duration;
+//! The core's tests built and run on the emulated chip, and held against this host.
 
 use firmware::on_target::CHECKS;
 
@@ -13,9 +11,6 @@ use crate::toolchain::{Build, Toolchain};
 
 /// The program; its board is [`board_run::BOARD`].
 pub const PROGRAM: &str = "on_target";
-
-/// Host's time for a run that takes seconds.
-const TIME_LIMIT: Duration = Duration::from_secs(300);
 
 /// What the message of a figure starts with.
 const COUNT: &str = "count ";
@@ -34,7 +29,7 @@ impl OnTargetRun {
     /// What does not depend on the compiler: everything but the counts.
     pub fn messages(&self) -> impl Iterator<Item = &Line> {
         let is_count = |line: &&Line| line.message.starts_with(COUNT);
-        self.log.messages().filter(move |line| !is_count(line))
+        board_run::messages(&self.log).filter(move |line| !is_count(line))
     }
 }
 
@@ -45,7 +40,7 @@ impl OnTargetRun {
 /// does not build or does not end.
 pub fn run(toolchain: &Toolchain) -> Result<OnTargetRun, Failure> {
     let build = toolchain.build_program(board_run::BOARD, PROGRAM)?;
-    let log = emulator::run(&build.elf, TIME_LIMIT)?.log;
+    let log = emulator::run(&build.elf, None)?.in_order()?.log;
     let host = CHECKS.iter().map(|check| {
         let digest = check.run().digest();
         (check.name, format!("{digest:016x}"))
@@ -71,7 +66,7 @@ fn compare(
         Ok(())
     } else {
         Err(format!(
-            "not the same bits on the emulated board as on this host: {}",
+            "not the same bits on the emulated chip as on this host: {}",
             differing.join(", ")
         ))
     }
@@ -84,7 +79,7 @@ fn counts(log: &BoardLog) -> Result<Figures, String> {
             let parsed = figure
                 .split_once(' ')
                 .and_then(|(name, count)| Some((name.to_owned(), count.parse().ok()?)));
-            parsed.ok_or_else(|| format!("the emulated board counts {figure:?}"))
+            parsed.ok_or_else(|| format!("the emulated chip counts {figure:?}"))
         })
         .collect()
 }

@@ -1,8 +1,7 @@
-//! A recorded drive replayed by the firmware's plant interrupt: on the emulated board, in real time,
+//! A recorded drive replayed by the firmware's plant interrupt: on the emulated chip, in real time,
 //! and on this host.
 
 use std::path::Path;
-use std::time::Duration;
 
 use firmware::app::machine::THROTTLE;
 use firmware::app::replay::{Replay, Row};
@@ -22,19 +21,13 @@ use crate::toolchain::Toolchain;
 use crate::workspace;
 
 /// The program.
-pub const PROGRAM: &str = "emulated_replay";
-
-/// Where the tape lies: `TAPE` of memory.x.
-const TAPE_ADDRESS: u64 = 0x080A_0000;
+pub const PROGRAM: &str = "replay";
 
 /// Bytes that there are for it.
 pub const TAPE_BYTES: usize = 384 * 1024;
 
 /// Rows that [`check`] replays: 4 s.
 const CHECKED_ROWS: u32 = 4 * STEPS_PER_SECOND;
-
-/// Host's time for a replay of a minute.
-const TIME_LIMIT: Duration = Duration::from_secs(1800);
 
 /// What is replayed: a model that starts at rest, and its input.
 #[derive(Debug, Clone, Copy)]
@@ -91,7 +84,7 @@ pub fn on_host(tape: &[u8]) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-/// A replay on the emulated board.
+/// A replay on the emulated chip.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OnBoard {
     /// What it logged, a row of the tape each.
@@ -110,12 +103,12 @@ pub fn on_board(toolchain: &Toolchain, tape: &[u8], file: &Path) -> Result<OnBoa
     let build = toolchain.build_program(BOARD, PROGRAM)?;
     let size = Size::read(&build.elf)?.fitting()?;
     write_own(file, tape)?;
-    let log = emulator::run_with(&build.elf, (file, TAPE_ADDRESS), TIME_LIMIT)?.log;
+    let log = emulator::run(&build.elf, Some(file))?.in_order()?.log;
     let (rows, ticks) = read(&log).map_err(Failure::Other)?;
     Ok(OnBoard { rows, ticks, size })
 }
 
-/// Replays steps of the throttle's input on the emulated board, with cogging and a late drive, and
+/// Replays steps of the throttle's input on the emulated chip, with cogging and a late drive, and
 /// compares with this host.
 ///
 /// # Errors
@@ -157,7 +150,7 @@ pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
     match differing_bits(&board.rows, &on_host(&tape)?) {
         0 => Ok(board),
         bits => Err(Failure::Other(format!(
-            "the replay on the emulated board differs from this host's in {bits} bits"
+            "the replay on the emulated chip differs from this host's in {bits} bits"
         ))),
     }
 }
@@ -170,7 +163,7 @@ fn read(log: &BoardLog) -> Result<(Vec<Row>, u64), String> {
         log.lines.iter().find_map(|line| number(line, kind, name))
     };
     let (Some(expected), Some(ticks)) = (find("replay", "rows"), find("deadlines", "ticks")) else {
-        return Err("the emulated board does not say how many rows and ticks there were".into());
+        return Err("the emulated chip does not say how many rows and ticks there were".into());
     };
     let whole = rows.len() as u64 == expected
         && rows.iter().zip(0..).all(|(row, number)| row.row == number);
@@ -178,7 +171,7 @@ fn read(log: &BoardLog) -> Result<(Vec<Row>, u64), String> {
         Ok((rows, ticks))
     } else {
         Err(format!(
-            "the emulated board logged {} of {expected} rows",
+            "the emulated chip logged {} of {expected} rows",
             rows.len()
         ))
     }

@@ -1,5 +1,5 @@
-//! Set-up of what the firmware needs on this machine: a compiler with a `core` for the
-//! microcontroller, its linker, and the emulator.
+//! Set-up of what the firmware needs on this machine: a compiler with a `core` for the microcontroller, and
+//! its linker.
 //!
 //! There are three ways to a `core` for [`TARGET`], tried in this order:
 //!
@@ -23,12 +23,6 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// Debian's way to [`TARGET`].
 pub const COMPILER_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
-
-/// The emulator, in Debian.
-pub const EMULATOR_PACKAGES: [&str; 1] = ["qemu-system-arm"];
-
-/// The emulator's program.
-pub const EMULATOR: &str = "qemu-system-arm";
 
 /// The linker, which `.cargo/config.toml` names: it puts the stack below the variables, so that an
 /// overflow is a fault and no silent damage.
@@ -102,19 +96,6 @@ fn choose_route(machine: &mut impl Machine) -> Result<Route, String> {
     }
     ensure_packages(machine, &COMPILER_PACKAGES)?;
     Ok(Route::Debian)
-}
-
-/// Sees to the emulator, or says what to run.
-fn ensure_emulator(machine: &mut impl Machine) -> Result<(), String> {
-    if machine.has_program(EMULATOR) {
-        return Ok(());
-    }
-    if !machine.is_debian() {
-        return Err(format!(
-            "{EMULATOR} is not on the path; install QEMU's system emulator for Arm"
-        ));
-    }
-    ensure_packages(machine, &EMULATOR_PACKAGES)
 }
 
 /// Sees to the linker, or says what to run.
@@ -194,14 +175,13 @@ pub struct Build {
 }
 
 impl Toolchain {
-    /// Sees to the compiler, the linker and the emulator.
+    /// Sees to the compiler and the linker.
     ///
     /// # Errors
     /// What is missing, with the command that brings it.
     pub fn set_up() -> Result<Self, Failure> {
         let mut machine = ThisMachine;
         let route = choose_route(&mut machine).map_err(Failure::Other)?;
-        ensure_emulator(&mut machine).map_err(Failure::Other)?;
         ensure_linker(&mut machine).map_err(Failure::Other)?;
         if route == Route::Debian {
             provide_lld().map_err(|error| Failure::system(debian_tools().display(), &error))?;
@@ -714,32 +694,6 @@ mod tests {
         assert!(error.contains("no network"), "{error}");
         assert!(
             error.ends_with("rustup target add thumbv7em-none-eabihf"),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn the_emulator_is_installed_only_where_it_is_not_on_the_path() {
-        let mut there = Faked {
-            programs: vec![EMULATOR],
-            root: true,
-            debian: true,
-            ..Faked::default()
-        };
-        assert_eq!(ensure_emulator(&mut there), Ok(()));
-        assert!(there.installed.is_empty());
-
-        let mut absent = Faked {
-            root: true,
-            debian: true,
-            ..Faked::default()
-        };
-        assert_eq!(ensure_emulator(&mut absent), Ok(()));
-        assert_eq!(absent.installed, ["qemu-system-arm"]);
-
-        let error = ensure_emulator(&mut Faked::default()).unwrap_err();
-        assert!(
-            error.contains("qemu-system-arm is not on the path"),
             "{error}"
         );
     }

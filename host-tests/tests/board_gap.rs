@@ -1,7 +1,7 @@
-//! The loop closed on the emulated board's logs: what the firmware does not declare is found in them,
+//! The loop closed on the emulated chip's logs: what the firmware does not declare is found in them,
 //! by the board itself and by the host from the board's CSV, with the same numbers.
 //!
-//! The firmware's application runs here on the host; `cargo hil test` shows that the emulated board
+//! The firmware's application runs here on the host; `cargo hil test` shows that the emulated chip
 //! sends the same bits.
 
 use firmware::app::check::{self, Finding};

@@ -244,7 +244,7 @@ fn nothing_is_found_in_a_throttle_that_is_off_its_nominal_numbers_by_their_toler
 
 #[test]
 fn the_board_says_what_this_host_does() {
-    let golden = workspace::root().join("firmware/src/bin/emulated_ecu.log");
+    let golden = workspace::root().join("firmware/src/bin/trials.log");
     let golden = std::fs::read_to_string(golden).unwrap();
     let host = ecu::said(&ecu::on_host());
     let host: Vec<String> = host.iter().map(|line| format!("INFO {line}")).collect();

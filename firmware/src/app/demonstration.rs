@@ -93,4 +93,4 @@ pub const BRAKE: Experiment = Experiment {
 
 /// A throttle in its loop.
 pub const EMULATION: Experiment =
-    Experiment::new("throttle", THROTTLE, &THROTTLE_LONG, 20 * STEPS_PER_SECOND);
+    Experiment::new("throttle", THROTTLE, &THROTTLE_LONG, 22 * STEPS_PER_SECOND);

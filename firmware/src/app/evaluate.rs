@@ -27,8 +27,7 @@ impl Before {
     fn log<B: Board>(&self, wiring: &Wiring) {
         let now = B::work();
         defmt::info!(
-            "cost {=str}={=u64} with_interrupts={=u64} ticks={=u32} missed={=u32}",
-            B::WORK,
+            "cost cycles={=u64} with_interrupts={=u64} ticks={=u32} missed={=u32}",
             now.below_interrupts_since(&self.work),
             now.all - self.work.all,
             wiring.ticks().wrapping_sub(self.ticks),

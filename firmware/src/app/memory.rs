@@ -7,7 +7,7 @@ use super::record::Sample;
 use super::timing::{CONTROL_PERIOD, STEPS_PER_SECOND};
 
 /// Samples that are kept: 10 s. At three counts of two bytes each that is 60,000 of the 65,536 bytes of
-/// the chip's core-coupled memory. The emulated board has none and keeps them in its RAM.
+/// the chip's core-coupled memory.
 pub const MEMORY_SAMPLES: usize = 10 * STEPS_PER_SECOND as usize;
 
 /// A ring of the last `N` samples without a gap: the newest overwrites the oldest, and a sample that

@@ -27,8 +27,8 @@ pub const SOUND: Experiment = Experiment {
 pub const PLAY: Experiment = Experiment {
     name: "play",
     peculiarity: Some(Peculiarity::Play(0.05)),
-    // Two dozen reversals.
-    steps: 3 * STEPS_PER_SECOND,
+    // One sweep: twenty reversals.
+    steps: 2 * STEPS_PER_SECOND,
     ..SOUND
 };
 

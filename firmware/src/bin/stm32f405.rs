@@ -1,11 +1,11 @@
-//! The image for a board with an STM32F405RG.
+//! The image that runs an actuator of each kind in its loop, and what it makes of their logs.
 #![no_std]
 #![no_main]
 
 use firmware::app::demonstration::DEMONSTRATION;
-use firmware::board::stm32f405::demonstration;
+use firmware::board::stm32f405::unattended;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    demonstration::run(&DEMONSTRATION)
+    unattended::run(&DEMONSTRATION)
 }

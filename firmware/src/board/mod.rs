@@ -4,18 +4,13 @@ use crate::app::wiring::Wiring;
 use crate::app::work::{ControlWork, PlantWork};
 
 pub mod deadline;
-#[cfg(all(feature = "emulated", target_os = "none"))]
-pub mod emulated;
-#[cfg(all(any(feature = "emulated", feature = "stm32f405"), target_os = "none"))]
+#[cfg(all(feature = "stm32f405", target_os = "none"))]
 pub mod interrupts;
 pub mod load;
 #[cfg(all(feature = "stm32f405", target_os = "none"))]
 pub mod stm32f405;
 #[cfg(target_os = "none")]
 pub mod tape_flash;
-
-#[cfg(all(feature = "emulated", feature = "stm32f405"))]
-compile_error!("an image is for one board: choose the feature `emulated` or `stm32f405`");
 
 /// The result of a future that never waits: flash whose operations end before they return.
 #[cfg(all(feature = "stm32f405", target_os = "none"))]
@@ -36,9 +31,6 @@ fn now<T>(future: impl Future<Output = T>) -> T {
 
 /// What the application asks of a board.
 pub trait Board {
-    /// What [`Board::work`] counts, in the plural: "instructions", "cycles".
-    const WORK: &'static str;
-
     /// Gives the interrupts their work and starts the clock. Called once.
     ///
     /// From then on the board calls [`PlantWork::tick`] every
@@ -57,7 +49,7 @@ pub trait Board {
     fn work() -> Work;
 }
 
-/// What a processor has done, in its board's unit.
+/// What a processor has done, in cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Work {
     /// All of it, idling included.

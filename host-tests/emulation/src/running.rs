@@ -2,7 +2,7 @@
 //! asked to reach: there its pins are read and driven.
 
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{Read, Write, stdout};
 use std::net::{TcpListener, TcpStream};
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
@@ -170,9 +170,26 @@ impl Running {
     /// # Errors
     /// An image that is none, or a machine that cannot be made.
     pub fn start(setting: &Setting) -> Result<Self, String> {
+        let stored = setting
+            .parameters
+            .as_deref()
+            .map(|bytes| (PARAMETERS, bytes));
+        Self::start_with(setting, stored, false)
+    }
+
+    /// As [`Running::start`], with bytes somewhere in the flash; what it logs goes to the standard output too,
+    /// if that is asked for, as it comes.
+    ///
+    /// # Errors
+    /// As [`Running::start`].
+    pub fn start_with(
+        setting: &Setting,
+        stored: Option<(u64, &[u8])>,
+        echo: bool,
+    ) -> Result<Self, String> {
         let mut images = vec![Image::read(&setting.elf, None).map_err(|error| error.to_string())?];
-        if let Some(bytes) = &setting.parameters {
-            let stored = Image::new(Path::new("parameters.bin"), bytes.clone(), Some(PARAMETERS));
+        if let Some((address, bytes)) = stored {
+            let stored = Image::new(Path::new("stored.bin"), bytes.to_vec(), Some(address));
             images.push(stored.map_err(|error| error.to_string())?);
         }
         let board = Board::new(setting.instructions_per_second).map_err(|e| e.to_string())?;
@@ -181,10 +198,18 @@ impl Running {
         // Before anything runs, so that the log is whole.
         let mut stream = TcpStream::connect(address).map_err(|error| error.to_string())?;
         let log = thread::spawn(move || {
-            let mut bytes = Vec::new();
+            let mut log = Vec::new();
+            let mut bytes = [0; 4096];
             // What came before an error is as good a log as there is.
-            let _ = stream.read_to_end(&mut bytes);
-            bytes
+            while let Ok(read @ 1..) = stream.read(&mut bytes) {
+                log.extend(&bytes[..read]);
+                if echo {
+                    let mut out = stdout();
+                    // Whoever closed it does not want to know.
+                    let _ = out.write_all(&bytes[..read]).and_then(|()| out.flush());
+                }
+            }
+            log
         });
         let (requests, asked) = channel();
         let (answers, replies) = channel();

@@ -21,9 +21,11 @@ mod pair;
 mod power;
 mod served;
 mod ticks;
+mod unattended;
 
 /// How the program is called.
-const USAGE: &str = "usage: emulation [serve|SCENARIO,...] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND]";
+const USAGE: &str = "usage: emulation [serve|SCENARIO,...] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND] | \
+     emulation unattended ELF [TAPE]";
 
 /// The controller's stored parameters, in the directory: what a run leaves and `serve` starts with.
 const PARAMETERS: &str = "controller.parameters";
@@ -130,6 +132,9 @@ pub fn run(arguments: &[String]) -> Result<String, String> {
     let (word, rest) = arguments.split_first().ok_or(USAGE)?;
     if word == "serve" {
         return served::serve(&Call::read(rest)?).map(|()| String::new());
+    }
+    if word == "unattended" {
+        return unattended::run(rest).map(|()| String::new());
     }
     let named = |name: &&(&str, _)| word.split(',').any(|word| word == name.0);
     let some: Vec<_> = SCENARIOS.iter().filter(named).copied().collect();

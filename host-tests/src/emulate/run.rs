@@ -353,7 +353,7 @@ fn succeed(mut command: Command, what: &str) -> Result<(), Failure> {
 ///
 /// # Errors
 /// What the compiler says.
-fn build() -> Result<PathBuf, Failure> {
+pub fn build() -> Result<PathBuf, Failure> {
     let mut command = cargo("build");
     command.args(BUILD);
     succeed(command, "the emulation does not build")?;

@@ -7,10 +7,8 @@ use serde::Serialize;
 use super::recording::Recording;
 use super::run::{Counted, Outcome, Ticks, directory};
 use super::tracing::{MACHINE, Traced};
+use crate::emulator::CHIP;
 use crate::workspace;
-
-/// What runs the images.
-const EMULATOR: &str = "rigless 0.4.0, STM32F427 as STM32F405";
 
 /// The chip's blocks that the images use.
 const PERIPHERALS: [&str; 15] = [
@@ -143,7 +141,7 @@ impl Summary {
         Self {
             target: ["throttle", "controller"],
             chip: Chip {
-                emulator: EMULATOR,
+                emulator: CHIP,
                 cycles_per_instruction,
                 worst_ticks: [
                     worst_tick(

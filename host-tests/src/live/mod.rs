@@ -33,7 +33,7 @@ page is closed. Without --port a controller is emulated, with a motor whose visc
 /// What `cargo hil live` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Serial port of the board's console, such as /dev/ttyUSB0 [default: an emulated board]
+    /// Serial port of the board's console, such as /dev/ttyUSB0 [default: an emulated one]
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
     /// The machine that a frozen part is held against [default: the board's own parameters]

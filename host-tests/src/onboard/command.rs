@@ -30,9 +30,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     let json = outputs.file(args.json.as_deref(), Kind::Json)?;
     let mut announce = announce();
-    let run = board_run::run(&mut announce)?;
-    announce("a log of each kind of verdict on the emulated board");
-    let verdicts = board_run::run_verdicts(&run.toolchain)?;
+    let (run, verdicts) = board_run::run(&mut announce)?;
     announce("instruction counts");
     let counts = on_target_run::run(&run.toolchain)?.counts;
     let built = Built::new(&run.toolchain, &mut announce)?;
@@ -41,7 +39,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let summary = Summary::new(&outcome, &traced, CYCLES_PER_INSTRUCTION);
     let mut text = summary.text(&outcome, &traced, None);
     let onboard = Onboard::read(summary, &run, &verdicts, &counts)?;
-    text += &format!("\nThe stand-in, {}\n{}", onboard.stand_in, onboard.table());
+    text += &format!(
+        "\nAn actuator of each kind on the chip itself\n{}",
+        onboard.table()
+    );
     outputs.stage_json(json, &onboard)?;
     outputs.commit()?;
     io::stdout()

@@ -1,4 +1,4 @@
-//! `cargo hil onboard`: what the emulated board does by itself, beside this host and the truth.
+//! `cargo hil onboard`: what the emulated chip does by itself, beside this host and the truth.
 
 pub mod command;
 pub mod outcome;

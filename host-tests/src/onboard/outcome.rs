@@ -7,14 +7,13 @@ use crate::emulate::summary::{Chip, Loop};
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
 #[derive(Debug, Serialize)]
 pub struct Onboard {
-    /// The images of `chip` and `loop`, as they are flashed.
+    /// The products, as they are flashed. What follows their loop is of images that run to their end by
+    /// themselves, on the same chip.
     pub target: &'static str,
     /// What ran them.
     pub chip: Chip,
     /// What the log lacks that the controller recorded of the throttle.
     pub r#loop: Loop,
-    /// What everything below was run on.
-    pub stand_in: &'static str,
     /// The board's samples beside this host's.
     pub parity: Parity,
     /// Friction estimated anew on the board.

@@ -16,9 +16,6 @@ use crate::figures::Figures;
 use crate::gap::metrics::decimal;
 use crate::image::{FLASH, RAM};
 
-/// What runs the stand-in.
-const STAND_IN: &str = "QEMU netduinoplus2, Cortex-M4F";
-
 /// The images that are run as they are flashed, and their chip.
 const TARGET: &str = "throttle and controller, STM32F405";
 
@@ -83,7 +80,6 @@ impl Onboard {
             target: TARGET,
             chip: summary.chip,
             r#loop: summary.r#loop,
-            stand_in: STAND_IN,
             parity: Parity {
                 samples: compared().map(|experiment| experiment.samples).sum(),
                 differing_bits: compared().map(|experiment| experiment.differing_bits).sum(),
@@ -127,7 +123,7 @@ impl Gap {
             of_kind.filter_map(move |line| line.value(kind, name).map(str::to_owned))
         };
         let to_be_fitted = |name: &String| check::BASE.iter().any(|base| base.name() == name);
-        let instructions = lines.value("cost", "instructions")?;
+        let instructions = lines.value("cost", "cycles")?;
         Ok(Self {
             experiment: experiment.name,
             verdict: lines.value("check", "verdict")?,
@@ -168,7 +164,7 @@ impl Refit {
             .map_or(experiment.actuator.coulomb.forward, |wear| wear.coulomb);
         let annealed: u32 = lines.value("refit", "annealing_evaluations")?;
         let polished: u32 = lines.value("refit", "golden_section_evaluations")?;
-        let instructions = lines.value("cost", "instructions")?;
+        let instructions = lines.value("cost", "cycles")?;
         Ok(Self {
             parameter: lines.value("refit", "parameter")?,
             present: lines.value("refit", "present")?,

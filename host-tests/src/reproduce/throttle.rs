@@ -213,9 +213,9 @@ pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     let models = models(&logs, &directory)?;
     let judged = judge_all(&models, &logs)?;
     let repeated = repeated(repeat, announce)?;
-    announce("firmware and emulator");
+    announce("firmware");
     let toolchain = Toolchain::set_up()?;
-    announce("three models on three emulated boards, in real time");
+    announce("three models on three emulated chips, in real time");
     let (implemented, boards) = implement(&toolchain, &models, &logs, &directory)?;
     let results = Results {
         logs,
@@ -307,7 +307,7 @@ fn implement(
     match sums.differing_bits {
         0 => Ok((implemented, sums)),
         bits => Err(Failure::Other(format!(
-            "the models on the emulated board differ from this host's in {bits} bits"
+            "the models on the emulated chip differ from this host's in {bits} bits"
         ))),
     }
 }

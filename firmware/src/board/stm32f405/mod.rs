@@ -9,10 +9,10 @@
 //! | 14 | CAN2_SCE, a spare line | the executor for tasks that must not wait for long work |
 //! | none | | the executor for long work |
 //!
-//! Three images: the [`demonstration`], the emulated [`throttle`] body and the [`controller`] of a real
-//! actuator. The last two are [operated](crate::app::operation) from a [`terminal`]. What each pin is for
-//! stands in [`pins`]. Whatever ends a run ends in the safe state, see [`end`], and starts the processor
-//! anew; where nothing ends, the [`watchdog`] does.
+//! Two images are the products: the emulated [`throttle`] body and the [`controller`] of a real actuator, both
+//! [operated](crate::app::operation) from a [`terminal`]. The others run something to its end and log it,
+//! [`unattended`]. What each pin is for stands in [`pins`]. Whatever ends a run ends in the safe state, see
+//! [`end`], and starts the processor anew; where nothing ends, the [`watchdog`] does.
 
 use cortex_m::peripheral::{DWT, Peripherals};
 use defmt_rtt as _;
@@ -31,16 +31,17 @@ mod clock;
 pub mod controller;
 mod core_coupled;
 mod critical;
-pub mod demonstration;
 pub mod end;
 mod parameters;
 pub mod pins;
 mod safety;
+mod stack;
 mod supply;
 pub mod terminal;
 pub mod throttle;
 mod ticker;
 mod tracks;
+pub mod unattended;
 mod vector;
 mod watchdog;
 

@@ -26,7 +26,7 @@ const PAPER: (f64, f64) = (8.48, 2.09);
 /// The chip's clock, Hz.
 const CLOCK: f64 = 168e6;
 
-/// Instructions by compiler and name, as counted on the emulated board.
+/// Instructions by compiler and name, as counted on the emulated chip.
 const COUNTS: &str = include_str!("../../../../firmware/src/bin/on_target.toml");
 
 /// Runs of which the median is shown.

@@ -1,5 +1,5 @@
 //! One model, three implementations (Table 2 of the paper): integrated in double precision, stepped
-//! by the core on this host, stepped by the core in the interrupt of the emulated board.
+//! by the core on this host, stepped by the core in the interrupt of the emulated chip.
 
 use std::path::Path;
 
@@ -94,7 +94,7 @@ pub fn positions(rows: &[Row]) -> Vec<f64> {
     rows.iter().map(|row| f64::from(row.position)).collect()
 }
 
-/// Replays the tapes on emulated boards side by side, each left in its file.
+/// Replays the tapes on emulated chips side by side, each left in its file.
 ///
 /// # Errors
 /// What [`replay_run::on_board`] returns, of the first board that fails.

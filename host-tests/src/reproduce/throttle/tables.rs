@@ -76,7 +76,7 @@ pub enum Implementation {
     Continuous,
     /// The core's step on this host.
     Discrete,
-    /// The core's step in the interrupt of the emulated board.
+    /// The core's step in the interrupt of the emulated chip.
     RealTime,
 }
 
