@@ -19,8 +19,8 @@ use crate::outputs::{Kind, Outputs};
 /// What `cargo hil import` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// File of a logger: text with a row a sample, or MATLAB of version 5 to 7.2, as it is or behind gzip;
-    /// `-` is standard input
+    /// File of a logger: text with a row a sample, MATLAB of version 5 to 7.2, MCAP, MDF 4 or Parquet, as it is
+    /// or behind gzip; `-` is standard input
     #[arg(value_name = "RAW")]
     pub raw: PathBuf,
     /// Column with the time, as in t:ms; without it the rows are even, at --rate
@@ -145,7 +145,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// What the file holds, and its name for messages.
 fn read(raw: &Path) -> Result<(String, Vec<u8>), Failure> {
-    const EXPECTED: &str = "what a logger wrote, as text or MATLAB arrays";
+    const EXPECTED: &str = "what a logger wrote: text, MATLAB arrays, MCAP, MDF 4 or Parquet";
     if !is_standard_input(raw) {
         let bytes = read_bytes(raw, EXPECTED, LARGEST_DATA)?;
         return Ok((raw.display().to_string(), bytes));
