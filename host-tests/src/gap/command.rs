@@ -52,8 +52,17 @@ pub struct Args {
 }
 
 /// Where the numbers are that the answer for people leaves out.
-const HINT: &str =
-    "All numbers: --verbose. With plots: --report DIR. To read by a program: --json FILE.";
+fn hint(args: &Args) -> String {
+    let mut hint = "All numbers: --verbose.".to_owned();
+    hint += &match &args.report {
+        Some(directory) => format!(" Plots: {}.", directory.join("index.html").display()),
+        None => " With plots: --report DIR.".to_owned(),
+    };
+    if args.json.is_none() {
+        hint += " To read by a program: --json FILE.";
+    }
+    hint
+}
 
 /// The next experiment's input in the report's directory.
 const NEXT_EXPERIMENT: &str = "next-experiment.csv";
@@ -94,10 +103,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     places.stage(&mut outputs, &results)?;
     outputs.commit()?;
     let mut out = io::stdout();
+    let hint = hint(args);
     let detail = if args.verbose {
         Detail::Verbose
     } else {
-        Detail::Brief { hint: Some(HINT) }
+        Detail::Brief { hint: Some(&hint) }
     };
     let mut text = table::render(&results.report, out.is_terminal(), detail);
     if let Some(path) = &args.experiment

@@ -9,11 +9,12 @@ use super::layout::{Delimiter, Reading};
 use super::page;
 use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
+use super::source::Source;
 use super::summary;
 use crate::error::{InputError, LARGEST_DATA, read_at_most, read_bytes, unreadable};
 use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
-use crate::log::quoted;
+use crate::log::{COLUMNS, TIME, quoted};
 use crate::outputs::{Kind, Outputs};
 
 /// What `cargo hil import` takes.
@@ -217,6 +218,9 @@ fn recipe(args: &Args) -> Result<Recipe, Failure> {
 
 /// The error of a fault, with the call that would mend it.
 fn refusal(args: &Args, path: &Path, raw: &Raw, recipe: &Recipe, fault: Fault) -> Failure {
+    if let Some(error) = unit_left_out(args, path, raw, recipe) {
+        return error.into();
+    }
     let mut mended = recipe.clone();
     let call = fault
         .mend
@@ -228,6 +232,19 @@ fn refusal(args: &Args, path: &Path, raw: &Raw, recipe: &Recipe, fault: Fault) -
         None => fault.message,
     };
     InputError::new(path, Some(fault.line), message).into()
+}
+
+/// What is wrong where a time without a unit makes no log, with the unit that the file says it would.
+fn unit_left_out(args: &Args, path: &Path, raw: &Raw, recipe: &Recipe) -> Option<InputError> {
+    let time = recipe.sources[TIME].as_deref()?;
+    let source = Source::parse(time, raw, COLUMNS[TIME].0).ok()?;
+    let unit = raw.own_unit(source.column, COLUMNS[TIME].0);
+    let unit = unit.filter(|_| source.is_plain())?;
+    let mut mended = recipe.clone();
+    mended.sources[TIME] = Some(format!("{}:{unit}", raw.name(source.column)));
+    let call = call::tried(&args.raw, raw, mended)?;
+    let message = format!("--time has no unit, and the file says that it is in {unit}: {call}");
+    Some(InputError::new(path, None, message))
 }
 
 /// Two lines, as in `2-5001`.
