@@ -53,15 +53,11 @@ pub struct Args {
 
 /// Where the numbers are that the answer for people leaves out.
 fn hint(args: &Args) -> String {
-    let mut hint = "All numbers: --verbose.".to_owned();
-    hint += &match &args.report {
-        Some(directory) => format!(" Plots: {}.", directory.join("index.html").display()),
-        None => " With plots: --report DIR.".to_owned(),
+    let plots = match &args.report {
+        Some(directory) => format!("Plots: {}.", directory.join("index.html").display()),
+        None => "With plots: --report DIR.".to_owned(),
     };
-    if args.json.is_none() {
-        hint += " To read by a program: --json FILE.";
-    }
-    hint
+    format!("All numbers: --verbose. {plots} To read by a program: --json FILE.")
 }
 
 /// The next experiment's input in the report's directory.
