@@ -26,6 +26,7 @@ mod host {
             use super::raw::Raw;
             use crate::failure::Failure;
 
+            #[derive(Clone, Copy)]
             pub struct Format;
 
             impl Format {
