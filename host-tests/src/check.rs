@@ -15,6 +15,7 @@ use crate::failure::Failure;
 use crate::figures::{self, Comparison, Figures};
 use crate::fuzz;
 use crate::image::Size;
+use crate::import::foreign::READERS;
 use crate::measured::SKIPPED;
 use crate::on_target_run;
 use crate::outputs::write_own;
@@ -40,6 +41,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     announce("formatting");
     cargo(&["fmt", "--all", "--check"])?;
+    READERS.check_format()?;
     announce("lints");
     cargo(&["clippy", "--all-targets", "--", "-D", "warnings"])?;
     cargo(&[

@@ -37,6 +37,7 @@ pub mod on_target_run;
 pub mod onboard;
 pub mod operation_on_host;
 pub mod outputs;
+pub mod package;
 mod page;
 pub mod printed_log;
 mod progress;

@@ -1,12 +1,11 @@
 //! The emulation built and run, and what came of it.
 
-use std::io::IsTerminal;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
+use crate::package::Package;
 use crate::toolchain::{Build, Toolchain, clean_command};
 use crate::workspace;
 
@@ -16,8 +15,8 @@ const BOARD: &str = "stm32f405";
 /// Clock of the core, Hz.
 const CORE_CLOCK: f64 = 168e6;
 
-/// The emulation's package, from the workspace's root.
-const MANIFEST: &str = "host-tests/emulation/Cargo.toml";
+/// The emulation's package.
+const EMULATION: Package = Package { name: "emulation" };
 
 /// Cycles that an instruction takes on average, unless another number is asked for: with the caches on,
 /// the flash keeps up with the core as if it had no wait states (RM0090, section 3.5.2), and a Cortex-M4's
@@ -289,7 +288,7 @@ impl Built {
         let images = Images::build(toolchain)?;
         announce("the emulated chips (built once, which takes minutes)");
         Ok(Self {
-            emulation: build()?,
+            emulation: EMULATION.build(EMULATION.name, "")?,
             images,
         })
     }
@@ -312,66 +311,13 @@ pub fn directory() -> PathBuf {
     workspace::results().join("emulate")
 }
 
-/// A cargo command on the emulation's package; `arguments` follow the package's.
-fn cargo(subcommand: &str) -> Command {
-    let mut cargo = clean_command("cargo");
-    cargo
-        .arg(subcommand)
-        .args(["--manifest-path", MANIFEST])
-        .stderr(if std::io::stderr().is_terminal() {
-            Stdio::inherit()
-        } else {
-            Stdio::piped()
-        });
-    cargo
-}
-
-/// What its cargo builds with: the emulator asks for a newer compiler than it needs.
-const BUILD: [&str; 5] = [
-    "--release",
-    "--locked",
-    "--ignore-rust-version",
-    "--target-dir",
-    "target/emulation",
-];
-
-fn succeed(mut command: Command, what: &str) -> Result<(), Failure> {
-    let output = command
-        .output()
-        .map_err(|error| Failure::system("cargo cannot be run", &error))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    Err(Failure::Other(format!(
-        "{what}\n{}{}",
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr)
-    )))
-}
-
-/// Builds the emulation, or finds it built.
-///
-/// # Errors
-/// What the compiler says.
-pub fn build() -> Result<PathBuf, Failure> {
-    let mut command = cargo("build");
-    command.args(BUILD);
-    succeed(command, "the emulation does not build")?;
-    let name = format!("release/emulation{}", std::env::consts::EXE_SUFFIX);
-    Ok(workspace::root().join("target/emulation").join(name))
-}
-
 /// Formatting and tests of the emulation's own code.
 ///
 /// # Errors
 /// What is not in order.
 pub fn check() -> Result<(), Failure> {
-    let mut format = cargo("fmt");
-    format.arg("--check");
-    succeed(format, "the emulation is not formatted")?;
-    let mut test = cargo("test");
-    test.args(BUILD);
-    succeed(test, "the emulation's tests fail")
+    EMULATION.check_format()?;
+    EMULATION.test()
 }
 
 /// Instructions that a core retires in a second, as the emulation is told.

@@ -52,8 +52,13 @@ pub struct Args {
 }
 
 /// Where the numbers are that the answer for people leaves out.
-const HINT: &str =
-    "All numbers: --verbose. With plots: --report DIR. To read by a program: --json FILE.";
+fn hint(args: &Args) -> String {
+    let plots = match &args.report {
+        Some(directory) => format!("Plots: {}.", directory.join("index.html").display()),
+        None => "With plots: --report DIR.".to_owned(),
+    };
+    format!("All numbers: --verbose. {plots} To read by a program: --json FILE.")
+}
 
 /// The next experiment's input in the report's directory.
 const NEXT_EXPERIMENT: &str = "next-experiment.csv";
@@ -94,10 +99,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     places.stage(&mut outputs, &results)?;
     outputs.commit()?;
     let mut out = io::stdout();
+    let hint = hint(args);
     let detail = if args.verbose {
         Detail::Verbose
     } else {
-        Detail::Brief { hint: Some(HINT) }
+        Detail::Brief { hint: Some(&hint) }
     };
     let mut text = table::render(&results.report, out.is_terminal(), detail);
     if let Some(path) = &args.experiment

@@ -26,11 +26,11 @@ const RUNNERS_UP: usize = 5;
 
 /// How much of the result is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Detail {
+pub enum Detail<'h> {
     /// The answer for people, in at most [`LINES`](super::headline::LINES) lines; `hint` is the last of them.
     Brief {
         /// Where the numbers are, in one line; none where that is said elsewhere.
-        hint: Option<&'static str>,
+        hint: Option<&'h str>,
     },
     /// That, and every number.
     Verbose,
@@ -38,7 +38,7 @@ pub enum Detail {
 
 /// The result, ready to print; it ends with a line feed. `colour` adds ANSI escapes and belongs to
 /// a terminal: a pipe gets the same text without.
-pub fn render(report: &Report, colour: bool, detail: Detail) -> String {
+pub fn render(report: &Report, colour: bool, detail: Detail<'_>) -> String {
     let mut page = Page {
         text: String::new(),
         colour,

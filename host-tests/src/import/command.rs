@@ -9,18 +9,19 @@ use super::layout::{Delimiter, Reading};
 use super::page;
 use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
+use super::source::Source;
 use super::summary;
 use crate::error::{InputError, LARGEST_DATA, read_at_most, read_bytes, unreadable};
 use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
-use crate::log::quoted;
+use crate::log::{COLUMNS, TIME, quoted};
 use crate::outputs::{Kind, Outputs};
 
 /// What `cargo hil import` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// File of a logger: text with a row a sample, or MATLAB of version 5 to 7.2, as it is or behind gzip;
-    /// `-` is standard input
+    /// File of a logger: text with a row a sample, MATLAB of version 5 to 7.2, MCAP, MDF 4 or Parquet, as it is
+    /// or behind gzip; `-` is standard input
     #[arg(value_name = "RAW")]
     pub raw: PathBuf,
     /// Column with the time, as in t:ms; without it the rows are even, at --rate
@@ -145,7 +146,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// What the file holds, and its name for messages.
 fn read(raw: &Path) -> Result<(String, Vec<u8>), Failure> {
-    const EXPECTED: &str = "what a logger wrote, as text or MATLAB arrays";
+    const EXPECTED: &str = "what a logger wrote: text, MATLAB arrays, MCAP, MDF 4 or Parquet";
     if !is_standard_input(raw) {
         let bytes = read_bytes(raw, EXPECTED, LARGEST_DATA)?;
         return Ok((raw.display().to_string(), bytes));
@@ -217,6 +218,9 @@ fn recipe(args: &Args) -> Result<Recipe, Failure> {
 
 /// The error of a fault, with the call that would mend it.
 fn refusal(args: &Args, path: &Path, raw: &Raw, recipe: &Recipe, fault: Fault) -> Failure {
+    if let Some(error) = unit_left_out(args, path, raw, recipe) {
+        return error.into();
+    }
     let mut mended = recipe.clone();
     let call = fault
         .mend
@@ -228,6 +232,19 @@ fn refusal(args: &Args, path: &Path, raw: &Raw, recipe: &Recipe, fault: Fault) -
         None => fault.message,
     };
     InputError::new(path, Some(fault.line), message).into()
+}
+
+/// What is wrong where a time without a unit makes no log, with the unit that the file says it would.
+fn unit_left_out(args: &Args, path: &Path, raw: &Raw, recipe: &Recipe) -> Option<InputError> {
+    let time = recipe.sources[TIME].as_deref()?;
+    let source = Source::parse(time, raw, COLUMNS[TIME].0).ok()?;
+    let unit = raw.own_unit(source.column, COLUMNS[TIME].0);
+    let unit = unit.filter(|_| source.is_plain())?;
+    let mut mended = recipe.clone();
+    mended.sources[TIME] = Some(format!("{}:{unit}", raw.name(source.column)));
+    let call = call::tried(&args.raw, raw, mended)?;
+    let message = format!("--time has no unit, and the file says that it is in {unit}: {call}");
+    Some(InputError::new(path, None, message))
 }
 
 /// Two lines, as in `2-5001`.

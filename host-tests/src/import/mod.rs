@@ -1,6 +1,7 @@
 //! `cargo hil import`: any logger's file to a log.
 //!
-//! A file becomes columns of numbers (`raw`, from text or MATLAB arrays), a `recipe` says which of
+//! A file becomes columns of numbers (`raw`, from text, MATLAB arrays or, by programs that are
+//! built for it, `foreign` formats), a `recipe` says which of
 //! them is which column of the log, in which unit and with what done to it, `convert` follows it.
 //! How rows lie in time is judged and mended by the code that reads a log. Where a log is refused for
 //! its form, `call` finds the recipe that would mend it, and prints it as a command.
@@ -8,6 +9,7 @@
 pub(crate) mod call;
 pub mod command;
 mod convert;
+pub(crate) mod foreign;
 mod guess;
 mod layout;
 mod mat;

@@ -7,8 +7,9 @@ use flate2::read::MultiGzDecoder;
 
 use super::layout::Reading;
 use super::unit::{Unit, kinds};
-use super::{mat, text};
+use super::{foreign, mat, text};
 use crate::error::{InputError, LARGEST_DATA, read_at_most};
+use crate::failure::Failure;
 use crate::log::rows::is_good;
 
 /// What a file holds, before anybody said what it means.
@@ -36,7 +37,11 @@ pub(super) struct Column {
 }
 
 /// First bytes of formats that are known and not read, and what to do with such a file.
-const FOREIGN: [(&[u8], &str); 6] = [
+const UNREAD: [(&[u8], &str); 4] = [
+    (
+        b"MDF ",
+        "is MDF of version 3 or older; convert it to version 4, or export its channels as CSV",
+    ),
     (
         b"\x89HDF",
         "is HDF5 (a MATLAB file of version 7.3, perhaps); save it by save('F.mat', '-v7') or as CSV",
@@ -49,12 +54,6 @@ const FOREIGN: [(&[u8], &str); 6] = [
         b"PK\x03\x04",
         "is a spreadsheet or an archive; save the sheet as CSV, or unpack it",
     ),
-    (b"\x89MCAP0", "is MCAP; export its topic as CSV"),
-    (
-        b"MDF ",
-        "is MDF; export its channels as CSV, or as MAT of version 5",
-    ),
-    (b"PAR1", "is Parquet; write its columns as CSV"),
 ];
 
 impl Column {
@@ -86,8 +85,8 @@ impl Raw {
     /// Reads what a file holds, unpacked if it is compressed by gzip.
     ///
     /// # Errors
-    /// A format that is not known, with what to do about it.
-    pub fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Self, InputError> {
+    /// A format that is not known, with what to do about it; a reader that cannot be built.
+    pub fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Self, Failure> {
         let fail = |message: String| InputError::new(path, None, message);
         let compressed = bytes.starts_with(b"\x1f\x8b");
         let unpacked;
@@ -98,11 +97,14 @@ impl Raw {
         } else {
             bytes
         };
-        let foreign = FOREIGN.iter().find(|(start, _)| bytes.starts_with(start));
-        if let Some((_, remedy)) = foreign {
-            return Err(fail((*remedy).to_owned()));
+        let format = foreign::Format::of(bytes);
+        let unread = UNREAD.iter().find(|(start, _)| bytes.starts_with(start));
+        if let (Some((_, remedy)), None) = (unread, format) {
+            return Err(fail((*remedy).to_owned()).into());
         }
-        let mut raw = if mat::is_it(bytes) {
+        let mut raw = if let Some(format) = format {
+            foreign::read(path, bytes, format)?
+        } else if mat::is_it(bytes) {
             mat::read(bytes).map_err(fail)?
         } else {
             text::read(path, bytes, reading)?

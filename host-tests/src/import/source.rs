@@ -7,6 +7,7 @@
 use std::f64::consts::TAU;
 
 use super::raw::Raw;
+use super::text::bracketed;
 use super::unit::{Kind, Unit, kinds};
 use crate::log::quoted;
 
@@ -162,8 +163,9 @@ impl Source {
 /// number that counts columns from 1.
 fn find<'t>(text: &'t str, raw: &Raw) -> Option<(usize, &'t str)> {
     let ends = |rest: &str| rest.chars().next().is_none_or(|c| ":*+-/".contains(c));
-    let named = |alike: fn(&str, &str) -> bool| {
-        let names = raw.names.iter().enumerate();
+    let whole: Vec<&str> = raw.names.iter().map(String::as_str).collect();
+    let named = |names: &[&str], alike: fn(&str, &str) -> bool| {
+        let names = names.iter().enumerate();
         let fits = names.filter(|(_, name)| {
             !name.is_empty()
                 && text.is_char_boundary(name.len().min(text.len()))
@@ -181,9 +183,23 @@ fn find<'t>(text: &'t str, raw: &Raw) -> Option<(usize, &'t str)> {
         let rest = &text[digits..];
         (number >= 1 && number <= raw.names.len() && ends(rest)).then(|| (number - 1, rest))
     };
-    named(|text, name| text == name)
+    // `angle` is `angle [deg]` too, where there is one such column.
+    let bare = || {
+        let bare = whole
+            .iter()
+            .map(|name| bracketed(name).map_or("", |(name, _)| name));
+        let bare: Vec<&str> = bare.collect();
+        let is_alone = |name: &&str| bare.iter().filter(|other| *other == name).count() == 1;
+        let alone: Vec<&str> = bare
+            .iter()
+            .map(|name| if is_alone(name) { *name } else { "" })
+            .collect();
+        named(&alone, |text, name| text == name)
+    };
+    named(&whole, |text, name| text == name)
         .or_else(numbered)
-        .or_else(|| named(|text, name| text.eq_ignore_ascii_case(name)))
+        .or_else(|| named(&whole, |text, name| text.eq_ignore_ascii_case(name)))
+        .or_else(bare)
 }
 
 fn describe_absent(text: &str, raw: &Raw) -> String {

@@ -175,16 +175,19 @@ pub(super) fn are_units(fields: &[Cow<'_, str>]) -> bool {
 
 /// The unit that a name ends with: `time [ms]`, `angle (deg)`, `t_ms`, `current/mA`.
 fn unit_in(name: &str) -> Option<String> {
-    let end = name.trim_end();
-    let bracketed = [('[', ']'), ('(', ')'), ('{', '}')]
-        .into_iter()
-        .find_map(|(open, close)| {
-            let inside = end.strip_suffix(close)?;
-            Some(inside[inside.rfind(open)? + open.len_utf8()..].trim())
-        });
-    let suffixed = || end.rsplit_once(['_', '/', ' ']).map(|(_, unit)| unit);
-    let unit = bracketed.or_else(suffixed)?;
+    let bracketed = bracketed(name).map(|(_, unit)| unit);
+    let suffixed = || name.trim_end().rsplit_once(['_', '/', ' ']);
+    let unit = bracketed.or_else(|| suffixed().map(|(_, unit)| unit))?;
     Unit::find(unit).map(|_| unit.to_owned())
+}
+
+/// A name and what stands in brackets behind it.
+pub(super) fn bracketed(name: &str) -> Option<(&str, &str)> {
+    let brackets = [('[', ']'), ('(', ')'), ('{', '}')];
+    brackets.into_iter().find_map(|(open, close)| {
+        let (name, inside) = name.trim_end().strip_suffix(close)?.rsplit_once(open)?;
+        Some((name.trim_end(), inside.trim()))
+    })
 }
 
 #[cfg(test)]

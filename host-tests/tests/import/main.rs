@@ -4,6 +4,7 @@
 
 mod angles;
 mod files;
+mod formats;
 mod layouts;
 mod matlab;
 mod mended;

@@ -140,3 +140,47 @@ fn a_column_that_looks_like_another_unit_is_pointed_out() {
     let (_, said) = place.import(&format!("{given}:rpm"));
     assert!(!said.contains("Look again"), "{said}");
 }
+
+/// A name with its unit in brackets may be given without, where it means one column alone; and where a time
+/// without its unit makes no log, the unit that the file says is the remedy.
+#[test]
+fn a_unit_in_a_name_need_not_be_typed() {
+    let raw = rows(
+        "Zeit [ms],Winkel [°],PWM (%),pos [deg],pos [rad]",
+        300,
+        |k| {
+            let angle = 40.0 * (0.02 * k as f64).sin();
+            format!(
+                "{},{angle},{},{angle},{}",
+                2 * k,
+                k % 60,
+                angle.to_radians()
+            )
+        },
+    );
+    let place = Place::with("raw.csv", raw);
+    let columns = "--position Winkel:deg --input PWM:%*24";
+    let (log, _) = place.import(&format!("raw.csv --time Zeit:ms {columns}"));
+    assert!((log.period_s - 2e-3).abs() < 1e-12);
+    near(&log.position, |k| {
+        (40.0 * (0.02 * k as f64).sin()).to_radians()
+    });
+    near(&log.input, |k| (k % 60) as f64 * 0.24);
+    place.refuses(
+        "import raw.csv --time Zeit:ms --position pos:deg --input PWM --out log.csv",
+        &["--position is to be \"pos\", which is not there"],
+    );
+    // Two seconds from row to row, and a gap of eight in motion.
+    let raw = rows("Zeit [ms],Winkel [°],PWM (%)", 300, |k| {
+        let time = if k < 150 { 2 * k } else { 2 * k + 6 };
+        format!("{time},{},5", 40.0 * (0.02 * time as f64).sin())
+    });
+    place.write("raw.csv", raw);
+    place.refuses(
+        "import raw.csv --time Zeit --position Winkel:deg --input PWM --out log.csv",
+        &[
+            "--time has no unit, and the file says that it is in ms: cargo hil import",
+            "--time \"Zeit [ms]:ms\"",
+        ],
+    );
+}

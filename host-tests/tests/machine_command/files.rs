@@ -111,6 +111,8 @@ fn the_calls_that_the_readme_shows_find_the_arm() {
         .unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{error}");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains(" Plots: report/index.html."), "{said}");
     let answer = fs::read(directory.path().join("answer.json")).unwrap();
     let answer: serde_json::Value = serde_json::from_slice(&answer).unwrap();
     assert_eq!(answer["verdict"], "effects_found");
