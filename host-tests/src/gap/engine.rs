@@ -4,6 +4,7 @@ use std::cmp::Reverse;
 use std::path::Path;
 use std::time::Instant;
 
+use model_core::gap::held_out::LARGEST_RATIO;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Job, MARGIN, Schedule, Settings};
@@ -159,7 +160,7 @@ impl Answer {
 
 /// Traces the training logs, then opens the validation logs.
 ///
-/// `validate` is called once, when nothing is left to be chosen or fitted.
+/// `validate` is called once, when nothing is left to be chosen or fitted: what these logs speak against is taken back.
 ///
 /// # Errors
 /// What [`model`] refuses; a machine whose replay diverges; logs too short, at rest or without force
@@ -212,7 +213,7 @@ pub fn trace(
     let schedule = AllCores;
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut looks = Vec::new();
-    let trace = select::trace(&data, &schedule, &declared, &options, |look| {
+    let mut trace = select::trace(&data, &schedule, &declared, &options, |look| {
         looks.push(*look);
         let entry = candidate(look);
         // An effect that was taken in an earlier round and is not any more: that look gets the last
@@ -238,42 +239,54 @@ pub fn trace(
         settings: trace.settings,
         ..data
     };
-    let spread = Spread::new(&trace, &judged, &declared, &options).ok_or_else(left_range)?;
     let models = [&declared, &trace.before.model, &trace.after.model];
-    let train_errors = stages(&judged, &schedule, models)?;
+    let mut train_errors = stages(&judged, &schedule, models)?;
     if !train_errors.before.position_rms.is_finite() {
         let message = "the replay of the training data diverges with these numbers, fitted or not; \
                        expected a machine in SI units that can move as the logs do";
         return Err(InputError::new(&machine.path, None, message).into());
     }
-    let train_evidence = evidence(&series, &judged, &declared, &trace)?;
-    let demand = Demand::of(&judged, &trace.after.model).map_err(refused)?;
-
     let held_back = validate()?;
     let mut resampled = Resampled::among(train);
     resampled.extend(Resampled::among(&held_back));
-    let (validate_errors, validate_evidence) = if held_back.is_empty() {
-        (None, Vec::new())
-    } else {
+    let unseen_series: Vec<Series> = held_back
+        .iter()
+        .map(|log| Series::new(log, machine.motor.is_some()))
+        .collect();
+    let unseen_logs: Vec<CoreLog> = unseen_series.iter().map(Series::log).collect();
+    let unseen = Data {
+        logs: &unseen_logs,
+        ..judged
+    };
+    let mut validate_errors = None;
+    if let Some(first) = held_back.first() {
         same_period(&held_back, Some(period))?;
         check_unseen(train, &held_back)?;
         if let Some(report) = disagree(&held_back) {
             return Ok(Answer::Disagree(Box::new(report)));
         }
-        let series: Vec<Series> = held_back
-            .iter()
-            .map(|log| Series::new(log, machine.motor.is_some()))
-            .collect();
-        let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
-        let data = Data {
-            logs: &logs,
-            ..judged
-        };
-        check_logs(&held_back[0].path, &data, &declared, LEAST_VALIDATE_WINDOWS)?;
-        (
-            Some(stages(&data, &schedule, models)?),
-            evidence(&series, &data, &declared, &trace)?,
-        )
+        check_logs(&first.path, &unseen, &declared, LEAST_VALIDATE_WINDOWS)?;
+        let mut errors = stages(&unseen, &schedule, models)?;
+        if let Some(reason) = does_not_carry_over(&errors) {
+            for taken in candidates.iter_mut().filter(|taken| taken.accepted) {
+                taken.accepted = false;
+                taken.reason.clone_from(&reason);
+            }
+            trace.take_back(base.len());
+            for errors in [&mut train_errors, &mut errors] {
+                errors.after = errors.before.clone();
+            }
+            trace.residual.position_rms = train_errors.before.position_rms;
+        }
+        validate_errors = Some(errors);
+    }
+    let spread = Spread::new(&trace, &judged, &declared, &options).ok_or_else(left_range)?;
+    let train_evidence = evidence(&series, &judged, &declared, &trace)?;
+    let demand = Demand::of(&judged, &trace.after.model).map_err(refused)?;
+    let validate_evidence = if held_back.is_empty() {
+        Vec::new()
+    } else {
+        evidence(&unseen_series, &unseen, &declared, &trace)?
     };
 
     let outcome = Outcome {
@@ -444,6 +457,24 @@ fn check_unseen(train: &[Log], validate: &[Log]) -> Result<(), InputError> {
         }
     }
     Ok(())
+}
+
+/// Why what was found may not be said though the training logs prove it: the validation log is clearly worse
+/// predicted with it, in windows or in torque. Clearly is what an effect has to gain, turned round.
+fn does_not_carry_over(errors: &Stages) -> Option<String> {
+    let (before, after) = (&errors.before, &errors.after);
+    let measures = [
+        ("position error", before.position_rms, after.position_rms),
+        ("unexplained torque", before.torque_rel, after.torque_rel),
+    ];
+    let rises = |before: f64, after: f64| before * before < LARGEST_RATIO * after * after;
+    let (name, before, after) = measures
+        .into_iter()
+        .find(|(_, before, after)| rises(*before, *after))?;
+    Some(format!(
+        "with it the {name} rises by {:.0} % on the validation log",
+        100.0 * (after / before - 1.0)
+    ))
 }
 
 /// Refuses logs in which there is too little to trace or to judge, or on which an error relative to

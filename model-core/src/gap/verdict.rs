@@ -180,6 +180,15 @@ pub struct Trace {
 }
 
 impl Trace {
+    /// Takes back all that was found, as where other logs of the machine speak against it. `fitted`: how many numbers of
+    /// the base the options name. The residual is still that of what was found.
+    pub fn take_back(&mut self, fitted: usize) {
+        self.accepted.clear();
+        self.unknown = None;
+        self.base.truncate(fitted);
+        self.after = self.before.clone();
+    }
+
     /// What it concludes.
     pub fn verdict(&self) -> Verdict {
         if !self.accepted.is_empty() {
