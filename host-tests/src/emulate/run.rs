@@ -288,7 +288,7 @@ impl Built {
         let images = Images::build(toolchain)?;
         announce("the emulated chips (built once, which takes minutes)");
         Ok(Self {
-            emulation: EMULATION.build(EMULATION.name, "")?,
+            emulation: build()?,
             images,
         })
     }
@@ -309,6 +309,14 @@ const LOOP: &str = "pair,throttle";
 /// Where the runs leave their logs.
 pub fn directory() -> PathBuf {
     workspace::results().join("emulate")
+}
+
+/// Builds the emulation, or finds it built.
+///
+/// # Errors
+/// What the compiler says.
+pub fn build() -> Result<PathBuf, Failure> {
+    EMULATION.build(EMULATION.name, "")
 }
 
 /// Formatting and tests of the emulation's own code.
