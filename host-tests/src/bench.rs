@@ -32,11 +32,11 @@ use batch::Throughput;
 use tracing::Tracing;
 
 use crate::failure::Failure;
-use crate::gap::metrics::decimal;
 use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
 use crate::outputs::{Kind, Outputs};
+use crate::quantity::decimal;
 use crate::{gap_benchmark, real_benchmark};
 
 pub mod batch;

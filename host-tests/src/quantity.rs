@@ -182,6 +182,11 @@ fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
+/// An `f32` as the decimal that a person would write for it: 0.2, not 0.20000000298.
+pub fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -50,6 +50,8 @@ mod host {
     }
     pub mod log;
     pub mod machine;
+    pub mod printed_log;
+    pub(crate) mod quantity;
 }
 
 pub use host::*;

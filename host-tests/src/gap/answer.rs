@@ -14,8 +14,8 @@ use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
 
 use super::engine::AllCores;
-use super::metrics::decimal;
 use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect, Unknown, UnknownMap};
+use crate::quantity::decimal;
 use crate::quantity::{probability, significant};
 
 /// Why a candidate was taken or refused, in words.

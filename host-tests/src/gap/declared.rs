@@ -6,9 +6,9 @@ use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
 
 use super::catalogue;
-use super::metrics::decimal;
 use crate::error::InputError;
 use crate::machine::{Coordinate, Machine, PARAMETERS, Parameter};
+use crate::quantity::decimal;
 
 /// The core's model of a machine file.
 ///

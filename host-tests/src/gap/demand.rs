@@ -5,7 +5,8 @@ use model_core::gap::model::Model;
 use model_core::gap::replay::Data;
 use model_core::plant::parameters::{Drive, ParameterError};
 
-use super::metrics::{decimal, torque_balance};
+use super::metrics::torque_balance;
+use crate::quantity::decimal;
 
 /// The largest that the training logs ask of a machine. A number that they do not have is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

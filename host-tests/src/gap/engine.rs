@@ -19,7 +19,7 @@ use super::declared::{base_parameters, model};
 use super::demand::Demand;
 use super::disagreement;
 use super::evidence::evidence;
-use super::metrics::{self, balance_entries, balanced_samples, decimal, torque_balance};
+use super::metrics::{self, balance_entries, balanced_samples, torque_balance};
 use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Resampled, Residual, Stages};
 use super::series::Series;
 use super::whiteness::whiteness;
@@ -27,6 +27,7 @@ use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::{Coordinate, Machine};
+use crate::quantity::decimal;
 use crate::vectors::Vectors;
 
 /// Fewest windows that a model can be judged on.

@@ -6,10 +6,11 @@ use model_core::gap::verdict::Trace;
 use model_core::plant::parameters::ParameterError;
 
 use super::component::components;
-use super::metrics::{decimal, torque_balance};
+use super::metrics::torque_balance;
 use super::outcome::Evidence;
 use super::series::Series;
 use crate::failure::Failure;
+use crate::quantity::decimal;
 
 fn refused(error: ParameterError) -> Failure {
     Failure::other(error.to_string())

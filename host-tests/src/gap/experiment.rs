@@ -43,11 +43,11 @@ use self::rehearsal::Rehearsal;
 use self::separation::{Bench, Separation};
 use super::answer::listed;
 use super::engine::{Found, with_workbench};
-use super::metrics::decimal;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
 use crate::outputs::INPUT_HEADER;
+use crate::quantity::decimal;
 use crate::quantity::{Scale, significant};
 
 /// Steady trials of which linear theory judges the candidates as they are fitted: those that set them

@@ -10,6 +10,8 @@ use model_core::gap::replay::{self, Data, MARGIN, Row, Runner, Schedule};
 use model_core::gap::simulator::{Lateness, Simulator};
 use model_core::plant::parameters::{Drive, ParameterError, Winding};
 
+use crate::quantity::decimal;
+
 /// Samples at the start of a free run that are not counted.
 const FREE_RUN_START: usize = 20;
 
@@ -44,11 +46,6 @@ pub struct TorqueBalance {
     pub position: Vec<f64>,
     /// Deflection of a learned hysteresis behind it; 0 without one.
     pub deflection: Vec<f64>,
-}
-
-/// An `f32` as the decimal that a person would write for it: 0.2, not 0.20000000298.
-pub fn decimal(value: f32) -> f64 {
-    value.to_string().parse().unwrap_or(f64::from(value))
 }
 
 /// Central differences of two samples or more, one-sided at the ends.

@@ -13,8 +13,8 @@ use crate::board_run::{BoardRun, VerdictsRun};
 use crate::emulate::summary::Summary;
 use crate::failure::Failure;
 use crate::figures::Figures;
-use crate::gap::metrics::decimal;
 use crate::image::{FLASH, RAM};
+use crate::quantity::decimal;
 
 /// The images that are run as they are flashed, and their chip.
 const TARGET: &str = "throttle and controller, STM32F405";

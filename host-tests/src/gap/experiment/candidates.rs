@@ -12,7 +12,7 @@ use model_core::gap::workbench::Workbench;
 use super::{Absorbed, Quantity};
 use crate::gap::answer;
 use crate::gap::engine::AllCores;
-use crate::gap::metrics::decimal;
+use crate::quantity::decimal;
 
 /// A model whose mean square error is beyond this multiple of the named one's is told from it: the
 /// selection's own limit.

@@ -169,7 +169,7 @@ impl Limits {
 
     /// For the answer.
     pub fn bounds(&self) -> Bounds {
-        let decimal = crate::gap::metrics::decimal;
+        let decimal = crate::quantity::decimal;
         Bounds {
             input: decimal(self.input),
             lowest_position: decimal(self.position.0),
