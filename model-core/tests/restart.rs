@@ -142,6 +142,7 @@ fn second_start(position: impl Fn(u16) -> f64) -> (usize, f64) {
             ..Settings::new(PERIOD, 0.0)
         },
     };
+    assert_eq!(data.window_at(0, 2), None, "the log holds two windows");
     let start = data.window(1).unwrap().start;
     let state = logs[0].smoothed_state(start, 4, 0.0);
     (start, f64::from(state.velocity.value()))

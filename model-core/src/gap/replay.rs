@@ -167,8 +167,10 @@ impl<'a> Data<'a> {
     /// The window at a place in a log, 0 the first.
     pub fn window_at(&self, log: usize, place: usize) -> Option<Window> {
         let whole = self.logs.get(log)?;
-        let start = self.clear_start(whole, MARGIN + place * self.settings.window);
-        (place < self.windows_in(whole)).then_some(Window { log, start })
+        (place < self.windows_in(whole)).then(|| Window {
+            log,
+            start: self.clear_start(whole, MARGIN + place * self.settings.window),
+        })
     }
 
     /// Whole windows in all logs.
