@@ -4,7 +4,7 @@
 
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
-use model_core::gap::replay::{Data, MARGIN, Row, Runner, Settings};
+use model_core::gap::replay::{Row, Runner, Settings};
 use model_core::plant::parameters::{Drive, Parameters};
 
 const PERIOD: f32 = 1e-3;
@@ -120,51 +120,4 @@ fn the_noise_of_a_measured_current_is_averaged_over_the_winding() {
             "{late}: {error:e} of {single:e} rad"
         );
     }
-}
-
-/// Where the second window of a log starts, of which these are the positions, and the velocity that is read there.
-fn second_start(position: impl Fn(u16) -> f64) -> (usize, f64) {
-    let positions: Vec<f32> = (0..SAMPLES).map(|sample| position(sample) as f32).collect();
-    let input = [0.0; SAMPLES as usize];
-    let logs = [Log {
-        period: PERIOD,
-        input: Channel::Values(&input),
-        position: Channel::Values(&positions),
-        current: None,
-        velocity: None,
-        brake: None,
-    }];
-    let data = Data {
-        logs: &logs,
-        settings: Settings {
-            window: 100,
-            half_width: 4,
-            ..Settings::new(PERIOD, 0.0)
-        },
-    };
-    assert_eq!(data.window_at(0, 2), None, "the log holds two windows");
-    let start = data.window(1).unwrap().start;
-    let state = logs[0].smoothed_state(start, 4, 0.0);
-    (start, f64::from(state.velocity.value()))
-}
-
-#[test]
-fn a_window_restarts_before_a_velocity_that_jumps_near_its_start() {
-    let nominal = MARGIN + 100;
-    // At rest until the jump, then at 1 rad/s.
-    for jump in nominal - 4..=nominal + 4 {
-        let (start, velocity) =
-            second_start(|sample| f64::from(PERIOD) * (f64::from(sample) - jump as f64).max(0.0));
-        assert!((nominal - 10..=nominal).contains(&start), "{jump}: {start}");
-        let known = if start > jump { 1.0 } else { 0.0 };
-        assert!(
-            (velocity - known).abs() < 1e-3,
-            "{jump}: {velocity} at {start}"
-        );
-    }
-}
-
-#[test]
-fn a_window_restarts_at_its_place_where_the_machine_rests() {
-    assert_eq!(second_start(|_| 0.25), (MARGIN + 100, 0.0));
 }

@@ -1,6 +1,6 @@
 //! How surely a fit determines its variables.
 
-use super::fit::{MOST_VARIABLES, Matrix, Problem, Variable};
+use super::fit::{DECLARED_WEIGHT, MOST_VARIABLES, Matrix, Problem, Variable};
 use super::model::Model;
 use super::replay::{Data, Fold, HALF_WIDTHS, Schedule, Sums, WindowSums, replay_windows};
 use crate::effect::MOST_PARAMETERS;
@@ -32,10 +32,8 @@ const LEFT_OUT: f64 = 0.95;
 #[derive(Debug, Clone, Default)]
 pub struct Information {
     sums: Sums,
-    /// Squares and products of what the windows, each left out, move the variables by, and what the declared values do.
+    /// Squares and products of what the windows, each left out, move the variables by.
     moves: Matrix,
-    /// Squared residuals of a window.
-    per_window: f64,
 }
 
 /// Covariance of the variables of a fit in SI units.
@@ -51,31 +49,6 @@ fn move_without(log: &Sums, window: &WindowSums, count: usize) -> [f64; MOST_VAR
     let mut step = [0.0; MOST_VARIABLES];
     for (row, slope) in step.iter_mut().enumerate().take(count) {
         *slope = f64::from(window.at(row + 1, 0));
-    }
-    Cholesky::new(rest, count).solve(&mut step[..count]);
-    step
-}
-
-/// How far the variables are moved by leaving out what their declared values weigh.
-#[inline(never)]
-fn move_undeclared(
-    log: &Sums,
-    model: &Model,
-    variables: &[Variable],
-    per_window: f64,
-) -> [f64; MOST_VARIABLES] {
-    let count = variables.len();
-    let rest = Matrix::leading(count, |row, column| {
-        let left_out = if row == column {
-            LEFT_OUT * variables[row].weight(per_window)
-        } else {
-            0.0
-        };
-        log.products.at(row + 1, column + 1) - left_out
-    });
-    let mut step = [0.0; MOST_VARIABLES];
-    for (slope, variable) in step.iter_mut().zip(variables) {
-        *slope = variable.weight(per_window) * variable.departure(model);
     }
     Cholesky::new(rest, count).solve(&mut step[..count]);
     step
@@ -119,17 +92,10 @@ impl Information {
             variables,
             simulated: 0,
         };
-        let Self {
-            sums,
-            moves,
-            per_window,
-        } = self;
+        let Self { sums, moves } = self;
         *moves = Matrix::default();
         problem.with_copies(model, |problem, copies| {
             problem.sum(sums, model, copies);
-            *per_window = problem.per_window(sums.products.at(0, 0));
-            let step = move_undeclared(sums, model, variables, *per_window);
-            add_square(moves, &step[..variables.len()], 1.0);
             replay_windows(data, schedule, problem.fold, copies, |window| {
                 let step = move_without(sums, window, variables.len());
                 add_square(moves, &step[..variables.len()], 1.0);
@@ -195,8 +161,7 @@ impl Information {
         let factor = Cholesky::new(self.sums.normal(count), count);
         for (place, variable) in variables.iter().enumerate() {
             let declared_rules = variable.declared.is_some()
-                && self.sums.products.at(place + 1, place + 1)
-                    < 10.0 * variable.weight(self.per_window);
+                && self.sums.products.at(place + 1, place + 1) < 10.0 * DECLARED_WEIGHT;
             if factor.is_dependent(place) || declared_rules {
                 covariance.row_mut(place)[place] = f64::INFINITY;
             }

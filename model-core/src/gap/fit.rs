@@ -17,9 +17,9 @@ pub const MOST_VARIABLES: usize = 26;
 /// `f32` simulation, far below where a parameter's influence bends.
 const DIFFERENCE: f32 = 0.01;
 
-/// How far a base parameter may be from its declared value, one standard deviation, in scales: a number of a machine
-/// file may be wrong by a factor of three.
-const DECLARED_DEVIATION: f64 = 2.0;
+/// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
+/// a log that determines the parameter, and what holds one that it does not.
+pub(super) const DECLARED_WEIGHT: f64 = 3.0;
 
 /// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
 /// would spoil the few windows that do.
@@ -151,21 +151,17 @@ impl Variable {
             if own == slot && index < model.effects[slot].id.strengths())
     }
 
-    /// What its declared value weighs in a fit, in squared residuals a squared scale, where a window has so many.
-    ///
-    /// A window counts as one observation, for its residuals hang together. So a declared value weighs as much as
-    /// one window that determines the parameter as well: nothing beside a log that does, and what holds one that the
-    /// log does not determine.
-    pub(super) fn weight(&self, per_window: f64) -> f64 {
+    /// What its declared value weighs in a fit.
+    fn weight(&self) -> f64 {
         match (self.declared, self.target) {
             (Some(_), Target::Knot(_)) => KNOT_WEIGHT,
-            (Some(_), _) => per_window / (DECLARED_DEVIATION * DECLARED_DEVIATION),
+            (Some(_), _) => DECLARED_WEIGHT,
             (None, _) => 0.0,
         }
     }
 
     /// How far it is from its declared value, in scales.
-    pub(super) fn departure(&self, model: &Model) -> f64 {
+    fn departure(&self, model: &Model) -> f64 {
         self.declared.map_or(0.0, |declared| {
             f64::from((self.get(model) - declared) / self.scale)
         })
@@ -309,10 +305,9 @@ impl<S: Schedule> Problem<'_, S> {
     pub fn sum(&mut self, sums: &mut Sums, model: &Model, copies: &Ensemble) {
         sums.replay(self.data, self.schedule, self.fold, copies);
         self.simulated += sums.simulated(copies);
-        let per_window = self.per_window(sums.products.at(0, 0));
-        sums.products.row_mut(0)[0] += self.cost_of_departure(model, per_window);
+        sums.products.row_mut(0)[0] += self.cost_of_departure(model);
         for (index, variable) in self.variables.iter().enumerate() {
-            let weight = variable.weight(per_window);
+            let weight = variable.weight();
             let row = sums.products.row_mut(index + 1);
             row[0] += weight * variable.departure(model);
             row[index + 1] += weight;
@@ -329,18 +324,13 @@ impl<S: Schedule> Problem<'_, S> {
         let simulator = model.build(self.data.logs.first()?.period).ok()?;
         let (cost, windows) = replay::cost(self.data, self.schedule, self.fold, &simulator);
         self.simulated += windows as u64;
-        Some(cost + self.cost_of_departure(model, self.per_window(cost)))
+        Some(cost + self.cost_of_departure(model))
     }
 
-    /// Squared residuals of a window, where those of all sum up to this.
-    pub fn per_window(&self, cost: f64) -> f64 {
-        cost / self.data.windows_in_fold(self.fold).max(1) as f64
-    }
-
-    fn cost_of_departure(&self, model: &Model, per_window: f64) -> f64 {
+    fn cost_of_departure(&self, model: &Model) -> f64 {
         let cost = |variable: &Variable| {
             let departure = variable.departure(model);
-            variable.weight(per_window) * departure * departure
+            variable.weight() * departure * departure
         };
         self.variables.iter().map(cost).sum()
     }

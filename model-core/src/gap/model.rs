@@ -126,12 +126,6 @@ impl Base {
         )
     }
 
-    /// Whether it is a number of friction, which no data sheet gives: it differs from one machine of a kind to the next,
-    /// and with temperature and load.
-    pub fn is_of_friction(self) -> bool {
-        matches!(self, Self::Viscous | Self::Coulomb | Self::Static)
-    }
-
     /// Whether it may be negative.
     pub fn is_signed(self) -> bool {
         self.dimension() == Dimension::Position || self == Self::GravityTorque

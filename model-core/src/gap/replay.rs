@@ -166,11 +166,8 @@ impl<'a> Data<'a> {
 
     /// The window at a place in a log, 0 the first.
     pub fn window_at(&self, log: usize, place: usize) -> Option<Window> {
-        let whole = self.logs.get(log)?;
-        (place < self.windows_in(whole)).then(|| Window {
-            log,
-            start: self.clear_start(whole, MARGIN + place * self.settings.window),
-        })
+        let start = MARGIN + place * self.settings.window;
+        (place < self.windows_in(self.logs.get(log)?)).then_some(Window { log, start })
     }
 
     /// Whole windows in all logs.
@@ -183,41 +180,14 @@ impl<'a> Data<'a> {
         for (index, log) in self.logs.iter().enumerate() {
             let windows = self.windows_in(log);
             if number < windows {
-                return self.window_at(index, number);
+                return Some(Window {
+                    log: index,
+                    start: MARGIN + number * self.settings.window,
+                });
             }
             number -= windows;
         }
         None
-    }
-
-    /// Where the window that is to start at a sample does so: there, or so many samples before that a velocity that
-    /// jumps, as where the machine breaks away or turns, is outside of what the state is smoothed over.
-    ///
-    /// Of three places, each more than a half width from the next, one jump is near to no more than two. Of them that is
-    /// taken about which the positions differ least from a cubic, as which they are smoothed.
-    fn clear_start(&self, log: &Log, start: usize) -> usize {
-        let half_width = self.settings.half_width;
-        let apart = half_width + 1;
-        if 4 * apart > self.settings.window || start < MARGIN + 2 * apart {
-            return start;
-        }
-        let bend = |middle: usize| {
-            let at = |offset: usize| log.position.at(middle + offset - 2);
-            let fourth = (at(0) + at(4)) - 4.0 * (at(1) + at(3)) + 6.0 * at(2);
-            fourth * fourth
-        };
-        let bends = |start: usize| -> f32 {
-            let inner = half_width.saturating_sub(2);
-            (start - inner..=start + inner).map(bend).sum()
-        };
-        let mut best = (start, bends(start));
-        for earlier in [start - apart, start - 2 * apart] {
-            let bends = bends(earlier);
-            if bends < best.1 {
-                best = (earlier, bends);
-            }
-        }
-        best.0
     }
 
     /// Whether a window and a span of time, s since the log began, have something in common.
@@ -1227,7 +1197,7 @@ impl Contrasts<'_> {
         let count = results.len();
         let start = |place: usize| {
             let (data, simulator) = (self.data[place], self.simulators[place]);
-            let at = |lane: usize| self.data[0].window(numbers[lane]);
+            let at = |lane: usize| data.window(numbers[lane]);
             let mut places = Places::<N>::new(data, count, at, slice::from_ref(simulator))?;
             let replay = places.start(simulator);
             Some((places, [replay]))

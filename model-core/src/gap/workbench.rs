@@ -433,9 +433,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let limit = |model: &Model, number: Base| {
             let (declared, fitted) = (declared.get(number), model.get(number));
             let limit = fitted.max(declared / FARTHEST).min(FARTHEST * declared);
-            let is_checked = declared > 0.0
-                && number.dimension() != Dimension::Position
-                && !number.is_of_friction();
+            let is_checked = declared > 0.0 && number.dimension() != Dimension::Position;
             (is_checked && limit != fitted).then_some(limit)
         };
         let base = self.base.clone();
