@@ -189,10 +189,7 @@ pub fn trace(
     let declared = model(machine)?;
     let base = base_parameters(machine);
     let rotary = machine.coordinate == Coordinate::Radian;
-    let series: Vec<Series> = train
-        .iter()
-        .map(|log| Series::new(log, machine.motor.is_some()))
-        .collect();
+    let series = Series::of(train, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
     let disagree = |logs: &[Log]| disagreement::report(machine, &declared, train, logs, started);
@@ -250,10 +247,7 @@ pub fn trace(
     let held_back = validate()?;
     let mut resampled = Resampled::among(train);
     resampled.extend(Resampled::among(&held_back));
-    let unseen_series: Vec<Series> = held_back
-        .iter()
-        .map(|log| Series::new(log, machine.motor.is_some()))
-        .collect();
+    let unseen_series = Series::of(&held_back, machine);
     let unseen_logs: Vec<CoreLog> = unseen_series.iter().map(Series::log).collect();
     let unseen = Data {
         logs: &unseen_logs,
@@ -370,10 +364,7 @@ pub fn refitted_errors(
     if held_out.is_empty() {
         return Ok((train_error, f64::NAN));
     }
-    let series: Vec<Series> = held_out
-        .iter()
-        .map(|log| Series::new(log, machine.motor.is_some()))
-        .collect();
+    let series = Series::of(held_out, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let data = Data {
         logs: &logs,
@@ -417,10 +408,7 @@ pub(super) fn with_workbench<T>(
     let declared = model(machine)?;
     let base = base_parameters(machine);
     same_period(train, None)?;
-    let series: Vec<Series> = train
-        .iter()
-        .map(|log| Series::new(log, machine.motor.is_some()))
-        .collect();
+    let series = Series::of(train, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let resolution = machine.resolution.unwrap_or(0.0) as f32;
     let data = Data::new(&logs, resolution).ok_or_else(|| Failure::other("no log to train on"))?;
@@ -546,7 +534,7 @@ mod tests {
 
     #[test]
     fn what_the_validation_log_speaks_against_names_the_measure_that_rises_most() {
-        // A tenth of the mean square is 5.4 % of the root mean square.
+        // A ninth of the mean square is 5.4 % of the root mean square.
         assert_eq!(reason(1.05, 1.05), None);
         assert_eq!(reason(0.1, 1.05), None);
         let names = |position, torque, name: &str, percent: &str| {

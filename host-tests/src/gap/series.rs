@@ -3,6 +3,7 @@
 use model_core::gap::log::{Channel, Log as CoreLog};
 
 use crate::log::Log;
+use crate::machine::Machine;
 
 /// A log in the core's numbers.
 pub(super) struct Series {
@@ -16,8 +17,14 @@ pub(super) struct Series {
 }
 
 impl Series {
+    /// The logs of a machine.
+    pub fn of(logs: &[Log], machine: &Machine) -> Vec<Self> {
+        let has_motor = machine.motor.is_some();
+        logs.iter().map(|log| Self::new(log, has_motor)).collect()
+    }
+
     /// With a torque input there is no motor in the model, and nothing to compare a current with.
-    pub fn new(log: &Log, has_motor: bool) -> Self {
+    fn new(log: &Log, has_motor: bool) -> Self {
         let narrow = |series: &[f64]| series.iter().map(|&value| value as f32).collect();
         Self {
             label: log.path.display().to_string(),

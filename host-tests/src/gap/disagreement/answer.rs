@@ -99,10 +99,7 @@ pub(in crate::gap) fn failure(report: &Report) -> Failure {
 
 /// Errors of the machine file as it stands; no numbers where it cannot be replayed.
 fn declared_errors(machine: &Machine, declared: &Model, train: &[Log]) -> ErrorSet {
-    let series: Vec<Series> = train
-        .iter()
-        .map(|log| Series::new(log, machine.motor.is_some()))
-        .collect();
+    let series = Series::of(train, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = train[0].period_s;
     let resolution = machine.resolution.unwrap_or(0.0) as f32;
