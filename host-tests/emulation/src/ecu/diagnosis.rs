@@ -184,16 +184,15 @@ impl Diagnosis {
             None => self.settling = self.settled,
             Some(_) => self.settling -= PERIOD,
         }
-        let expected = seen
+        let judged = seen
             .expected
-            .filter(|_| self.settling <= 0.0 && !self.is_suspect(seen))
-            .unwrap_or(0.0);
+            .filter(|_| self.settling <= 0.0 && !self.is_suspect(seen));
+        let expected = judged.unwrap_or(0.0);
         // A quarter of what breaks the plate away: it surely flows while the plate is driven.
         let certain = 0.25 * body.breakaway / body.torque_constant;
         let spread = SPREAD * expected.abs() + certain;
         let more = seen.current.abs() - expected.abs();
-        let is_judged = seen.expected.is_some() && self.settling <= 0.0 && !self.is_suspect(seen);
-        let short = is_judged && more > 2.0 * spread;
+        let short = judged.is_some() && more > 2.0 * spread;
         let open = expected.abs() > 2.0 * certain && seen.current.abs() < 0.5 * certain;
         if self.short.after(self.settled, short) {
             Some(Code::ShortCircuit)
