@@ -1,7 +1,7 @@
 //! Golden figures: what a program counts, kept in a file next to it.
 //!
-//! Instruction counts are the compiler's: a figure is compared only with one that the same compiler left. They are
-//! exact but for one more or less: the emulated cycle counter follows from a time in whole nanoseconds. The file is TOML with one table a compiler.
+//! Instruction counts are exact, but they are the compiler's: a figure is compared only with one that the
+//! same compiler left. The file is TOML with one table a compiler.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -16,9 +16,6 @@ pub type Figures = BTreeMap<String, u64>;
 
 /// The figures of every compiler that left some.
 type Golden = BTreeMap<String, Figures>;
-
-/// By how much two counts of the same instructions may differ.
-const RESOLUTION: u64 = 1;
 
 /// The first line of every file.
 const HEADER: &str = "# By compiler. Rewritten by `cargo hil test --bless`.\n\n";
@@ -59,21 +56,13 @@ pub fn compare(
     }
     match read(file)?.get(compiler) {
         None => Ok(Comparison::UnknownCompiler),
-        Some(expected) if are_alike(expected, measured) => Ok(Comparison::Same),
+        Some(expected) if expected == measured => Ok(Comparison::Same),
         Some(expected) => Err(Failure::Other(format!(
             "{}: other figures with {compiler}; if they are right: cargo hil test --bless\n{}",
             file.display(),
             difference(expected, measured)
         ))),
     }
-}
-
-/// Whether both have the same names, and under each the same figure within the counter's resolution.
-fn are_alike(expected: &Figures, measured: &Figures) -> bool {
-    let alike = |((name, figure), (other_name, other)): ((&String, &u64), (&String, &u64))| {
-        name == other_name && figure.abs_diff(*other) <= RESOLUTION
-    };
-    expected.len() == measured.len() && expected.iter().zip(measured).all(alike)
 }
 
 fn blessed(mut golden: Golden, compiler: &str, measured: &Figures) -> Golden {
