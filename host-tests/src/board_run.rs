@@ -6,14 +6,13 @@ use firmware::app::verdicts;
 
 use crate::board_log::{BoardLog, Line};
 use crate::comparison::{self, Comparison};
-use crate::emulate;
-use crate::emulator;
+use crate::emulate::{self, unattended};
 use crate::failure::Failure;
 use crate::image::Size;
 use crate::toolchain::{Build, Toolchain};
 
-/// The board: its feature, and the program that runs an actuator of each kind.
-pub const BOARD: &str = "stm32f405";
+/// The program that runs an actuator of each kind.
+pub const ACTUATORS: &str = "stm32f405";
 
 /// The program in which everything goes wrong that may.
 pub const FAILURES: &str = "failures";
@@ -38,9 +37,9 @@ pub fn messages(log: &BoardLog) -> impl Iterator<Item = &Line> {
 /// # Errors
 /// A program that does not build, does not fit, or does not end in order.
 pub fn run_program(toolchain: &Toolchain, program: &str) -> Result<(Build, BoardLog), Failure> {
-    let build = toolchain.build_program(BOARD, program)?;
+    let build = toolchain.build(program)?;
     Size::read(&build.elf)?.fitting()?;
-    let mut run = emulator::run(&build.elf, None)?;
+    let mut run = unattended::run(&build.elf, None)?;
     // What is expected of the failures is that they are named.
     if program != FAILURES {
         run = run.in_order()?;
@@ -98,7 +97,7 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<(BoardRun, VerdictsRun), Fa
         "firmware, built with {}",
         toolchain.route().describe()
     ));
-    let build = toolchain.build(BOARD)?;
+    let build = toolchain.build(ACTUATORS)?;
     let size = Size::read(&build.elf)?.fitting()?;
     announce("the emulated chip (built once, which takes minutes)");
     emulate::run::build()?;
@@ -107,10 +106,10 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<(BoardRun, VerdictsRun), Fa
     );
     // The longest runs of all.
     let (run, verdicts) = rayon::join(
-        || emulator::run(&build.elf, None)?.in_order(),
+        || unattended::run(&build.elf, None)?.in_order(),
         || run_verdicts(&toolchain),
     );
-    let (emulator::Run { log, .. }, verdicts) = (run?, verdicts?);
+    let (unattended::Run { log, .. }, verdicts) = (run?, verdicts?);
     announce("the same experiments on this host");
     let comparisons = compare(&log, &DEMONSTRATION).map_err(Failure::Other)?;
     let board = BoardRun {

@@ -69,7 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     check_warnings(&board.build)?;
     board.require_parity()?;
     check_messages(
-        board_run::BOARD,
+        board_run::ACTUATORS,
         board_run::messages(&board.log),
         args.bless,
     )?;
@@ -110,11 +110,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     ));
     announce("the images that are operated");
     let mut images = vec![
-        (board_run::BOARD, board.size),
+        (board_run::ACTUATORS, board.size),
         (replay_run::PROGRAM, replay.size),
     ];
     for image in PRODUCTS {
-        let built = board.toolchain.build_program(board_run::BOARD, image)?;
+        let built = board.toolchain.build(image)?;
         check_warnings(&built)?;
         images.push((
             image,
@@ -123,7 +123,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     emulated_chips(&board.toolchain)?;
     announce("lints of the images");
-    if !board.toolchain.lint(board_run::BOARD)? {
+    if !board.toolchain.lint()? {
         say("this compiler has no clippy: the images' builds were looked at for warnings instead");
     }
     announce("fuzzing");

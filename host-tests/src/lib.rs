@@ -15,7 +15,6 @@ pub mod decode;
 pub mod ecu;
 pub mod ecu_on_host;
 pub mod emulate;
-pub mod emulator;
 pub mod error;
 pub mod exercise;
 pub mod failure;

@@ -4,12 +4,12 @@ use firmware::on_target::CHECKS;
 
 use crate::board_log::{BoardLog, Line};
 use crate::board_run;
-use crate::emulator;
+use crate::emulate::unattended;
 use crate::failure::Failure;
 use crate::figures::Figures;
 use crate::toolchain::{Build, Toolchain};
 
-/// The program; its board is [`board_run::BOARD`].
+/// The program.
 pub const PROGRAM: &str = "on_target";
 
 /// What the message of a figure starts with.
@@ -39,8 +39,8 @@ impl OnTargetRun {
 /// A test that fails, by name; tests whose bits differ from this host's, by name; a program that
 /// does not build or does not end.
 pub fn run(toolchain: &Toolchain) -> Result<OnTargetRun, Failure> {
-    let build = toolchain.build_program(board_run::BOARD, PROGRAM)?;
-    let log = emulator::run(&build.elf, None)?.in_order()?.log;
+    let build = toolchain.build(PROGRAM)?;
+    let log = unattended::run(&build.elf, None)?.in_order()?.log;
     let host = CHECKS.iter().map(|check| {
         let digest = check.run().digest();
         (check.name, format!("{digest:016x}"))

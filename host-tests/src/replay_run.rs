@@ -12,8 +12,7 @@ use model_core::gap::model::Model;
 use model_core::signal::aprts;
 
 use crate::board_log::{BoardLog, Line};
-use crate::board_run::BOARD;
-use crate::emulator;
+use crate::emulate::unattended;
 use crate::failure::Failure;
 use crate::image::Size;
 use crate::outputs::write_own;
@@ -100,10 +99,10 @@ pub struct OnBoard {
 /// # Errors
 /// A program that does not build or does not end in order; a log that does not hold every row.
 pub fn on_board(toolchain: &Toolchain, tape: &[u8], file: &Path) -> Result<OnBoard, Failure> {
-    let build = toolchain.build_program(BOARD, PROGRAM)?;
+    let build = toolchain.build(PROGRAM)?;
     let size = Size::read(&build.elf)?.fitting()?;
     write_own(file, tape)?;
-    let log = emulator::run(&build.elf, Some(file))?.in_order()?.log;
+    let log = unattended::run(&build.elf, Some(file))?.in_order()?.log;
     let (rows, ticks) = read(&log).map_err(Failure::Other)?;
     Ok(OnBoard { rows, ticks, size })
 }

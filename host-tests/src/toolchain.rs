@@ -21,6 +21,9 @@ use crate::{remap, workspace};
 /// The microcontroller's target: Cortex-M4F.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// The firmware's feature for its board.
+const BOARD: &str = "stm32f405";
+
 /// Debian's way to [`TARGET`].
 pub const COMPILER_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
 
@@ -219,20 +222,12 @@ impl Toolchain {
         self.route
     }
 
-    /// Builds one of the firmware's images. `board` is at once its feature and its program.
+    /// Builds one of the firmware's images.
     ///
     /// # Errors
     /// What the compiler says.
-    pub fn build(&self, board: &str) -> Result<Build, Failure> {
-        self.build_program(board, board)
-    }
-
-    /// Builds a program for a board.
-    ///
-    /// # Errors
-    /// What the compiler says.
-    pub fn build_program(&self, board: &str, program: &str) -> Result<Build, Failure> {
-        let mut cargo = self.cargo("build", board);
+    pub fn build(&self, program: &str) -> Result<Build, Failure> {
+        let mut cargo = self.cargo("build");
         cargo.args(["--bin", program, "--message-format=json"]);
         let progress = std::io::stderr().is_terminal();
         let output = cargo
@@ -265,12 +260,12 @@ impl Toolchain {
     ///
     /// # Errors
     /// What clippy says.
-    pub fn lint(&self, board: &str) -> Result<bool, Failure> {
+    pub fn lint(&self) -> Result<bool, Failure> {
         if self.route == Route::Debian {
             return Ok(false);
         }
         let output = self
-            .cargo("clippy", board)
+            .cargo("clippy")
             .args(["--quiet", "--", "-D", "warnings"])
             .output()
             .map_err(|error| Failure::system("cargo cannot be run", &error))?;
@@ -284,14 +279,14 @@ impl Toolchain {
         }
     }
 
-    /// A cargo command on the firmware with a board's hardware.
-    fn cargo(&self, subcommand: &str, board: &str) -> Command {
+    /// A cargo command on the firmware with the board's hardware.
+    fn cargo(&self, subcommand: &str) -> Command {
         let mut cargo = self.route.command("cargo");
         // Not the host's target directory: two compilers, and no waiting for the other's lock.
         cargo
             .args([subcommand, "--release", "--package", "firmware"])
             .args(["--target", TARGET, "--target-dir", "target/firmware"])
-            .args(["--features", board])
+            .args(["--features", BOARD])
             // Added to the flags in .cargo/config.toml.
             .arg("--config")
             .arg(format!(

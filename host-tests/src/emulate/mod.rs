@@ -5,7 +5,7 @@
 //! the `controller` over an end of power, and both of them wired to a loop. What the images said
 //! and what was counted comes back as JSON ([`run`]); what a user relies on is held against it
 //! ([`requirements`]); and the log that the controller recorded is traced ([`tracing`]). Then the controller is recorded once more, over
-//! its console as `cargo hil record` does ([`recording`]).
+//! its console as `cargo hil record` does ([`recording`]). The images that nobody operates run there too ([`unattended`]).
 
 pub mod command;
 pub mod recording;
@@ -13,3 +13,4 @@ pub mod requirements;
 pub mod run;
 pub mod summary;
 pub mod tracing;
+pub mod unattended;

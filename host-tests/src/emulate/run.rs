@@ -9,9 +9,6 @@ use crate::package::Package;
 use crate::toolchain::{Build, Toolchain, clean_command};
 use crate::workspace;
 
-/// The board's feature of the images.
-const BOARD: &str = "stm32f405";
-
 /// Clock of the core, Hz.
 const CORE_CLOCK: f64 = 168e6;
 
@@ -259,8 +256,8 @@ impl Images {
     /// What the compiler says.
     pub fn build(toolchain: &Toolchain) -> Result<Self, Failure> {
         Ok(Self {
-            throttle: toolchain.build_program(BOARD, "throttle")?,
-            controller: toolchain.build_program(BOARD, "controller")?,
+            throttle: toolchain.build("throttle")?,
+            controller: toolchain.build("controller")?,
         })
     }
 }

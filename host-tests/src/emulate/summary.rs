@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::recording::Recording;
 use super::run::{Counted, Outcome, Ticks, directory};
 use super::tracing::{MACHINE, Traced};
-use crate::emulator::CHIP;
+use super::unattended::CHIP;
 use crate::workspace;
 
 /// The chip's blocks that the images use.
@@ -273,8 +273,9 @@ impl Summary {
             row(
                 "clock",
                 format!(
-                    "{:.0} ms behind after a save of {:.0} ms",
-                    controller.clock_lost_ms, controller.save_ms
+                    "off by {:.0} ms after a save of {:.0} ms",
+                    controller.clock_lost_ms.abs(),
+                    controller.save_ms
                 ),
             );
         }

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::{Child, Stdio};
 use std::thread::{self, JoinHandle};
 
+use super::run::build;
 use crate::board_log::{BoardLog, Dictionary, Line};
-use crate::emulate;
 use crate::failure::Failure;
 use crate::toolchain::clean_command;
 
@@ -50,7 +50,7 @@ impl Run {
 /// An emulation that does not build, an image that starts anew or does not end, or a damaged log.
 pub fn run(elf: &Path, tape: Option<&Path>) -> Result<Run, Failure> {
     let dictionary = Dictionary::read(elf)?;
-    let emulation = emulate::run::build()?;
+    let emulation = build()?;
     let mut child = clean_command(&emulation)
         .arg("unattended")
         .arg(elf)
