@@ -1,18 +1,16 @@
 //! The actuator's step: exact in a mode, split at events.
 
-use super::modes::{Basis, CELLS, Increment, Modes, RUNGS, RestIncrement};
+use super::modes::{Basis, Increment, Modes, RestIncrement};
 use super::parameters::{Drive, ParameterError, Parameters};
 use super::{Compensated, Directional, InputRefused, Motion, State};
 use core::borrow::Borrow;
 
+mod events;
 pub(crate) mod lanes;
 
 /// Largest magnitude of the input that a step takes, in units of the input. Beyond it, as with
 /// NaN or infinity, the step refuses and leaves the state as it was.
 pub const INPUT_LIMIT: f32 = 1e6;
-
-/// Events handled in one step; after these the actuator stays at rest for what is left of it.
-const EVENTS: u32 = 8;
 
 /// Torques and friction levels held over a step, next to the input.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -145,15 +143,6 @@ pub(super) struct Sliding<'a> {
     pub torque: f32,
 }
 
-/// What ends a mode.
-#[derive(Debug, Clone, Copy)]
-enum Event {
-    Standstill,
-    SpringRest,
-    Stop(f32),
-    Breakaway(Motion),
-}
-
 /// What a rung or a part of one adds to the state while the mode lasts.
 #[derive(Clone, Copy)]
 struct Change {
@@ -208,43 +197,40 @@ impl Unheld {
     }
 }
 
-/// The finest cell as a parabola through its start, its end and the end of the next one.
-struct Cell {
-    first: Change,
-    /// Second differences.
-    bend: Change,
+/// What holds an actuator at rest, and what is on it besides its motor.
+struct Hold {
+    torque_per_current: f32,
+    torque: f32,
+    /// Of the spring, without its preload.
+    spring: f32,
+    /// The preload against a start forwards, and backwards; infinite where a stop holds.
+    up: f32,
+    down: f32,
+    breakaway: Directional,
 }
 
-impl Cell {
-    /// What a share of the cell adds to the state.
-    fn part(&self, share: f32) -> Change {
-        let arc = 0.5 * share * (share - 1.0);
-        Change {
-            current: share * self.first.current + arc * self.bend.current,
-            velocity: share * self.first.velocity + arc * self.bend.velocity,
-            position: share * self.first.position + arc * self.bend.position,
-        }
+impl Hold {
+    /// Drive beyond what holds: (forward, backward), positive where friction gives way.
+    #[inline(always)]
+    fn excess(&self, current: f32) -> (f32, f32) {
+        let drive = self.torque_per_current * current + self.torque - self.spring;
+        (
+            drive - self.up - self.breakaway.forward,
+            -drive - self.down - self.breakaway.backward,
+        )
     }
-}
 
-/// The share of a cell at which a parabola with this start (≥ 0), first and second difference falls
-/// to zero, where it does so within the cell. Each root in the form that does not cancel.
-fn fall(start: f32, first: f32, bend: f32) -> f32 {
-    let start = start.max(0.0);
-    let slope = 0.5 * bend - first;
-    let root = libm::sqrtf((slope * slope - 2.0 * bend * start).max(0.0));
-    let share = if slope < 0.0 {
-        // It rises first, even from zero.
-        (slope - root) / bend
-    } else if start > 0.0 {
-        2.0 * start / (slope + root)
-    } else {
-        0.0
-    };
-    if (0.0..1.0).contains(&share) {
-        share
-    } else {
-        1.0
+    /// The breakaway test: which way the actuator starts.
+    #[inline(always)]
+    fn released(&self, current: f32) -> Motion {
+        let (forward, backward) = self.excess(current);
+        if forward > 0.0 {
+            Motion::Forward
+        } else if backward > 0.0 {
+            Motion::Backward
+        } else {
+            Motion::Rest
+        }
     }
 }
 
@@ -652,87 +638,19 @@ impl<M: Borrow<Modes>> Actuator<M> {
         false
     }
 
-    /// The earliest event in a finest cell, with the share of the cell at which it happens.
-    fn first_event(&self, state: &State, cell: &Cell, load: &Load) -> Option<(f32, Event)> {
-        let Change {
-            velocity, position, ..
-        } = cell.first;
-        let sign = match state.motion {
-            Motion::Forward => 1.0,
-            Motion::Backward => -1.0,
-            Motion::Rest => return self.breakaway(state, cell, load),
-        };
-        let mut first: Option<(f32, Event)> = None;
-        let mut offer = |share: f32, event: Event| {
-            if first.is_none_or(|(earliest, _)| share < earliest) {
-                first = Some((share, event));
-            }
-        };
-        if state.velocity.after(velocity) * sign <= 0.0 {
-            let start = state.velocity.value() * sign;
-            let share = fall(start, velocity * sign, cell.bend.velocity * sign);
-            offer(share, Event::Standstill);
-        }
-        let deflection = state.position.from(self.spring_rest);
-        let ahead = -deflection * sign;
-        if self.spring_preload != 0.0 && ahead > 0.0 && position * sign > ahead {
-            let share = fall(ahead, -position * sign, -cell.bend.position * sign);
-            offer(share, Event::SpringRest);
-        }
-        let stop = if sign > 0.0 {
-            self.upper_stop
-        } else {
-            self.lower_stop
-        };
-        if (state.position.after(position) - stop) * sign > 0.0 {
-            let room = -state.position.from(stop) * sign;
-            let share = fall(room, -position * sign, -cell.bend.position * sign);
-            offer(share, Event::Stop(stop));
-        }
-        first
-    }
-
-    /// The drive's growth to the breakaway level in a finest cell at rest.
-    fn breakaway(&self, state: &State, cell: &Cell, load: &Load) -> Option<(f32, Event)> {
-        let end = state.current + cell.first.current;
-        let motion = self.released(state.position, end, load);
-        let (forward, backward) = self.excess(state.position, state.current, load);
-        let (excess, sign) = match motion {
-            Motion::Forward => (forward, 1.0),
-            Motion::Backward => (backward, -1.0),
-            Motion::Rest => return None,
-        };
-        let torque = -sign * self.torque_per_current;
-        let share = fall(
-            -excess,
-            torque * cell.first.current,
-            torque * cell.bend.current,
-        );
-        Some((share, Event::Breakaway(motion)))
-    }
-
-    /// Torque on an actuator at rest by everything but friction, the spring's preload and the stops.
-    fn drive(&self, position: Compensated, current: f32, load: &Load) -> f32 {
-        self.torque_per_current * current + load.torque
-            - self.spring * position.from(self.spring_rest)
-    }
-
-    /// Drive beyond what holds: (forward, backward), positive where friction gives way.
-    fn excess(&self, position: Compensated, current: f32, load: &Load) -> (f32, f32) {
-        let drive = self.drive(position, current, load);
+    /// What holds an actuator at rest at a position.
+    fn holding(&self, position: Compensated, load: &Load) -> Hold {
         let deflection = position.from(self.spring_rest);
         let (up, down) = self.preloads(deflection);
-        let forward = if position.value() >= self.upper_stop {
-            -1.0
-        } else {
-            drive - up - load.breakaway.forward
-        };
-        let backward = if position.value() <= self.lower_stop {
-            -1.0
-        } else {
-            -drive - down - load.breakaway.backward
-        };
-        (forward, backward)
+        let stopped = |stopped: bool, preload: f32| if stopped { f32::INFINITY } else { preload };
+        Hold {
+            torque_per_current: self.torque_per_current,
+            torque: load.torque,
+            spring: self.spring * deflection,
+            up: stopped(position.value() >= self.upper_stop, up),
+            down: stopped(position.value() <= self.lower_stop, down),
+            breakaway: load.breakaway,
+        }
     }
 
     /// What the preload holds against a start forwards and one backwards: at the spring's rest it holds
@@ -749,118 +667,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
 
     /// The breakaway test: which way an actuator at rest starts.
     fn released(&self, position: Compensated, current: f32, load: &Load) -> Motion {
-        let (forward, backward) = self.excess(position, current, load);
-        if forward > 0.0 {
-            Motion::Forward
-        } else if backward > 0.0 {
-            Motion::Backward
-        } else {
-            Motion::Rest
-        }
-    }
-
-    /// A step in which a mode ends: down the ladder to the event, across it, and on.
-    #[cold]
-    #[inline(never)]
-    fn step_through_events(
-        &self,
-        state: &mut State,
-        input: f32,
-        load: &Load,
-    ) -> Result<(), InputRefused> {
-        let before = *state;
-        self.follow_input(state, input);
-        if state.motion == Motion::Rest {
-            state.motion = self.released(state.position, state.current, load);
-        }
-        let mut remaining = CELLS;
-        let mut events = 0;
-        // The whole step has failed already, unless in another mode.
-        let mut rung = usize::from(state.motion == before.motion);
-        while remaining > 0.0 {
-            if events == EVENTS {
-                state.velocity = Compensated::new(0.0);
-                state.motion = Motion::Rest;
-            }
-            if let Some(taken) = self.advance_longest(state, (rung, remaining), input, load) {
-                remaining -= cells(taken);
-                // Another one like it ends where twice its length did not last.
-                rung = taken + 1;
-                continue;
-            }
-            rung = 0;
-            let cell = self.cell(state, input, load);
-            let available = if remaining < 1.0 { remaining } else { 1.0 };
-            match self.first_event(state, &cell, load) {
-                Some((0.0, Event::Standstill)) if state.velocity.value() == 0.0 => {
-                    // Let go, but turned back at once: friction balances it for this cell.
-                    state.motion = Motion::Rest;
-                    commit(state, &self.cell(state, input, load).part(available));
-                    remaining -= available;
-                    self.stand(state, input, load);
-                }
-                Some((share, event)) if share <= available && events < EVENTS => {
-                    commit(state, &cell.part(share));
-                    self.confine(state);
-                    remaining -= share;
-                    events += 1;
-                    self.cross(state, event, input, load);
-                }
-                _ => {
-                    commit(state, &cell.part(available));
-                    self.confine(state);
-                    remaining -= available;
-                }
-            }
-        }
-        if state.is_finite() {
-            Ok(())
-        } else {
-            *state = before;
-            Err(InputRefused)
-        }
-    }
-
-    /// Advances by the longest rung within the remaining cells in which the mode lasts, from a rung
-    /// on; which it is.
-    fn advance_longest(
-        &self,
-        state: &mut State,
-        (first, remaining): (usize, f32),
-        input: f32,
-        load: &Load,
-    ) -> Option<usize> {
-        (first..RUNGS)
-            .find(|&rung| cells(rung) <= remaining && self.advance(state, rung, input, load))
-    }
-
-    /// The finest cell from a state.
-    fn cell(&self, state: &State, input: f32, load: &Load) -> Cell {
-        let first = self.change(state, RUNGS - 1, input, load);
-        let both = self.change(state, RUNGS - 2, input, load);
-        Cell {
-            first,
-            bend: Change {
-                current: both.current - 2.0 * first.current,
-                velocity: both.velocity - 2.0 * first.velocity,
-                position: both.position - 2.0 * first.position,
-            },
-        }
-    }
-
-    /// Takes back what a part of a cell goes beyond a standstill or a stop: rounding, or the top of a
-    /// parabola that is inside again at the cell's end.
-    fn confine(&self, state: &mut State) {
-        let motion = Motion::of(state.velocity.value());
-        if motion != state.motion {
-            state.velocity = Compensated::new(0.0);
-        }
-        let position = state.position.value();
-        if position > self.upper_stop {
-            state.position = Compensated::new(self.upper_stop);
-        } else if position < self.lower_stop {
-            state.position = Compensated::new(self.lower_stop);
-        }
+        self.holding(position, load).released(current)
     }
 
     /// Without inductance the current follows the input and the velocity at once.
@@ -869,42 +676,6 @@ impl<M: Borrow<Modes>> Actuator<M> {
             state.current = conductance * input - back_emf * state.velocity.value();
         }
     }
-
-    /// Enters the mode behind an event.
-    fn cross(&self, state: &mut State, event: Event, input: f32, load: &Load) {
-        match event {
-            Event::Standstill => self.stand(state, input, load),
-            Event::Stop(stop) => {
-                state.position = Compensated::new(stop);
-                self.stand(state, input, load);
-            }
-            Event::SpringRest => {
-                state.position = Compensated::new(self.spring_rest);
-                // It may lie a rounding beyond a stop.
-                self.confine(state);
-                // Where the preload turns it back within a cell, crossings follow each other ever
-                // faster, without end in a finite time, and it lies on the rest.
-                let change = self.change(state, RUNGS - 1, input, load);
-                let turns = state.velocity.after(change.velocity) * state.velocity.value() <= 0.0;
-                if turns && self.released(state.position, state.current, load) == Motion::Rest {
-                    self.stand(state, input, load);
-                }
-            }
-            Event::Breakaway(motion) => state.motion = motion,
-        }
-    }
-
-    /// Comes to a standstill, and starts again where friction does not hold.
-    fn stand(&self, state: &mut State, input: f32, load: &Load) {
-        state.velocity = Compensated::new(0.0);
-        self.follow_input(state, input);
-        state.motion = self.released(state.position, state.current, load);
-    }
-}
-
-/// Finest cells in a rung.
-fn cells(rung: usize) -> f32 {
-    CELLS / (1 << rung) as f32
 }
 
 #[inline(always)]
