@@ -352,7 +352,7 @@ impl<M: Borrow<Modes>> Actuator<M> {
 
     /// One step with the input held over it.
     ///
-    /// Exact while the mode lasts. An event is placed to third order in a sixteenth of the step;
+    /// Exact while the mode lasts. An event is placed to third order by sixteenths of the step;
     /// two of the same kind within a step, after which the mode looks as before, pass unseen. So the
     /// step must be below half the period of any swing, of the inertia on its spring,
     /// 2π √(J/K), as of it against the winding's back-EMF, 2π √(L J)/k. Where a time constant is

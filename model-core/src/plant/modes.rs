@@ -20,8 +20,8 @@ use crate::numeric::matrix_exponential::{Matrix, exponential, multiply};
 /// Rungs of a ladder: the step halved up to four times.
 pub const RUNGS: usize = 5;
 
-/// Finest cells in a whole step.
-pub const CELLS: f32 = 16.0;
+/// Finest rungs in a whole step.
+const SIXTEENTHS: f32 = 16.0;
 
 /// Change of the state over one rung, by row: (current, velocity, position), of
 /// (current, velocity, deflection, input, torque).
@@ -257,7 +257,7 @@ fn sliding(basis: &Basis, viscous: f32) -> Ladder {
     generator[1][4] = 1.0 / inertia;
     generator[2][1] = 1.0;
 
-    let finest = f64::from(basis.period) / f64::from(CELLS);
+    let finest = f64::from(basis.period) / f64::from(SIXTEENTHS);
     let mut transition = exponential(&generator.map(|row| row.map(|entry| entry * finest)));
     let mut ladder = [Increment {
         current: [0.0; 5],
@@ -285,7 +285,7 @@ fn sliding(basis: &Basis, viscous: f32) -> Ladder {
             position: change(2),
         };
         if algebraic {
-            let steps = f64::from(CELLS) / f64::from(1_u32 << rung);
+            let steps = f64::from(SIXTEENTHS) / f64::from(1_u32 << rung);
             ladder[rung].conserve(-generator[1][1] * finest * steps);
         }
         transition = multiply(&transition, &transition);
@@ -302,7 +302,7 @@ fn rest(basis: &Basis) -> RestLadder {
         input: conductance as f32,
     }; RUNGS];
     if electrics.inductance > 0.0 {
-        let finest = f64::from(basis.period) / f64::from(CELLS);
+        let finest = f64::from(basis.period) / f64::from(SIXTEENTHS);
         let exponent = -electrics.resistance / electrics.inductance * finest;
         let mut decay = exponential(&[[exponent]])[0][0];
         for rung in ladder.iter_mut().rev() {
