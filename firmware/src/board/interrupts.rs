@@ -126,7 +126,7 @@ fn PendSV() {
     CONTROL.with(|(control, clock)| {
         let start = clock();
         control.step();
-        // No plant tick came in between: a control step that is not done by then is a fault.
+        // The plant ticks within it count too. Before the first of them the duty has to be there.
         let duration = clock().wrapping_sub(start);
         account(|loads| loads.control.add(duration));
     });

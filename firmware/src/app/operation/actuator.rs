@@ -249,6 +249,11 @@ impl Actuator {
         let measurement = Measurement { position, current };
         self.wiring.publish(measurement, Truth::default());
         self.wiring.set_supply(supply * SUPPLY.unit());
+    }
+
+    /// Puts the measurement on the outputs.
+    fn show(&self) {
+        let Measurement { position, current } = self.wiring.measurement();
         let Numbers {
             converters,
             calibration,
@@ -308,6 +313,9 @@ impl PlantWork for Actuator {
             self.wiring.set_temperature_codes(readings.temperatures);
             self.wiring.set_applied(self.application.end());
             self.wiring.set_control_due(true);
+        } else if self.ticks == 1 {
+            // In the tick behind that, which has the time: the control step waits for the other one.
+            self.show();
         }
         due
     }

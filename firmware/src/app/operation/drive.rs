@@ -296,7 +296,6 @@ impl ControlWork for Drive {
         let angle = converters.position.value(position);
         let amperes = self.setup.current.of(converters.current.value(current));
         let applied = self.wiring.applied();
-        self.record(applied);
         let mut finite = self.judge(angle, amperes, applied);
         let begins = self.obey(angle);
         self.watch_terminal(self.is_driven());
@@ -314,7 +313,10 @@ impl ControlWork for Drive {
             self.state = pid::State::default();
         }
         self.wiring.drive(counts.unwrap_or(0));
+        // It was due before the next plant tick. What is left may come beside that.
+        self.wiring.set_control_due(false);
 
+        self.record(applied);
         // A log has a gap where the processor stood still.
         self.sample = (!self.wiring.is_stalled()).then(|| Sample {
             sequence: self.sequence,
@@ -335,6 +337,5 @@ impl ControlWork for Drive {
             self.wiring.vouch();
         }
         self.missed = missed;
-        self.wiring.set_control_due(false);
     }
 }
