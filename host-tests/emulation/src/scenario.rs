@@ -36,8 +36,11 @@ const MILLISECOND: u64 = 1_000_000;
 /// A part of the report, by its name.
 type Part = (&'static str, Value);
 
-/// What is done, by a name that it can be called by alone.
-const SCENARIOS: [(&str, fn(&Call) -> Result<Vec<Part>, String>); 7] = [
+/// What is done, and its name.
+type Scenario = (&'static str, fn(&Call) -> Result<Vec<Part>, String>);
+
+/// What is done unless some of it is named.
+const SCENARIOS: [Scenario; 7] = [
     ("engine", |call| part("engine", engine::engine(call)?)),
     ("cuts", |call| part("cuts", power::cuts(call)?)),
     ("pair", pair::pair),
@@ -48,6 +51,9 @@ const SCENARIOS: [(&str, fn(&Call) -> Result<Vec<Part>, String>); 7] = [
         part("controller", alone::controller(call)?)
     }),
 ];
+
+/// What takes too long to be done unless it is named.
+const ON_DEMAND: [Scenario; 1] = [("every_cut", |call| part("cuts", power::every_cut(call)?))];
 
 /// A part of the report that is all of a scenario's.
 fn part(name: &'static str, found: impl Serialize) -> Result<Vec<Part>, String> {
@@ -136,8 +142,9 @@ pub fn run(arguments: &[String]) -> Result<String, String> {
     if word == "unattended" {
         return unattended::run(rest).map(|()| String::new());
     }
-    let named = |name: &&(&str, _)| word.split(',').any(|word| word == name.0);
-    let some: Vec<_> = SCENARIOS.iter().filter(named).copied().collect();
+    let named = |scenario: &&Scenario| word.split(',').any(|word| word == scenario.0);
+    let all = ON_DEMAND.iter().chain(&SCENARIOS);
+    let some: Vec<_> = all.filter(named).copied().collect();
     let (scenarios, rest) = if some.is_empty() {
         (&SCENARIOS[..], arguments)
     } else {
@@ -159,10 +166,7 @@ pub fn run(arguments: &[String]) -> Result<String, String> {
 }
 
 /// Runs scenarios, as many at a time as there are cores. The longest ones are the first of the list.
-fn work_off(
-    scenarios: &[(&str, fn(&Call) -> Result<Vec<Part>, String>)],
-    call: &Call,
-) -> Result<Vec<Part>, String> {
+fn work_off(scenarios: &[Scenario], call: &Call) -> Result<Vec<Part>, String> {
     let next = AtomicUsize::new(0);
     let work = || {
         let mut parts = Vec::new();

@@ -19,6 +19,9 @@ pub struct Args {
     /// Cycles that an instruction takes on average, 1 to 10
     #[arg(long, value_name = "N", default_value_t = CYCLES_PER_INSTRUCTION, value_parser = cycles)]
     cycles_per_instruction: f64,
+    /// Cut the power at every operation of a save, not at some: a quarter of an hour more
+    #[arg(long)]
+    every_cut: bool,
     /// Write the result to this file as JSON
     #[arg(long, value_name = "F")]
     json: Option<PathBuf>,
@@ -85,7 +88,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut announce = announce();
     let built = Built::new(&Toolchain::set_up()?, &mut announce)?;
     let cycles = args.cycles_per_instruction;
-    let (outcome, traced) = demonstrate(&built, cycles, Extent::Everything, &mut announce)?;
+    let extent = if args.every_cut {
+        Extent::EveryCut
+    } else {
+        Extent::Everything
+    };
+    let (outcome, traced) = demonstrate(&built, cycles, extent, &mut announce)?;
     announce("recording the controller over its console");
     let recording = recording::run(&built, args.cycles_per_instruction)?;
     let summary = Summary::new(&outcome, &traced, args.cycles_per_instruction);

@@ -129,6 +129,8 @@ pub struct Fault {
     pub resets: usize,
     /// What `faults` says then.
     pub faults: String,
+    /// And `status`: it has the longest interrupts since the last start.
+    pub status: String,
 }
 
 /// The controller with one fault after the other.
@@ -298,10 +300,15 @@ pub enum Extent {
     Loop,
     /// With faults of the chip, power that is lost and instructions of several lengths too: minutes.
     Everything,
+    /// With the power lost at every operation of the flash: a quarter of an hour.
+    EveryCut,
 }
 
 /// The emulation's names for what [`Extent::Loop`] runs.
 const LOOP: &str = "pair,throttle";
+
+/// Those for what [`Extent::EveryCut`] runs, the longest one first.
+const EVERY_CUT: &str = "every_cut,engine,pair,ticks,faults,throttle,controller";
 
 /// Where the runs leave their logs.
 pub fn directory() -> PathBuf {
@@ -340,9 +347,11 @@ pub fn run(built: &Built, cycles_per_instruction: f64, extent: Extent) -> Result
     std::fs::create_dir_all(&directory)
         .map_err(|error| Failure::system(directory.display(), &error))?;
     let mut command = clean_command(emulation);
-    if extent == Extent::Loop {
-        command.arg(LOOP);
-    }
+    match extent {
+        Extent::Loop => command.arg(LOOP),
+        Extent::Everything => &mut command,
+        Extent::EveryCut => command.arg(EVERY_CUT),
+    };
     let output = command
         .args([&images.throttle.elf, &images.controller.elf, &directory])
         .arg(rate(cycles_per_instruction))

@@ -11,9 +11,9 @@ use super::unattended::CHIP;
 use crate::workspace;
 
 /// The chip's blocks that the images use.
-const PERIPHERALS: [&str; 15] = [
-    "ADC1", "DAC", "DMA2", "DWT", "FLASH", "GPIOA", "GPIOB", "GPIOC", "IWDG", "RCC", "TIM1",
-    "TIM2", "TIM3", "TIM7", "USART1",
+const PERIPHERALS: [&str; 19] = [
+    "ADC1", "DAC", "DBGMCU", "DMA2", "DWT", "FLASH", "GPIOA", "GPIOB", "GPIOC", "IWDG", "PWR",
+    "RCC", "TIM1", "TIM2", "TIM3", "TIM4", "TIM5", "TIM7", "USART1",
 ];
 
 /// Core cycles between two plant ticks.
@@ -37,12 +37,12 @@ pub struct Chip {
     pub emulator: &'static str,
     /// Cycles that an instruction is taken to last.
     pub cycles_per_instruction: f64,
-    /// Of each image.
+    /// Of each image: in the loop, with its faults, and the throttle at an engine control unit, as far as that was run.
     pub worst_ticks: [WorstTick; 2],
     /// The same at other cycles an instruction, the throttle with each of its faults.
     pub at_other_cycles: Vec<AtCycles>,
     /// The chip's blocks that the images use.
-    pub peripherals: [&'static str; 15],
+    pub peripherals: [&'static str; 19],
 }
 
 /// The longest interrupts that an image saw, core cycles.
@@ -123,10 +123,12 @@ fn worst(status: &str) -> [Option<u64>; 2] {
 impl Summary {
     /// Of runs and their tracing.
     pub fn new(outcome: &Outcome, traced: &Traced, cycles_per_instruction: f64) -> Self {
-        let worst_tick = |image, statuses: [&str; 2], counted: &Counted| {
-            let [one, other] = statuses.map(worst);
-            let plant_cycles = one[0].max(other[0]);
-            let control_cycles = one[1].max(other[1]);
+        let worst_tick = |image, statuses: &[&str], counted: &Counted| {
+            let worst = |interrupt: usize| {
+                let seen = statuses.iter().map(|status| worst(status)[interrupt]);
+                seen.max().flatten()
+            };
+            let (plant_cycles, control_cycles) = (worst(0), worst(1));
             WorstTick {
                 image,
                 plant_cycles,
@@ -137,6 +139,15 @@ impl Summary {
             }
         };
         let driven = &outcome.driven;
+        let engine = outcome.engine.iter().flatten();
+        let mut throttle: Vec<&str> = engine.map(|engine| &*engine.status).collect();
+        throttle.extend([
+            &*driven.throttle_status,
+            &outcome.throttle.status_with_motor_open,
+        ]);
+        let faults = outcome.faults.iter().flat_map(|faults| &faults.faults);
+        let mut controller: Vec<&str> = faults.map(|fault| &*fault.status).collect();
+        controller.push(&driven.controller_status);
         let errors = traced.report.outcome.errors.validate.as_ref();
         Self {
             target: ["throttle", "controller"],
@@ -144,19 +155,8 @@ impl Summary {
                 emulator: CHIP,
                 cycles_per_instruction,
                 worst_ticks: [
-                    worst_tick(
-                        "throttle",
-                        [
-                            &driven.throttle_status,
-                            &outcome.throttle.status_with_motor_open,
-                        ],
-                        &driven.throttle,
-                    ),
-                    worst_tick(
-                        "controller",
-                        [&driven.controller_status; 2],
-                        &driven.controller,
-                    ),
+                    worst_tick("throttle", &throttle, &driven.throttle),
+                    worst_tick("controller", &controller, &driven.controller),
                 ],
                 at_other_cycles: outcome.ticks.iter().flatten().map(AtCycles::new).collect(),
                 peripherals: PERIPHERALS,

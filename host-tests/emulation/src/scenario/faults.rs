@@ -18,6 +18,8 @@ pub(super) struct Fault {
     resets: usize,
     /// What `faults` says then.
     faults: String,
+    /// And `status`: it has the longest interrupts since the last start.
+    status: String,
 }
 
 /// What came of all of them.
@@ -144,12 +146,14 @@ impl Bench {
         end(self.running());
         self.0.run_for(START)?;
         let faults = self.0.ask((), "faults")?;
+        let status = self.0.ask((), "status")?;
         let resets = self.running().outputs.counts.resets - resets;
         Ok(Fault {
             fault,
             let_go_after_us: let_go,
             resets,
             faults,
+            status,
         })
     }
 

@@ -1,7 +1,9 @@
 //! The controller's power lost in the middle of a `save`: at its first and its last operations of the flash and at
-//! each sixteenth between them, within it or behind it. Each start costs 1.3 s of translating the image anew: at all 494
-//! operations, within them and behind them, it would be 21 min; `host-tests/tests/operation.rs` cuts at every one, in the
-//! store as the host runs it.
+//! each sixteenth between them, within it or behind it; or at every one, within it and behind it. Each start costs
+//! 1.3 s of translating the image anew, which a reset in rigless throws away: 21 min for every one of them.
+
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::thread;
 
 use rigless::device::Level;
 use serde::Serialize;
@@ -46,19 +48,43 @@ const ERASED: usize = 3 * 16 * 1024;
 
 /// A `save` in an empty flash, which erases a sector, and one behind it.
 pub(super) fn cuts(call: &Call) -> Result<[Cuts; 2], String> {
+    let place = |number: usize, operations: usize| {
+        let is_end = number < ENDS || number + ENDS >= operations;
+        [0, EVERY].map(|place| is_end || number % (2 * EVERY) == place)
+    };
+    cut_at(call, &place, 1)
+}
+
+/// The same with the power lost within and behind every operation.
+pub(super) fn every_cut(call: &Call) -> Result<[Cuts; 2], String> {
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    cut_at(call, &|_, _| [true; 2], cores)
+}
+
+/// Whether the power is lost within an operation, and behind it, by its number and how many there are.
+type Places<'a> = &'a (dyn Fn(usize, usize) -> [bool; 2] + Sync);
+
+fn cut_at(call: &Call, places: Places<'_>, workers: usize) -> Result<[Cuts; 2], String> {
+    let mut board = begin(call)?;
+    let empty = vec![0xff; ERASED];
+    let first = save(&mut board, &SECOND, empty)?;
+    let whole = first.last().cloned().unwrap_or_default();
+    let second = save(&mut board, &THIRD, whole)?;
+    drop(board);
+    Ok([
+        cut(call, &first, [&FIRST, &SECOND], (places, workers))?,
+        cut(call, &second, [&SECOND, &THIRD], (places, workers))?,
+    ])
+}
+
+/// A controller that keeps what its flash holds behind each operation.
+fn begin(call: &Call) -> Result<Alone, String> {
     let mut running = Running::start(&call.controller)?;
     running.next.levels = vec![(0, pins::EMERGENCY_STOP, Level::Low)];
     let mut board = Alone(running);
     board.run_for(100 * MILLISECOND)?;
     board.0.next.events.push(Event::KeepFlash);
-    let empty = vec![0xff; ERASED];
-    let first = save(&mut board, &SECOND, empty)?;
-    let whole = first.last().cloned().unwrap_or_default();
-    let second = save(&mut board, &THIRD, whole)?;
-    Ok([
-        cut(&mut board, &first, [&FIRST, &SECOND])?,
-        cut(&mut board, &second, [&SECOND, &THIRD])?,
-    ])
+    Ok(board)
 }
 
 /// What the flash held before a `save` and behind each operation of it.
@@ -72,48 +98,86 @@ fn save(board: &mut Alone, values: &Values, before: Vec<u8>) -> Result<Vec<Vec<u
 }
 
 /// Starts it with each of these in its flash, and with operations between two of them half done.
-fn cut(board: &mut Alone, images: &[Vec<u8>], values: [&Values; 2]) -> Result<Cuts, String> {
-    let mut cuts = Cuts {
-        operations: images.len() - 1,
+fn cut(
+    call: &Call,
+    images: &[Vec<u8>],
+    values: [&Values; 2],
+    (places, workers): (Places<'_>, usize),
+) -> Result<Cuts, String> {
+    let operations = images.len() - 1;
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut board = begin(call)?;
+        let mut cuts = Cuts::default();
+        loop {
+            let number = next.fetch_add(1, Relaxed);
+            if number >= operations {
+                return Ok::<_, String>(cuts);
+            }
+            let [before, behind] = [&images[number], &images[number + 1]];
+            let [within, between] = places(number, operations);
+            let torn = within.then(|| torn([before, behind], number));
+            let whole = between.then(|| behind.clone());
+            for image in torn.into_iter().chain(whole) {
+                cuts.count(start(&mut board, image)?, values);
+            }
+        }
+    };
+    let parts = thread::scope(|scope| {
+        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let parts = workers.into_iter().map(|worker| {
+            let ended = worker.join();
+            ended.unwrap_or_else(|_| Err("a start behind a cut panicked".to_owned()))
+        });
+        parts.collect::<Result<Vec<_>, _>>()
+    })?;
+    let whole = Cuts {
+        operations,
         ..Cuts::default()
     };
-    let mut random = 0x6c07_8965_u32;
-    for (number, pair) in images.windows(2).enumerate() {
-        let is_end = number < ENDS || number + ENDS >= cuts.operations;
-        let within = is_end || number % (2 * EVERY) == 0;
-        let between = is_end || number % (2 * EVERY) == EVERY;
-        let torn = within.then(|| torn([&pair[0], &pair[1]], &mut random));
-        let whole = between.then(|| pair[1].clone());
-        for image in torn.into_iter().chain(whole) {
-            cuts.starts += 1;
-            let said = start(board, image)?;
-            let holds = |values: &Values| {
-                let mut lines = values.iter();
-                lines.all(|(name, value)| said.contains(&format!("{name} = {value} ")))
-            };
-            match values.map(holds) {
-                [true, false] => cuts.before += 1,
-                [false, true] => cuts.behind += 1,
-                _ => cuts.otherwise.push(said.clone()),
-            }
-            cuts.named += usize::from(said.contains("store_corrupt"));
+    Ok(parts.into_iter().fold(whole, Cuts::with))
+}
+
+impl Cuts {
+    /// Takes what was said at a start.
+    fn count(&mut self, said: String, values: [&Values; 2]) {
+        let holds = |values: &Values| {
+            let mut lines = values.iter();
+            lines.all(|(name, value)| said.contains(&format!("{name} = {value} ")))
+        };
+        self.starts += 1;
+        self.named += usize::from(said.contains("store_corrupt"));
+        match values.map(holds) {
+            [true, false] => self.before += 1,
+            [false, true] => self.behind += 1,
+            _ => self.otherwise.push(said),
         }
     }
-    Ok(cuts)
+
+    /// These and others.
+    fn with(mut self, other: Self) -> Self {
+        self.starts += other.starts;
+        self.before += other.before;
+        self.behind += other.behind;
+        self.named += other.named;
+        self.otherwise.extend(other.otherwise);
+        self
+    }
 }
 
 /// An operation half done: each bit that it changes has its old or its new value.
-fn torn([before, behind]: [&[u8]; 2], random: &mut u32) -> Vec<u8> {
+fn torn([before, behind]: [&Vec<u8>; 2], number: usize) -> Vec<u8> {
+    let mut random = 0x6c07_8965_u32 ^ (number as u32).wrapping_mul(0x9e37_79b9);
     let bytes = before.iter().zip(behind);
     bytes
         .map(|(before, behind)| {
             if before == behind {
                 return *before;
             }
-            *random ^= *random << 13;
-            *random ^= *random >> 17;
-            *random ^= *random << 5;
-            before ^ (before ^ behind) & (*random >> 8) as u8
+            random ^= random << 13;
+            random ^= random >> 17;
+            random ^= random << 5;
+            before ^ (before ^ behind) & (random >> 8) as u8
         })
         .collect()
 }
