@@ -275,12 +275,25 @@ impl Motor {
     /// From here on it is blocked where it is.
     pub fn block(&mut self) {
         let here = self.state.position.value();
-        let blocked = Parameters {
+        self.replace(Parameters {
             lower_stop: here - 1e-4,
             upper_stop: here + 1e-4,
             ..self.plant
-        };
-        self.actuator = Actuator::build(&blocked, PLANT_PERIOD).expect("a motor in its ranges");
+        });
+    }
+
+    /// From here on a load of this torque drives it, and no stop is in its way.
+    pub fn overhaul(&mut self, torque: f32) {
+        self.replace(Parameters {
+            offset: torque,
+            lower_stop: -1e4,
+            upper_stop: 1e4,
+            ..self.plant
+        });
+    }
+
+    fn replace(&mut self, plant: Parameters) {
+        self.actuator = Actuator::build(&plant, PLANT_PERIOD).expect("a motor in its ranges");
     }
 
     /// What the bridge draws from its supply, A: without losses, as much power as the winding takes.
@@ -362,14 +375,16 @@ pub struct OperationOnHost<P> {
     pub asked: Rc<RefCell<Asked>>,
     /// What the terminal was sent, without the answers to lines.
     pub said: String,
-    /// Whether the tasks are kept from running.
-    pub tasks_held: bool,
+    /// Ticks for which the tasks are kept from running.
+    pub tasks_held: u32,
     /// A task that hangs, while the others go on.
     pub hung: Option<Task>,
     /// Whether the processor's own supply is too low.
     pub processor_supply_low: bool,
     /// Whether the control interrupt is kept from running.
     pub control_held: bool,
+    /// What bits that flip in memory make of the measured supply, V.
+    pub damaged_supply: Option<f32>,
     heat: Rc<overload::Kept>,
     ticks: u32,
 }
@@ -462,10 +477,11 @@ impl<P: Plant> OperationOnHost<P> {
             wiring,
             asked,
             said: String::new(),
-            tasks_held: false,
+            tasks_held: 0,
             hung: None,
             processor_supply_low: false,
             control_held: false,
+            damaged_supply: None,
             heat: flash.heat.clone(),
             ticks: 0,
         };
@@ -481,11 +497,16 @@ impl<P: Plant> OperationOnHost<P> {
         let due = self.plant.work().tick();
         self.plant.write(self.wiring);
         self.heat.set(self.wiring.heat());
+        if let Some(supply) = self.damaged_supply {
+            self.wiring.set_supply(supply);
+        }
         if due && !self.control_held {
             self.drive.step();
         }
         self.ticks += 1;
-        if self.ticks.is_multiple_of(TICKS_PER_POLL) && !self.tasks_held {
+        let held = self.tasks_held > 0;
+        self.tasks_held = self.tasks_held.saturating_sub(1);
+        if self.ticks.is_multiple_of(TICKS_PER_POLL) && !held {
             for task in Task::ALL {
                 match task {
                     _ if self.hung == Some(task) => {}

@@ -6,15 +6,19 @@
 
 mod any_drive;
 
-use any_drive::{TOLERANCES, any_command, image, perform, winding};
+use any_drive::{TOLERANCES, any_command, either_way, image, perform, winding};
+use firmware::app::fault::monitor::Limits;
 use firmware::app::fault::observer::TIME_CONSTANT;
 use firmware::app::fault::output::Outputs;
 use firmware::app::fault::{Fault, Faults, following};
 use firmware::app::liveness::Task;
-use firmware::app::machine::EMA;
+use firmware::app::machine::{EMA, FULL_DUTY};
+use firmware::app::operation::bridge::MOST_DUTY;
 use firmware::app::operation::drive::SWITCH_STEPS;
+use firmware::app::operation::motion_limit;
+use firmware::app::operation::operator::POLL_PERIOD_MS;
 use firmware::app::operation::temperature::{BROKEN_STEPS, FILTER};
-use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
+use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD, QUEUED_SAMPLES};
 use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -157,9 +161,7 @@ fn fail(image: &mut OperationOnHost<Motor>, share: f32, milliseconds: u32) -> Ou
 }
 
 /// Most current that is ever driven, A: what comes on top of the limit is derived in `drive_limits`.
-fn most_current() -> f32 {
-    1.1 * EMA.limits.current_limit
-}
+const MOST_CURRENT: f32 = 1.1 * EMA.limits.current_limit;
 
 #[test]
 fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it_can_hold() {
@@ -174,7 +176,7 @@ fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it
             image.run_ms((300.0 * random.uniform()) as u32);
             let outcome = fail(&mut image, share, 600);
             assert!(
-                outcome.longest <= LONGEST && outcome.peak <= most_current(),
+                outcome.longest <= LONGEST && outcome.peak <= MOST_CURRENT,
                 "{name}, {seed}: {outcome:?}, {mode}, {line}"
             );
             worst.worst(&outcome);
@@ -257,99 +259,207 @@ const WATCHDOG: f32 = 38e-3;
 /// of 2048, 584 and 159.
 const TEMPERATURE_FILTER: f32 = 1.5 * CONTROL_PERIOD / FILTER;
 
-/// What a drive that moves has to find, what is set before, what does it, and the time from there to a bridge that is off,
-/// s: each a sum of the periods in which it is read, judged and acted upon.
-const CAUSES: [(Fault, &str, Cause, f32); 12] = [
+/// What fails.
+struct Failure {
+    /// What a drive that moves has to find.
+    fault: Fault,
+    /// What is set before.
+    set: &'static [&'static str],
+    cause: Cause,
+    /// The time from there to a bridge that is off, s: a sum of the periods in which it is read, judged and acted upon.
+    longest: f32,
+    /// Most torque that moves the actuator beside its motor, N·m.
+    load: f32,
+}
+
+/// A failure of a drive whose load is the declared one.
+const fn failure(
+    fault: Fault,
+    set: &'static [&'static str],
+    cause: Cause,
+    longest: f32,
+) -> Failure {
+    Failure {
+        fault,
+        set,
+        cause,
+        longest,
+        load: EMA.limits.load,
+    }
+}
+
+/// How long the tasks are held, s: the queue of the samples is full before, and no task counts as hung.
+const HELD: f32 = 40e-3;
+
+const _: () = assert!(HELD > (QUEUED_SAMPLES as f32 + 1.0) * CONTROL_PERIOD);
+
+/// A load beyond what the current's limit holds, N·m, that was declared nevertheless.
+const OVERHAULING: f32 = 3.0;
+
+const RESISTANCE: f32 = winding()[0];
+const TORQUE_CONSTANT: f32 = winding()[2];
+
+/// Until the heat of a winding that is held under all that the least supply drives through the warmest winding, 20 V through
+/// 1.35 Ω, is what it bears.
+const LONGEST_HEAT: f32 = {
+    let Limits {
+        peak_current,
+        continuous_current,
+        peak_time,
+        ..
+    } = EMA.limits;
+    let supply = 20.0 * MOST_DUTY as f32 / FULL_DUTY as f32;
+    let current = supply / ((1.0 + TOLERANCES.resistance) * RESISTANCE);
+    let continuous = continuous_current * continuous_current;
+    (peak_current * peak_current - continuous) * peak_time / (current * current - continuous)
+};
+
+/// Until a load beyond all that holds it has turned the heaviest actuator round and brought it to the speed that counts as too
+/// much, at a limit of 20 rad/s.
+const LONGEST_OVERHAULED: f32 = {
+    let friction = EMA.plant.breakaway.forward;
+    let change = 2.0 * OVERHAULING + 2.0 * (1.0 + TOLERANCES.mechanics) * friction;
+    let beyond = change * motion_limit::TIME_CONSTANT
+        / ((1.0 - TOLERANCES.inertia) * EMA.plant.inertia)
+        + 2.0 * EMA.converters.position.unit() / CONTROL_PERIOD;
+    let held = (1.0 + TOLERANCES.torque_constant) * TORQUE_CONSTANT * MOST_CURRENT
+        + (1.0 + TOLERANCES.mechanics) * friction;
+    // It may run at its limit the other way, and beyond that by what `drive_limits` holds.
+    let change = 20.0 + beyond + 24.0;
+    (1.0 + TOLERANCES.inertia) * EMA.plant.inertia * change / (OVERHAULING - held)
+};
+
+const FAILURES: [Failure; 16] = [
     // Read, judged and acted upon in one tick.
-    (
+    failure(
         Fault::OverCurrent,
-        "ping",
+        &[],
         |image| image.plant.current = Some(24.9),
         PLANT_PERIOD,
     ),
-    (
+    failure(
         Fault::BridgeBreak,
-        "ping",
+        &[],
         |image| image.plant.broken = true,
         PLANT_PERIOD,
     ),
-    (
+    failure(
         Fault::EmergencyStop,
-        "ping",
+        &[],
         |image| image.plant.stopped = true,
         PLANT_PERIOD,
     ),
-    (
+    failure(
         Fault::BrownOut,
-        "ping",
+        &[],
         |image| image.processor_supply_low = true,
         PLANT_PERIOD,
     ),
     // A mean over a control period, judged at its end, then its debounce and the tick that acts.
-    (
+    failure(
         Fault::OverVoltage,
-        "ping",
+        &[],
         |image| image.plant.supply = 33.0,
         2.0 * CONTROL_PERIOD + EMA.limits.supply_time + 2.0 * PLANT_PERIOD,
     ),
-    (
+    failure(
         Fault::UnderVoltage,
-        "ping",
+        &[],
         |image| image.plant.supply = 12.0,
         2.0 * CONTROL_PERIOD + EMA.limits.supply_time + 2.0 * PLANT_PERIOD,
     ),
     // Judged by the control step: both switches, as with a cable that is torn out.
-    (
+    failure(
         Fault::StopReached,
-        "ping",
+        &[],
         |image| image.plant.switches = [true, true],
         (SWITCH_STEPS + 1) as f32 * CONTROL_PERIOD + 2.0 * PLANT_PERIOD,
     ),
-    (
+    failure(
         Fault::OverTemperature,
-        "set motor_temperature_maximum 80",
+        &["set motor_temperature_maximum 80"],
         |image| image.plant.temperatures = [159; 2],
         TEMPERATURE_FILTER + 2.0 * CONTROL_PERIOD + 2.0 * PLANT_PERIOD,
     ),
-    (
+    failure(
         Fault::TemperatureSensor,
-        "set switch_temperature_maximum 80",
+        &["set switch_temperature_maximum 80"],
         |image| image.plant.temperatures = [4095; 2],
         (BROKEN_STEPS + 1) as f32 * CONTROL_PERIOD + 2.0 * PLANT_PERIOD,
     ),
     // The step that is due within a period does not come, which the tick behind it sees.
-    (
+    failure(
         Fault::MissedDeadline,
-        "ping",
+        &[],
         |image| image.control_held = true,
         CONTROL_PERIOD + 2.0 * PLANT_PERIOD,
     ),
     // Nothing is typed any more.
-    (
+    failure(
         Fault::CommandTimeout,
-        "set command_timeout 0.35",
+        &["set command_timeout 0.35"],
         |_| (),
         0.35 + 3.0 * CONTROL_PERIOD,
     ),
     // What a task may be silent for, then the watchdog.
-    (
+    failure(
         Fault::Watchdog,
-        "ping",
+        &[],
         |image| image.hung = Some(Task::Operator),
         Task::Operator.longest_silence() as f32 * PLANT_PERIOD + 2.0 * CONTROL_PERIOD + WATCHDOG,
     ),
+    // A supply that is no number, until the control step that takes it.
+    failure(
+        Fault::NonFinite,
+        &[],
+        |image| image.damaged_supply = Some(f32::NAN),
+        CONTROL_PERIOD + 2.0 * PLANT_PERIOD,
+    ),
+    // Told by the operator, once it goes on.
+    failure(
+        Fault::QueueOverflow,
+        &[],
+        |image| image.tasks_held = (HELD / PLANT_PERIOD) as u32,
+        HELD + POLL_PERIOD_MS as f32 * 1e-3 + 2.0 * PLANT_PERIOD,
+    ),
+    // A load that may hold it, as far as is declared, and all that the supply drives.
+    failure(
+        Fault::Overload,
+        &["set load 100"],
+        |image| {
+            image.plant.block();
+            image.type_in(b"mode voltage\rstep 0 24\r");
+        },
+        LONGEST_HEAT + 3.0 * CONTROL_PERIOD,
+    ),
+    // The speed is the mean over a control period.
+    Failure {
+        fault: Fault::OverSpeed,
+        set: &["set load 3", "set speed_limit 20"],
+        cause: |image| image.plant.overhaul(OVERHAULING),
+        longest: LONGEST_OVERHAULED + 2.0 * CONTROL_PERIOD + 2.0 * PLANT_PERIOD,
+        load: OVERHAULING,
+    },
 ];
 
 #[test]
 fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
     const RUNS: u64 = 200;
-    for (fault, set, cause, longest) in CAUSES {
+    for Failure {
+        fault,
+        set,
+        cause,
+        longest,
+        load,
+    } in FAILURES
+    {
         let (mut latest, mut worst) = (0.0_f32, Outcome::default());
         for seed in 0..RUNS {
             let mut random = Random::new(seed, 3);
             let mut image = image(&SharedFlash::new(), &mut random);
             let (mode, line) = any_command(&mut random);
-            perform(&mut image, &[set, mode, "arm", &line]);
+            perform(&mut image, set);
+            perform(&mut image, &[mode, "arm", &line]);
             for _ in 0..(6000.0 * random.uniform()) as u32 {
                 image.tick();
             }
@@ -363,14 +473,18 @@ fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
             let [_, _, torque_constant] = winding();
             let torque =
                 (1.0 + TOLERANCES.torque_constant) * torque_constant * EMA.limits.peak_current
-                    + EMA.limits.load;
+                    + load;
             let acceleration = torque / ((1.0 - TOLERANCES.inertia) * EMA.plant.inertia);
-            let stroke = EMA.plant.upper_stop - EMA.plant.lower_stop;
+            let stroke = if load > EMA.limits.load {
+                f32::INFINITY
+            } else {
+                EMA.plant.upper_stop - EMA.plant.lower_stop
+            };
             let most = (start.velocity.value().abs() * longest
                 + 0.5 * acceleration * longest * longest)
                 .min((1.0 + 2.0 * TOLERANCES.stop) * stroke);
             cause(&mut image);
-            let most_energy = image.plant.supply * most_current() * longest;
+            let most_energy = image.plant.supply * MOST_CURRENT * longest;
             let (mut after, mut unfed, mut outcome) = (0.0, 0.0, Outcome::default());
             // Unfed, the watchdog starts the processor anew, and its pins let go.
             while image.plant.is_driven() && unfed < WATCHDOG && after <= 2.0 * longest + 0.1 {
@@ -393,10 +507,7 @@ fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
                 "{fault}, {seed}: {after} s"
             );
             assert!(outcome.travel <= most, "{fault}, {seed}: {outcome:?}");
-            assert!(
-                outcome.peak <= most_current(),
-                "{fault}, {seed}: {outcome:?}"
-            );
+            assert!(outcome.peak <= MOST_CURRENT, "{fault}, {seed}: {outcome:?}");
             assert!(
                 outcome.energy <= most_energy,
                 "{fault}, {seed}: {outcome:?}"
@@ -444,6 +555,49 @@ fn a_sound_drive_has_no_fault_in_a_day() {
             assert!(image.plant.is_driven());
         }
     });
+}
+
+/// What the sensor reads too much is told from a current with the bridge off alone. A zero that moves while the drive runs is
+/// a current that the limit does not see; the drive is not armed again with it.
+#[test]
+fn a_current_sensor_whose_zero_moves_at_any_time_keeps_the_drive_from_being_armed_again() {
+    const RUNS: u64 = 200;
+    // The first block waits for the current to die out.
+    const LONGEST: f32 = 2.0 * 256.0 * PLANT_PERIOD + 2.0 * CONTROL_PERIOD;
+    let (mut latest, mut driven, mut worst) = (0.0_f32, 0, Outcome::default());
+    for seed in 0..RUNS {
+        let mut random = Random::new(seed, 8);
+        let mut image = image(&SharedFlash::new(), &mut random);
+        image.run_ms(20);
+        let (mode, line) = any_command(&mut random);
+        perform(&mut image, &[mode, "arm", &line]);
+        image.run_ms((300.0 * random.uniform()) as u32);
+        let start = image.plant.state.position.value();
+        let offset = 1.2 + 3.8 * random.uniform();
+        image.plant.offset = offset.copysign(either_way(&mut random));
+        let mut outcome = Outcome::default();
+        for _ in 0..300 * 20 {
+            outcome.tick(&mut image, start);
+        }
+        assert!(
+            outcome.peak <= MOST_CURRENT + offset,
+            "{seed}: {offset} A, {outcome:?}"
+        );
+        worst.worst(&outcome);
+        driven += u32::from(image.plant.is_driven());
+        image.type_in(b"disarm\r");
+        let mut after = 0.0;
+        while !image.wiring.latch().causes().contains(Fault::CurrentOffset) {
+            after += PLANT_PERIOD;
+            assert!(after <= LONGEST, "{seed}: {offset} A");
+            image.tick();
+        }
+        latest = latest.max(after);
+        assert!(image.line("arm").contains("current_offset"), "{seed}");
+    }
+    println!(
+        "current_offset: {latest} s of {LONGEST}, {driven} of {RUNS} driven until then, {worst:?}"
+    );
 }
 
 #[test]

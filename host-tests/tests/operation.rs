@@ -389,7 +389,7 @@ fn every_fault_of_a_real_actuator_comes_from_its_source_and_is_cleared_when_that
         ),
         (
             Fault::QueueOverflow,
-            |image| image.tasks_held = true,
+            |image| image.tasks_held = u32::MAX,
             |_| (),
         ),
         (
@@ -402,7 +402,7 @@ fn every_fault_of_a_real_actuator_comes_from_its_source_and_is_cleared_when_that
         let mut image = moving();
         cause(&mut image);
         image.run_ms(400);
-        image.tasks_held = false;
+        image.tasks_held = 0;
         image.run_ms(10);
         assert_latched(&mut image, fault);
         let first = image.wiring.latch().first().unwrap().fault;

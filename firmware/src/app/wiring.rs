@@ -277,7 +277,7 @@ impl Wiring {
     }
 
     /// Puts the supply on its wire.
-    pub(super) fn set_supply(&self, volts: f32) {
+    pub fn set_supply(&self, volts: f32) {
         self.supply.set(volts);
     }
 

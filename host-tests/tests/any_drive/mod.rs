@@ -11,7 +11,7 @@ use model_core::plant::parameters::{Drive, Parameters};
 pub const TOLERANCES: Tolerances = Tolerances::INDUSTRIAL;
 
 /// Resistance, inductance and torque constant of the declared winding.
-pub fn winding() -> [f32; 3] {
+pub const fn winding() -> [f32; 3] {
     match EMA.plant.drive {
         Drive::Voltage {
             resistance,
