@@ -684,9 +684,9 @@ mod tests {
         };
         let late = ARMED.replace("missed: 0", "missed: 3");
         assert_eq!(shortcomings(0.0, ARMED, 0), 0);
-        assert_eq!(shortcomings(1.5, &late, 0), 2);
-        assert_eq!(shortcomings(1.5, ARMED, 1), 2);
-        assert_eq!(shortcomings(2.5, &late, 1), 0);
+        assert_eq!(shortcomings(2.5, &late, 0), 2);
+        assert_eq!(shortcomings(2.5, ARMED, 1), 2);
+        assert_eq!(shortcomings(3.0, &late, 1), 0);
     }
 
     #[test]
