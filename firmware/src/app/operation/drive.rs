@@ -88,11 +88,10 @@ enum Seeking {
 }
 
 impl Seeking {
-    /// The switches that are an end of the way.
-    fn ends(&self, switches: [bool; 2]) -> [bool; 2] {
+    fn switch(&self) -> Switch {
         match self {
-            Self::Under(search) => search.ends(switches),
-            Self::Ended(switch) => switch.closed(switches),
+            Self::Under(search) => search.switch(),
+            Self::Ended(switch) => *switch,
         }
     }
 }
@@ -172,8 +171,8 @@ impl Drive {
                 Order::Hold => self.command = Command::Held(self.commanded),
                 Order::Seek(sought) => {
                     self.rest(position);
-                    let search = Search::new(sought, position, self.wiring.switches());
-                    self.seeking = Some(Seeking::Under(search));
+                    let is_open = sought.switch.of(self.wiring.switches());
+                    self.seeking = Some(Seeking::Under(Search::new(sought, position, is_open)));
                 }
             }
         }
@@ -200,7 +199,8 @@ impl Drive {
 
     /// The command of a step that seeks a switch. Where it is, the stroke's ends are not known yet.
     fn seek(&mut self, mut search: Search, (position, counts): (f32, i32)) -> f32 {
-        let step = search.step(self.wiring.switches(), (position, counts));
+        let is_open = search.switch().of(self.wiring.switches());
+        let step = search.step(is_open, (position, counts));
         self.seeking = Some(match step {
             Step::To(_) => Seeking::Under(search),
             Step::Found(_) | Step::Lost => Seeking::Ended(search.switch()),
@@ -264,9 +264,10 @@ impl Drive {
             self.switches[0].after(SWITCH_STEPS, lower),
             self.switches[1].after(SWITCH_STEPS, upper),
         ];
+        // The switch that is sought is no end of the way.
         let switches = self
             .seeking
-            .map_or(switches, |seeking| seeking.ends(switches));
+            .map_or(switches, |seeking| seeking.switch().closed(switches));
         let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken())
             | Faults::when(Fault::CurrentOffset, self.wiring.is_current_sensor_off())
             | Faults::when(Fault::EmergencyStop, self.wiring.is_emergency_stop())

@@ -39,14 +39,6 @@ impl Switch {
         }
     }
 
-    /// The other one.
-    const fn other(self) -> Self {
-        match self {
-            Self::Lower => Self::Upper,
-            Self::Upper => Self::Lower,
-        }
-    }
-
     /// Both, as if this one were closed.
     pub const fn closed(self, [lower, upper]: [bool; 2]) -> [bool; 2] {
         match self {
@@ -84,13 +76,13 @@ pub enum Step {
 /// use firmware::app::operation::homing::{Search, Sought, Step, Switch};
 ///
 /// let sought = Sought { switch: Switch::Upper, speed: 1.0, farthest: 2.0 };
-/// let mut search = Search::new(sought, 0.5, [false; 2]);
-/// assert_eq!(search.step([false; 2], (0.5, 50)), Step::To(0.501));
+/// let mut search = Search::new(sought, 0.5, false);
+/// assert_eq!(search.step(false, (0.5, 50)), Step::To(0.501));
 /// // It opens at 51 counts, and stays open.
 /// for counts in 51..55 {
-///     assert!(matches!(search.step([false, true], (0.51, counts)), Step::To(_)));
+///     assert!(matches!(search.step(true, (0.51, counts)), Step::To(_)));
 /// }
-/// assert_eq!(search.step([false, true], (0.51, 55)), Step::Found(51));
+/// assert_eq!(search.step(true, (0.51, 55)), Step::Found(51));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
@@ -101,22 +93,19 @@ pub struct Search {
     steps: u32,
     /// Whether it goes away from the switch, which was open.
     leaves: bool,
-    /// Whether the other switch has been open ever since, from which it goes away.
-    on_other: bool,
     /// Where the switch opened, in counts.
     edge: Option<i32>,
     changed: Debounce,
 }
 
 impl Search {
-    /// From this position, rad, with the switches open or not.
-    pub fn new(sought: Sought, from: f32, switches: [bool; 2]) -> Self {
+    /// From this position, rad, with the switch open or not.
+    pub fn new(sought: Sought, from: f32, is_open: bool) -> Self {
         Self {
             sought,
             from,
             steps: 0,
-            leaves: sought.switch.of(switches),
-            on_other: sought.switch.other().of(switches),
+            leaves: is_open,
             edge: None,
             changed: Debounce::default(),
         }
@@ -127,27 +116,13 @@ impl Search {
         self.sought.switch
     }
 
-    /// The switches that are an end of the way: not the one that is sought, and the other one only once it was closed, as a
-    /// loop may brake while it leaves it.
-    pub fn ends(&self, switches: [bool; 2]) -> [bool; 2] {
-        let switch = self.switch();
-        let ends = switch.closed(switches);
-        if self.on_other {
-            switch.other().closed(ends)
-        } else {
-            ends
-        }
-    }
-
-    /// Takes the switches and the position, in rad and in counts.
-    pub fn step(&mut self, switches: [bool; 2], (position, counts): (f32, i32)) -> Step {
-        let is_open = self.switch().of(switches);
-        self.on_other &= self.switch().other().of(switches);
+    /// Takes the switch and the position, in rad and in counts.
+    pub fn step(&mut self, is_open: bool, (position, counts): (f32, i32)) -> Step {
         if self.changed.after(SWITCH_STEPS, is_open != self.leaves) {
             if !self.leaves {
                 return Step::Found(self.edge.unwrap_or(counts));
             }
-            *self = Self::new(self.sought, position, self.switch().closed(switches));
+            *self = Self::new(self.sought, position, false);
         } else if !is_open {
             self.edge = None;
         } else if self.edge.is_none() {
