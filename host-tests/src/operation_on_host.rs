@@ -224,8 +224,6 @@ pub struct Motor {
     counted: f32,
     /// The limit switches.
     pub switches: [bool; 2],
-    /// Where they open besides, rad.
-    pub edges: [f32; 2],
     /// Whether the bridge's driver holds the break input.
     pub broken: bool,
     /// Whether the emergency stop's contact is open.
@@ -261,7 +259,6 @@ impl Motor {
             encoder: 1.0,
             counted: 0.0,
             switches: [false; 2],
-            edges: [f32::NEG_INFINITY, f32::INFINITY],
             broken: false,
             stopped: false,
             // Of a sensor at 25 °C, as large as its resistor.
@@ -331,7 +328,6 @@ impl Plant for Motor {
             .counts(current + self.offset + noise);
         let counts = counts.expect("a current");
         self.counted += self.encoder * (self.state.position.value() - before);
-        let position = self.state.position.value();
         let encoder = (self.counted / self.converters.position.unit()).round() as i32;
         let supply = actuator::SUPPLY.counts(self.supply).expect("a supply");
         self.inputs.set(&Readings {
@@ -339,10 +335,7 @@ impl Plant for Motor {
             supply: supply.unsigned_abs(),
             // The counter has 16 bits.
             encoder: encoder as u16,
-            switches: [
-                self.switches[0] || position <= self.edges[0],
-                self.switches[1] || position >= self.edges[1],
-            ],
+            switches: self.switches,
             broken: self.broken,
             stopped: self.stopped,
             temperatures: self.temperatures,
