@@ -352,11 +352,11 @@ impl<M: Borrow<Modes>> Actuator<M> {
 
     /// One step with the input held over it.
     ///
-    /// Exact while the mode lasts. An event is placed to third order by sixteenths of the step;
+    /// Exact while the mode lasts. An event is placed to third order within an eighth of the step;
     /// two of the same kind within a step, after which the mode looks as before, pass unseen. So the
     /// step must be below half the period of any swing, of the inertia on its spring,
     /// 2π √(J/K), as of it against the winding's back-EMF, 2π √(L J)/k. Where a time constant is
-    /// far below a sixteenth of the step, an event may be that sixteenth late.
+    /// far below an eighth of the step, an event may be that eighth late.
     ///
     /// On a Cortex-M4F a step without an event takes 79 instructions where there is no spring, call
     /// and return included, 37 at rest, and 100 with a spring (`cargo hil test` counts them). A
@@ -389,11 +389,11 @@ impl<M: Borrow<Modes>> Actuator<M> {
             return Err(InputRefused);
         }
         let lasted = match (state.motion, self.sprung) {
-            (Motion::Forward, false) => self.slide::<true, false>(state, 0, input, load),
-            (Motion::Backward, false) => self.slide::<false, false>(state, 0, input, load),
-            (Motion::Forward, true) => self.slide::<true, true>(state, 0, input, load),
-            (Motion::Backward, true) => self.slide::<false, true>(state, 0, input, load),
-            (Motion::Rest, _) => self.rest(state, 0, input, load),
+            (Motion::Forward, false) => self.slide::<true, false>(state, input, load),
+            (Motion::Backward, false) => self.slide::<false, false>(state, input, load),
+            (Motion::Forward, true) => self.slide::<true, true>(state, input, load),
+            (Motion::Backward, true) => self.slide::<false, true>(state, input, load),
+            (Motion::Rest, _) => self.rest(state, input, load),
         };
         if lasted {
             Ok(())
@@ -489,7 +489,12 @@ impl<M: Borrow<Modes>> Actuator<M> {
     /// unchanged. Whether it was taken.
     #[inline]
     pub fn step_on(&self, state: &mut State, input: f32, load: &Load) -> bool {
-        input.abs() <= INPUT_LIMIT && self.advance(state, 0, input, load)
+        input.abs() <= INPUT_LIMIT
+            && match state.motion {
+                Motion::Forward => self.slide::<true, true>(state, input, load),
+                Motion::Backward => self.slide::<false, true>(state, input, load),
+                Motion::Rest => self.rest(state, input, load),
+            }
     }
 
     /// The input that brings the current to zero at the end of the step, with the mode as it is.
@@ -510,18 +515,6 @@ impl<M: Borrow<Modes>> Actuator<M> {
                 velocity: 0.0,
                 position: 0.0,
             },
-        }
-    }
-
-    /// Advances by a rung and says so, if no event comes before its end; else leaves the state.
-    // By itself the compiler calls it where there are several callers; a step through events, which goes
-    // down the ladder by it, takes a fifth longer then.
-    #[inline(always)]
-    fn advance(&self, state: &mut State, rung: usize, input: f32, load: &Load) -> bool {
-        match state.motion {
-            Motion::Forward => self.slide::<true, true>(state, rung, input, load),
-            Motion::Backward => self.slide::<false, true>(state, rung, input, load),
-            Motion::Rest => self.rest(state, rung, input, load),
         }
     }
 
@@ -579,16 +572,16 @@ impl<M: Borrow<Modes>> Actuator<M> {
         }
     }
 
-    /// [`Self::advance`] of a state that slides one way.
+    /// A whole step of a state that slides one way, if no event comes before its end; else the state stays. Whether it
+    /// was taken.
     #[inline(always)]
     fn slide<const FORWARD: bool, const SPRUNG: bool>(
         &self,
         state: &mut State,
-        rung: usize,
         input: f32,
         load: &Load,
     ) -> bool {
-        let change = self.slid::<FORWARD, SPRUNG>(state, rung, input, load);
+        let change = self.slid::<FORWARD, SPRUNG>(state, 0, input, load);
         let velocity = state.velocity.after(change.velocity);
         let position = state.position.after(change.position);
         let sum = state.current + change.current + velocity + position;
@@ -622,10 +615,10 @@ impl<M: Borrow<Modes>> Actuator<M> {
         increment.current * state.current + increment.input * input
     }
 
-    /// [`Self::advance`] of a state at rest.
+    /// The same of a state at rest.
     #[inline(always)]
-    fn rest(&self, state: &mut State, rung: usize, input: f32, load: &Load) -> bool {
-        let current = state.current + self.rested(state, rung, input);
+    fn rest(&self, state: &mut State, input: f32, load: &Load) -> bool {
+        let current = state.current + self.rested(state, 0, input);
         // Most of the time friction holds it alone, whatever stop is near.
         let drive = self.torque_per_current * current + load.torque;
         let held =

@@ -291,12 +291,12 @@ impl<M: Borrow<Modes>> Actuator<M> {
                 now.position = Compensated::new(self.spring_rest);
                 // It may lie a rounding beyond a stop.
                 self.confine(now);
-                // Where the preload turns it back within two cells, crossings follow each other ever
+                // Where the preload turns it back within half a cell, crossings follow each other ever
                 // faster, without end in a finite time, and it lies on the rest: a deceleration `a`
-                // would take it no further than a h²/32 from there in a step of h, 0.03 µrad for a
-                // throttle at 50 µs. So no step has more than four of these events.
+                // would take it no further than a h²/512 from there in a step of h, 2 nrad for a
+                // throttle at 50 µs.
                 let slide = self.sliding(now, input, load);
-                let change = slide.row(&slide.ladder[CELL - 1].velocity);
+                let change = slide.row(&slide.ladder[HALF].velocity);
                 let turns = now.velocity.after(change) * now.velocity.value() <= 0.0;
                 left.events == EVENTS || turns && self.starts(*now, load) == Motion::Rest
             }
