@@ -419,7 +419,13 @@ impl Stepping {
             }
             Event::StickInterrupt(line, stuck) => {
                 self.stuck = InterruptLine::new(line).filter(|_| stuck);
-                set_interrupt(host, line, Level::from(stuck));
+                // Let go, it has the level of its source. USART1's is let go behind a reset, when that is low.
+                let level = match line {
+                    _ if stuck => Level::High,
+                    ADC => board.chip.converter_interrupt(),
+                    _ => Level::Low,
+                };
+                set_interrupt(host, line, level);
             }
             Event::Vector(line, vector) => self.lead(host, FIRST_INTERRUPT + line, vector),
             Event::KeepFlash => {

@@ -175,14 +175,25 @@ fn work_off(scenarios: &[Scenario], call: &Call) -> Result<Vec<Part>, String> {
         }
         Ok(parts)
     };
-    let cores = thread::available_parallelism().map_or(1, usize::from);
+    side_by_side(cores(), work).map(|all| all.concat())
+}
+
+fn cores() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Does this in so many threads, and gives what each comes to.
+fn side_by_side<T: Send>(
+    threads: usize,
+    work: impl Fn() -> Result<T, String> + Sync,
+) -> Result<Vec<T>, String> {
     thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(&work)).collect();
         let parts = workers.into_iter().map(|worker| {
             let ended = worker.join();
             ended.unwrap_or_else(|_| Err("a scenario panicked".to_owned()))
         });
-        parts.collect::<Result<Vec<_>, _>>().map(|all| all.concat())
+        parts.collect()
     })
 }
 

@@ -5,6 +5,7 @@
 use rigless::device::{Device, DeviceContext, ErasedDevice, Level, RegisterFile, ResetCause};
 use rigless::mcu::Mcu;
 use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::adc1::{self, cr1, sr};
 use rigless::soc::stm32f427::generated::dbg::Register as DbgRegister;
 use rigless::soc::stm32f427::generated::flash::Register as FlashRegister;
 use rigless::soc::stm32f427::generated::rcc::{Register as RccRegister, cir, cr};
@@ -158,6 +159,22 @@ impl Stm32f405 {
         if let Some(channel) = adc::Channel::new(channel) {
             self.adc1.adc.set_input(channel, millivolts);
         }
+    }
+
+    /// Level of the interrupt line of the three converters, of which images use the first: RM0090, section 13.11.
+    pub fn converter_interrupt(&self) -> Level {
+        let status = self.register(self.slots.adc1, adc1::Register::Sr);
+        let control = self.register(self.slots.adc1, adc1::Register::Cr1);
+        let asks = [
+            (sr::EOC, cr1::EOCIE),
+            (sr::JEOC, cr1::JEOCIE),
+            (sr::AWD, cr1::AWDIE),
+            (sr::OVR, cr1::OVRIE),
+        ];
+        let is_high = asks
+            .iter()
+            .any(|(flag, enable)| flag.is_set(status) && enable.is_set(control));
+        Level::from(is_high)
     }
 
     fn register<R: Layout>(&self, slot: usize, register: R) -> u64 {

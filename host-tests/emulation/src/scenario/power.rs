@@ -3,12 +3,11 @@
 //! 1.3 s of translating the image anew, which a reset in rigless throws away: 21 min for every one of them.
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::thread;
 
 use rigless::device::Level;
 use serde::Serialize;
 
-use super::{Alone, Call, Consoles, MILLISECOND};
+use super::{Alone, Call, Consoles, MILLISECOND, cores, side_by_side};
 use crate::chip::pins;
 use crate::running::{Event, Running};
 
@@ -36,8 +35,9 @@ const FIRST: Values = [("torque_constant", "0.06"), ("resistance", "1.0")];
 const SECOND: Values = [("torque_constant", "0.38"), ("resistance", "2.0")];
 const THIRD: Values = [("torque_constant", "0.4"), ("resistance", "2.5")];
 
-/// From power on to the end of the greeting, ns.
-const START: u64 = 30 * MILLISECOND;
+/// From power on to behind the end of the greeting, ns: that takes 20 ms for each cycle an instruction, of which there are three
+/// at most.
+const START: u64 = 60 * MILLISECOND;
 
 /// Operations at either end of a `save` that are all cut, and how many apart the others are.
 const ENDS: usize = 4;
@@ -57,8 +57,7 @@ pub(super) fn cuts(call: &Call) -> Result<[Cuts; 2], String> {
 
 /// The same with the power lost within and behind every operation.
 pub(super) fn every_cut(call: &Call) -> Result<[Cuts; 2], String> {
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    cut_at(call, &|_, _| [true; 2], cores)
+    cut_at(call, &|_, _| [true; 2], cores())
 }
 
 /// Whether the power is lost within an operation, and behind it, by its number and how many there are.
@@ -123,14 +122,7 @@ fn cut(
             }
         }
     };
-    let parts = thread::scope(|scope| {
-        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        let parts = workers.into_iter().map(|worker| {
-            let ended = worker.join();
-            ended.unwrap_or_else(|_| Err("a start behind a cut panicked".to_owned()))
-        });
-        parts.collect::<Result<Vec<_>, _>>()
-    })?;
+    let parts = side_by_side(workers, work)?;
     let whole = Cuts {
         operations,
         ..Cuts::default()
