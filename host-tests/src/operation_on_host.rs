@@ -224,6 +224,8 @@ pub struct Motor {
     counted: f32,
     /// The limit switches.
     pub switches: [bool; 2],
+    /// Where they open besides, rad.
+    pub edges: [f32; 2],
     /// Whether the bridge's driver holds the break input.
     pub broken: bool,
     /// Whether the emergency stop's contact is open.
@@ -259,6 +261,7 @@ impl Motor {
             encoder: 1.0,
             counted: 0.0,
             switches: [false; 2],
+            edges: [f32::NEG_INFINITY, f32::INFINITY],
             broken: false,
             stopped: false,
             // Of a sensor at 25 °C, as large as its resistor.
@@ -328,6 +331,7 @@ impl Plant for Motor {
             .counts(current + self.offset + noise);
         let counts = counts.expect("a current");
         self.counted += self.encoder * (self.state.position.value() - before);
+        let position = self.state.position.value();
         let encoder = (self.counted / self.converters.position.unit()).round() as i32;
         let supply = actuator::SUPPLY.counts(self.supply).expect("a supply");
         self.inputs.set(&Readings {
@@ -335,7 +339,10 @@ impl Plant for Motor {
             supply: supply.unsigned_abs(),
             // The counter has 16 bits.
             encoder: encoder as u16,
-            switches: self.switches,
+            switches: [
+                self.switches[0] || position <= self.edges[0],
+                self.switches[1] || position >= self.edges[1],
+            ],
             broken: self.broken,
             stopped: self.stopped,
             temperatures: self.temperatures,

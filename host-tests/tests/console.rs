@@ -7,10 +7,11 @@ use firmware::app::console::command::{COMMANDS, Command, Presence};
 use firmware::app::console::editor::{Editor, Event, LINE};
 use firmware::app::console::injection::INJECTIONS;
 use firmware::app::console::parse::{Line, parse};
-use firmware::app::console::request::{Destination, Dump, Mode, Request};
+use firmware::app::console::request::{Destination, Dump, Home, Mode, Request};
 use firmware::app::ecu::loopback;
 use firmware::app::fault::{Fault as Latched, Faults};
 use firmware::app::machine::THROTTLE;
+use firmware::app::operation::homing::Switch;
 use firmware::app::profile::Signal;
 use host_tests::console_on_host::{ConsoleOnHost, PARAMETERS, exercise};
 use model_core::numeric::random::Random;
@@ -63,6 +64,30 @@ fn every_command_without_arguments_is_what_it_says() {
         .iter()
         .filter(|command| command.arguments.is_empty());
     assert_eq!(listed.count(), lines.len(), "a command that is not tested");
+}
+
+#[test]
+fn a_switch_that_is_sought_has_a_place_and_a_speed() {
+    let home = Request::Home(Home {
+        switch: Switch::Lower,
+        position: -0.9,
+        speed: 0.2,
+    });
+    assert_eq!(request("home lower -0.9 0.2"), home);
+    for (line, column) in [
+        ("home", 5),
+        ("home left 0 1", 6),
+        ("home upper", 11),
+        ("home upper 2000 1", 12),
+        ("home upper nan 1", 12),
+        ("home upper 0.9", 15),
+        ("home upper 0.9 0", 16),
+        ("home upper 0.9 -1", 16),
+        ("home upper 0.9 1 2", 18),
+    ] {
+        let refused = parse(line, &PARAMETERS).expect_err(line);
+        assert_eq!(refused.column, column, "{line}: {refused}");
+    }
 }
 
 #[test]
@@ -562,8 +587,7 @@ fn word() -> impl Strategy<Value = String> {
     words.extend(PARAMETERS.iter().map(|parameter| parameter.name.to_owned()));
     words.extend(INJECTIONS.iter().map(|injection| injection.name.to_owned()));
     words.extend(Quantity::ALL.map(|quantity| quantity.name().to_owned()));
-    let others =
-        "position voltage now fault rising falling inf -nan 1e39 0x1 -0 1e-46 .5 5. 4294967296";
+    let others = "position voltage now fault rising falling lower upper inf -nan 1e39 0x1 -0 1e-46 .5 5. 4294967296";
     words.extend(others.split(' ').map(str::to_owned));
     let number = any::<f32>().prop_map(|number| format!("{number:e}"));
     let count = any::<u16>().prop_map(|count| count.to_string());

@@ -10,6 +10,7 @@ use host_tests::board_log::{BoardLog, Dictionary};
 use host_tests::exercise;
 use object::write::Object;
 use object::{Architecture, BinaryFormat, Endianness};
+use proptest::prelude::*;
 use tempfile::TempDir;
 
 /// Also what the fuzzer decodes with.
@@ -260,4 +261,41 @@ fn an_image_that_is_missing_is_named() {
         error.to_string().starts_with("absent: no such file"),
         "{error}"
     );
+}
+
+/// Pieces of a log: whole frames, the ends of frames, and any bytes.
+fn pieces() -> impl Strategy<Value = Vec<u8>> {
+    let whole = any::<u16>().prop_map(|number| sample(number.into()));
+    let part = (any::<u16>(), 0_usize..60).prop_map(|(number, from)| {
+        let whole = sample(number.into());
+        whole[from.min(whole.len())..].to_vec()
+    });
+    let noise = prop::collection::vec(prop_oneof![Just(0), any::<u8>()], 0..80);
+    let pieces = prop::collection::vec(prop_oneof![whole, part, noise], 0..20);
+    pieces.prop_map(|pieces| pieces.concat())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2000) })]
+
+    /// The fuzzer's own check: each frame is a line or damaged, none is lost or counted twice.
+    #[test]
+    fn whatever_a_board_sends_each_frame_is_a_line_or_damaged(bytes in pieces()) {
+        let dictionary = Dictionary::of_bytes(Path::new("image"), &image("rzcobs"));
+        exercise::board_log(&dictionary.expect("an image with a defmt log"), &bytes);
+    }
+
+    #[test]
+    fn a_damaged_image_is_refused_or_has_words(
+        at in any::<prop::sample::Index>(),
+        patch in prop::collection::vec(any::<u8>(), 1..40),
+    ) {
+        let mut damaged = image("rzcobs");
+        let at = at.index(damaged.len());
+        let end = (at + patch.len()).min(damaged.len());
+        damaged.splice(at..end, patch);
+        if let Err(error) = Dictionary::of_bytes(Path::new("image"), &damaged) {
+            prop_assert!(!error.to_string().is_empty());
+        }
+    }
 }

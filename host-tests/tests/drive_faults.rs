@@ -249,6 +249,51 @@ fn a_current_sensor_that_is_stuck_within_its_range_hides_no_more_than_its_balanc
     }
 }
 
+/// Pressed against a stop the winding's voltage is R i and nothing else. From any current and through any winding, a change of
+/// twice what may be lost between the told voltage and the winding is told from a sound sensor's.
+#[test]
+fn a_current_sensor_that_is_stuck_is_found_by_the_first_change_that_it_does_not_show() {
+    let [resistance, inductance, torque_constant] = winding();
+    for share in [-1.0_f32, 0.0, 1.0] {
+        let actuator = Parameters {
+            lower_stop: -1e-4,
+            upper_stop: 1e-4,
+            drive: Drive::Voltage {
+                resistance: resistance * (1.0 + 0.99 * share * TOLERANCES.resistance),
+                inductance,
+                torque_constant,
+            },
+            ..EMA.plant
+        };
+        // Below the current's limit on each winding.
+        for volts in [4.0_f32, 7.0, 10.0] {
+            for stuck in [false, true] {
+                for change in [-2.0, 2.0] {
+                    let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
+                    image.plant.noise = Some(Random::new(3, 2));
+                    image.run_ms(20);
+                    let press = format!("step 0 {volts}");
+                    perform(&mut image, &["set load 3", "mode voltage", "arm", &press]);
+                    // Long enough to be what was before.
+                    image.run_ms(300);
+                    assert!(image.wiring.latch().causes().is_empty());
+                    if stuck {
+                        image.plant.current = Some(image.plant.state.current);
+                    }
+                    let changed = volts + change * TOLERANCES.voltage;
+                    image.type_in(format!("step 0 {changed}\r").as_bytes());
+                    // The command is taken by the next control step.
+                    image.run_ms(1 + (1e3 * LONGEST).ceil() as u32);
+                    let case = format!("{share}, {volts} V, {change}");
+                    let causes = image.wiring.latch().causes();
+                    assert_eq!(is_of_the_encoder(causes), stuck, "{case}: {causes}");
+                    assert_eq!(image.plant.is_driven(), !stuck, "{case}: {causes}");
+                }
+            }
+        }
+    }
+}
+
 /// What is done to a drive.
 type Cause = fn(&mut OperationOnHost<Motor>);
 

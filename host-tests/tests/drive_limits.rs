@@ -10,6 +10,7 @@ use firmware::app::machine::EMA;
 use firmware::app::timing::CONTROL_PERIOD;
 use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
+use model_core::plant::State;
 use model_core::plant::parameters::{Drive, Parameters};
 
 /// What resistance and inductance of a winding are off by.
@@ -539,4 +540,152 @@ fn the_current_sensors_numbers_are_set_disarmed() {
         let refused = "refused: the drive is armed; `disarm` it first";
         assert_eq!(image.line(line), refused, "{line}");
     }
+}
+
+/// Where the limit switches are, rad.
+const EDGES: [f32; 2] = [-0.9, 0.85];
+
+/// The drive after a start with the actuator anywhere, with its position limited within its switches.
+fn anywhere(random: &mut Random) -> OperationOnHost<Motor> {
+    let mut image = image(&SharedFlash::new(), random);
+    image.plant.state = State::new(0.97 * either_way(random), 0.0);
+    image.plant.edges = EDGES;
+    perform(
+        &mut image,
+        &["set position_minimum -0.8", "set position_maximum 0.8"],
+    );
+    image
+}
+
+/// How far the position that is measured is from the true one, rad.
+fn misread(image: &OperationOnHost<Motor>) -> f32 {
+    let reading = image.wiring.measurement().position;
+    (EMA.converters.position.value(reading) - image.plant.state.position.value()).abs()
+}
+
+#[test]
+fn a_switch_that_is_sought_tells_the_position_from_anywhere() {
+    let mut worst = 0.0_f32;
+    for seed in 0..100 {
+        let mut random = Random::new(seed, 9);
+        let mut image = anywhere(&mut random);
+        let refused = image.line("arm");
+        assert!(refused.contains("not known"), "{seed}: {refused}");
+        let (name, place) = if random.uniform() < 0.5 {
+            ("lower", EDGES[0])
+        } else {
+            ("upper", EDGES[1])
+        };
+        let speed = 0.2 + 0.8 * random.uniform();
+        let home = format!("home {name} {place} {speed}");
+        perform(&mut image, &[&home, "arm"]);
+        // There, and perhaps out of the switch before, each over no more than a stroke.
+        let most = (2e3 * (EMA.plant.upper_stop - EMA.plant.lower_stop) / speed) as u32;
+        // What it moves in the control period in which the switch opens is not told.
+        let (mut ran, mut fastest) = (0, 0.0_f32);
+        while image.plant.is_driven() && ran < most {
+            image.run_ms(1);
+            fastest = fastest.max(image.plant.state.velocity.value().abs());
+            ran += 1;
+        }
+        let causes = image.wiring.latch().causes();
+        assert!(causes.is_empty(), "{seed}: {causes}, {home}");
+        assert!(!image.wiring.latch().is_armed(), "{seed}: {home}");
+        image.run_ms(2);
+        let bound = fastest * CONTROL_PERIOD + 2.0 * EMA.converters.position.unit();
+        let off = misread(&image);
+        assert!(off <= bound, "{seed}: {off} rad of {bound}, {home}");
+        worst = worst.max(off);
+        assert!(image.said.contains("home: "), "{seed}: {}", image.said);
+
+        // The range is that of the true position, at its other end.
+        let away = if name == "lower" { 1.0 } else { -1.0 };
+        let line = format!("step 0 {}", 12.0 * away);
+        perform(&mut image, &["mode voltage", "arm", &line]);
+        image.run_ms(700);
+        let causes = image.wiring.latch().causes();
+        let position = away * image.plant.state.position.value();
+        assert!(causes.is_empty(), "{seed}: {causes}, {home}");
+        assert!(position <= 0.8 + 4e-3 + off, "{seed}: {position} rad");
+    }
+    println!("at most {worst} rad off");
+}
+
+#[test]
+fn without_a_switch_a_search_ends_undriven_and_the_position_is_not_known() {
+    for (name, speed) in [("lower", 0.3), ("upper", 2.0)] {
+        let mut image = anywhere(&mut Random::new(1, 9));
+        image.plant.edges = [f32::NEG_INFINITY, f32::INFINITY];
+        perform(&mut image, &[&format!("home {name} 0.9 {speed}"), "arm"]);
+        for _ in 0..80 {
+            image.run_ms(100);
+            image.line("ping");
+        }
+        assert!(!image.plant.is_driven());
+        let ended = image.said.contains("home: no ") || image.wiring.latch().is_tripped();
+        assert!(ended, "{}", image.said);
+        perform(&mut image, &["disarm", "clear"]);
+        let refused = image.line("arm");
+        assert!(refused.contains("not known"), "{refused}");
+    }
+}
+
+#[test]
+fn a_search_is_not_commanded_and_ends_with_its_power() {
+    let seeking = || {
+        let mut image = anywhere(&mut Random::new(2, 9));
+        image.plant.state = State::new(0.3, 0.0);
+        perform(&mut image, &["home lower -0.9 0.3", "arm"]);
+        image.run_ms(200);
+        image
+    };
+    let mut image = seeking();
+    for line in ["step 0 0.5", "hold", "mode voltage", "home upper 0.85 1"] {
+        let refused = image.line(line);
+        assert!(refused.starts_with("refused: "), "{line}: {refused}");
+        assert!(image.plant.is_driven());
+    }
+    // Numbers that are set meanwhile bring no limits of a position that is not known.
+    perform(&mut image, &["set load 0.23"]);
+    image.run_ms(6000);
+    assert!(image.wiring.latch().causes().is_empty());
+    assert!(misread(&image) < 2e-3);
+
+    let ends: [fn(&mut OperationOnHost<Motor>); 2] = [
+        |image| perform(image, &["disarm"]),
+        |image| {
+            image.plant.stopped = true;
+            image.run_ms(1);
+            image.plant.stopped = false;
+            image.run_ms(5);
+            perform(image, &["disarm", "clear"]);
+        },
+    ];
+    for end in ends {
+        let mut image = seeking();
+        end(&mut image);
+        let refused = image.line("arm");
+        assert!(refused.contains("not known"), "{refused}");
+        perform(&mut image, &["home lower -0.9 0.3", "arm"]);
+        image.run_ms(6000);
+        perform(&mut image, &["arm", "step 0 0.2"]);
+        image.run_ms(300);
+        assert!(image.wiring.latch().causes().is_empty());
+    }
+}
+
+/// What an encoder did not count while it failed is missing afterwards.
+#[test]
+fn after_a_fault_of_the_encoder_the_position_has_to_be_told_anew() {
+    let mut image = anywhere(&mut Random::new(3, 9));
+    image.plant.state = State::new(0.0, 0.0);
+    perform(&mut image, &["zero", "mode voltage", "arm", "step 0 12"]);
+    image.plant.encoder = 0.0;
+    image.run_ms(100);
+    assert!(image.wiring.latch().is_tripped());
+    image.plant.encoder = 1.0;
+    perform(&mut image, &["disarm", "clear"]);
+    let refused = image.line("arm");
+    assert!(refused.contains("not known"), "{refused}");
+    perform(&mut image, &["zero", "arm"]);
 }

@@ -940,7 +940,7 @@ fn the_tracks_calibration_moves_them_at_once() {
 #[test]
 fn every_command_is_done_or_says_why_not_on_either_image() {
     /// A line for each command, and whether a throttle body and a controller do it, disarmed.
-    const LINES: [(&str, bool, bool); 27] = [
+    const LINES: [(&str, bool, bool); 28] = [
         ("help", true, true),
         ("status", true, true),
         ("faults", true, true),
@@ -957,6 +957,7 @@ fn every_command_is_done_or_says_why_not_on_either_image() {
         ("triangle 0 1 1", false, false),
         ("hold", false, false),
         ("zero", false, true),
+        ("home lower -0.9 0.2", false, true),
         ("show", true, true),
         ("set coulomb 0.1", true, true),
         ("inject motor_open", true, false),

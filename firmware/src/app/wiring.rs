@@ -137,6 +137,10 @@ pub struct Wiring {
     temperature_codes: [AtomicU16; 2],
     temperatures: [Wire; 2],
     zero_asked: AtomicBool,
+    shift: AtomicI32,
+    shift_asked: AtomicBool,
+    edge: AtomicI32,
+    search: AtomicU8,
     heat: AtomicU32,
     tracks: [AtomicU16; 2],
     current_output: AtomicU16,
@@ -157,6 +161,11 @@ pub struct Wiring {
 
 /// On the wire of what is applied: every switch of the bridge is off.
 const NOTHING: i16 = i16::MIN;
+
+/// On the wire of what came of a search for a switch.
+const UNDER_WAY: u8 = 0;
+const FOUND: u8 = 1;
+const LOST: u8 = 2;
 
 impl Default for Wiring {
     fn default() -> Self {
@@ -185,6 +194,10 @@ impl Wiring {
             temperature_codes: [AtomicU16::new(0), AtomicU16::new(0)],
             temperatures: [Wire::new(), Wire::new()],
             zero_asked: AtomicBool::new(false),
+            shift: AtomicI32::new(0),
+            shift_asked: AtomicBool::new(false),
+            edge: AtomicI32::new(0),
+            search: AtomicU8::new(UNDER_WAY),
             heat: AtomicU32::new(0),
             tracks: [AtomicU16::new(0), AtomicU16::new(0)],
             current_output: AtomicU16::new(0),
@@ -373,6 +386,42 @@ impl Wiring {
             self.zero_asked.store(false, Relaxed);
         }
         asked
+    }
+
+    /// Asks for the position to be so many counts more than it is, where the actuator is.
+    pub(super) fn ask_shift(&self, counts: i32) {
+        self.shift.store(counts, Relaxed);
+        self.shift_asked.store(true, Release);
+    }
+
+    /// By how much that was asked for since this was last asked.
+    pub(super) fn take_shift(&self) -> Option<i32> {
+        // A load and a store do: the plant tick that takes is never interrupted.
+        let asked = self.shift_asked.load(Acquire);
+        asked.then(|| {
+            self.shift_asked.store(false, Relaxed);
+            self.shift.load(Relaxed)
+        })
+    }
+
+    /// Says where a switch opened that was sought, in counts; none where it was not found.
+    pub(super) fn end_search(&self, edge: Option<i32>) {
+        self.edge.store(edge.unwrap_or(0), Relaxed);
+        let search = if edge.is_some() { FOUND } else { LOST };
+        self.search.store(search, Release);
+    }
+
+    /// What came of a search, if it ended since this was last asked.
+    pub(super) fn take_search(&self) -> Option<Option<i32>> {
+        let edge = match self.search.load(Acquire) {
+            FOUND => Some(self.edge.load(Relaxed)),
+            LOST => None,
+            // It may end right now, which must not be overwritten.
+            _ => return None,
+        };
+        // A search that has ended does not end once more before the next one is begun.
+        self.search.store(UNDER_WAY, Relaxed);
+        Some(edge)
     }
 
     /// The winding's heat, as a [word](super::fault::overload::Heat::word).

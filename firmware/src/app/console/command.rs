@@ -7,7 +7,7 @@ use model_core::signal::{ramp, sine, step, sweep, triangle};
 use super::error::ParseError;
 use super::parse::{Arguments, Line};
 use super::reading::{
-    dump, help, inject, mode, record, request, set, show, signal, stream, supply,
+    dump, help, home, inject, mode, record, request, set, show, signal, stream, supply,
 };
 use super::request::Request;
 use crate::app::ecu::loopback;
@@ -119,7 +119,7 @@ const QUANTITY: &str =
     "command, input, position, current_a, true_position, true_velocity or true_current_a";
 
 /// All of them.
-pub static COMMANDS: [Command; 27] = [
+pub static COMMANDS: [Command; 28] = [
     Command {
         name: "help",
         arguments: &[optional("name", "a command's")],
@@ -284,6 +284,16 @@ pub static COMMANDS: [Command; 27] = [
         "the position is 0 where the actuator is; disarmed",
         |_| request(Request::Zero),
     ),
+    Command {
+        name: "home",
+        arguments: &[
+            required("switch", "lower or upper"),
+            required("position", "rad, where the switch opens"),
+            required("speed", "rad/s"),
+        ],
+        help: "the next `arm` seeks a limit switch, then takes its power; with that the position is known",
+        read: home,
+    },
     Command {
         name: "show",
         arguments: &[optional(

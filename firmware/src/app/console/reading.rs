@@ -4,10 +4,12 @@ use super::command::Command;
 use super::error::{Flaw, ParseError};
 use super::injection::INJECTIONS;
 use super::parse::{Arguments, Line};
-use super::request::{Destination, Dump, Mode, Request};
+use super::request::{Destination, Dump, Home, Mode, Request};
 use crate::app::capture::{CAPTURE_VALUES, Edge, Quantities, Quantity, Settings, Trigger};
 use crate::app::ecu::loopback;
+use crate::app::operation::homing::Switch;
 use crate::app::operation::live::MOST_RATE;
+use crate::app::operation::motion_limit::NO_POSITION;
 use crate::app::profile::Signal;
 
 /// A request, and nothing else to read.
@@ -32,6 +34,25 @@ pub fn mode<'a>(arguments: &mut Arguments<'a, '_>) -> Result<Line, ParseError<'a
         Mode::ALL.into_iter().find(|mode| mode.name() == word)
     })?;
     request(Request::Mode(mode))
+}
+
+/// Least and most speed of a search, rad/s: at the least one a turn takes an hour and three quarters, and the most is that of the
+/// limit.
+const SEARCH_SPEEDS: [f32; 2] = [1e-3, 1e4];
+
+/// `home`.
+pub fn home<'a>(arguments: &mut Arguments<'a, '_>) -> Result<Line, ParseError<'a>> {
+    let switch = arguments.choice(0, |word| {
+        Switch::ALL.into_iter().find(|switch| switch.name() == word)
+    })?;
+    let position = arguments.number_in(1, "rad", -NO_POSITION, NO_POSITION)?;
+    let [least, most] = SEARCH_SPEEDS;
+    let speed = arguments.number_in(2, "rad/s", least, most)?;
+    request(Request::Home(Home {
+        switch,
+        position,
+        speed,
+    }))
 }
 
 /// Largest magnitude of a signal's number: no drive goes there, and no sum or product of two of

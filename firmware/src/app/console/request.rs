@@ -3,6 +3,7 @@
 use super::command::Command;
 use crate::app::capture;
 use crate::app::ecu::loopback;
+use crate::app::operation::homing::Switch;
 use crate::app::profile::Signal;
 
 /// What a command signal is.
@@ -41,6 +42,17 @@ pub enum Dump {
     Log(Destination),
 }
 
+/// Where a limit switch is, and how fast it is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Home {
+    /// Which.
+    pub switch: Switch,
+    /// Where it opens, rad.
+    pub position: f32,
+    /// rad/s.
+    pub speed: f32,
+}
+
 /// Where a log is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Destination {
@@ -75,6 +87,8 @@ pub enum Request {
     Hold,
     /// The position is 0 where the actuator is.
     Zero,
+    /// Armed next, a limit switch is sought.
+    Home(Home),
     /// The values of all parameters.
     ShowAll,
     /// The value of one.

@@ -47,6 +47,8 @@ pub enum Refusal {
     Disarmed,
     /// There is no command signal in this mode.
     Followed,
+    /// It seeks a limit switch.
+    Seeking,
     /// Its position is limited, and nobody has said where it is since the start.
     Unreferenced,
     /// A value does not go with the others.
@@ -241,8 +243,11 @@ impl fmt::Display for Refusal {
             Self::Setup(refused) => refused.fmt(formatter),
             Self::Disarmed => formatter.write_str("the drive is disarmed; `arm` it first"),
             Self::Unreferenced => formatter.write_str(
-                "the position is limited and not known since the start; move the actuator to its 0 and `zero` it",
+                "the position is limited and not known; `home` it, or move the actuator to its 0 and `zero` it",
             ),
+            Self::Seeking => {
+                formatter.write_str("a limit switch is sought; wait for it, or `disarm`")
+            }
             Self::Followed => formatter.write_str(
                 "the actuator follows its wires; take `mode position` or `mode voltage` first",
             ),

@@ -172,7 +172,7 @@ impl Fault {
             Self::UnderVoltage => "check the supply and its cables",
             Self::EncoderLost => "check the encoder's cable and supply",
             Self::EncoderImplausible => {
-                "check the encoder, its coupling and direction, and the motor's parameters"
+                "check the encoder, its coupling and direction, the current sensor, and the motor's parameters"
             }
             Self::FollowingError => {
                 "check the encoder, look for what blocks the actuator, and check zero, stops and load"

@@ -304,6 +304,9 @@ impl PlantWork for Actuator {
         if self.wiring.take_zero() {
             self.encoder.zero();
         }
+        if let Some(counts) = self.wiring.take_shift() {
+            self.encoder.shift(counts);
+        }
         let position = self.encoder.take(readings.encoder);
         self.ticks += 1;
         let due = self.ticks == TICKS_PER_CONTROL;

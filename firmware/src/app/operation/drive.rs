@@ -11,6 +11,7 @@ use model_core::control::pid;
 
 use super::bridge;
 use super::calibration::Correction;
+use super::homing::{Search, Sought, Step, Switch};
 use super::motion_limit;
 use super::temperature;
 use crate::app::console::request::Mode;
@@ -42,6 +43,8 @@ pub enum Order {
     Signal(Generator),
     /// The command stays where it is.
     Hold,
+    /// A limit switch is sought, in position mode.
+    Seek(Sought),
 }
 
 /// Orders under way at a time.
@@ -76,12 +79,31 @@ enum Command {
     Signal(Generator, u32),
 }
 
+/// What seeks a limit switch, until the drive is disarmed.
+#[derive(Debug, Clone, Copy)]
+enum Seeking {
+    Under(Search),
+    /// Nothing is driven any more.
+    Ended(Switch),
+}
+
+impl Seeking {
+    /// The switches that are an end of the way.
+    fn ends(&self, switches: [bool; 2]) -> [bool; 2] {
+        match self {
+            Self::Under(search) => search.ends(switches),
+            Self::Ended(switch) => switch.closed(switches),
+        }
+    }
+}
+
 /// The drive.
 pub struct Drive {
     setup: Setup,
     orders: Consumer<'static, Order>,
     mode: Mode,
     command: Command,
+    seeking: Option<Seeking>,
     /// The last value of the command.
     commanded: f32,
     state: pid::State,
@@ -117,6 +139,7 @@ impl Drive {
             orders,
             mode,
             command: Command::Held(0.0),
+            seeking: None,
             commanded: 0.0,
             state: pid::State::default(),
             motion: motion_limit::State::default(),
@@ -147,6 +170,11 @@ impl Drive {
                     begins = true;
                 }
                 Order::Hold => self.command = Command::Held(self.commanded),
+                Order::Seek(sought) => {
+                    self.rest(position);
+                    let search = Search::new(sought, position, self.wiring.switches());
+                    self.seeking = Some(Seeking::Under(search));
+                }
             }
         }
         begins
@@ -170,8 +198,34 @@ impl Drive {
         });
     }
 
+    /// The command of a step that seeks a switch. Where it is, the stroke's ends are not known yet.
+    fn seek(&mut self, mut search: Search, (position, counts): (f32, i32)) -> f32 {
+        let step = search.step(self.wiring.switches(), (position, counts));
+        self.seeking = Some(match step {
+            Step::To(_) => Seeking::Under(search),
+            Step::Found(_) | Step::Lost => Seeking::Ended(search.switch()),
+        });
+        self.commanded = match step {
+            Step::To(target) => target,
+            Step::Found(edge) => {
+                self.wiring.end_search(Some(edge));
+                position
+            }
+            Step::Lost => {
+                self.wiring.end_search(None);
+                position
+            }
+        };
+        self.commanded
+    }
+
     /// The command of this step.
-    fn advance(&mut self) -> f32 {
+    fn advance(&mut self, position: f32, counts: i32) -> f32 {
+        match self.seeking {
+            Some(Seeking::Under(search)) => return self.seek(search, (position, counts)),
+            Some(Seeking::Ended(_)) => return position,
+            None => {}
+        }
         let value = match &mut self.command {
             Command::Held(value) => *value,
             Command::Signal(generator, step) => {
@@ -210,6 +264,9 @@ impl Drive {
             self.switches[0].after(SWITCH_STEPS, lower),
             self.switches[1].after(SWITCH_STEPS, upper),
         ];
+        let switches = self
+            .seeking
+            .map_or(switches, |seeking| seeking.ends(switches));
         let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken())
             | Faults::when(Fault::CurrentOffset, self.wiring.is_current_sensor_off())
             | Faults::when(Fault::EmergencyStop, self.wiring.is_emergency_stop())
@@ -276,6 +333,7 @@ impl Drive {
         let [low, high] = self.wiring.bounds().map(|counts| converter.value(counts));
         let [low, high] = [low.max(-most), high.min(most)];
         let wanted = match self.mode {
+            _ if matches!(self.seeking, Some(Seeking::Ended(_))) => 0.0,
             Mode::Position => self
                 .setup
                 .pid
@@ -303,8 +361,9 @@ impl ControlWork for Drive {
         let armed = self.is_driven();
         if !armed {
             self.rest(angle);
+            self.seeking = None;
         }
-        let command = self.advance();
+        let command = self.advance(angle, position);
         let voltage = self.voltage(command, angle);
         finite &= voltage.is_some();
         let counts = voltage.and_then(|voltage| converters.bridge.counts(voltage));

@@ -35,4 +35,9 @@ impl Extension {
     pub fn zero(&mut self) {
         self.total = 0;
     }
+
+    /// Counts as if it had moved by so much more.
+    pub fn shift(&mut self, counts: i32) {
+        self.total = self.total.wrapping_add(counts);
+    }
 }

@@ -22,6 +22,7 @@ pub mod drive;
 pub mod duty_input;
 pub mod encoder;
 pub mod evaluation;
+pub mod homing;
 pub mod kit;
 pub mod live;
 pub mod motion_limit;

@@ -18,8 +18,10 @@ use model_core::plant::throttle::Throttle;
 
 use super::drive::{self, Drive};
 use super::evaluation::{Answer, Done, Job, Question};
+use super::homing::Sought;
 use super::kit::Kit;
 use super::live::Live;
+use super::motion_limit::NO_POSITION;
 use super::order::{self, Receiver, Sender};
 use super::setup::Refused;
 use super::temperature::Told;
@@ -27,7 +29,7 @@ use super::transfer::Transfer;
 use crate::app::arming::{Armed, Disarmed};
 use crate::app::capture::{Capture, QUANTITIES, Stage};
 use crate::app::console::frame::{self, FRAME};
-use crate::app::console::request::{Destination, Dump, Mode, Request};
+use crate::app::console::request::{Destination, Dump, Home, Mode, Request};
 use crate::app::console::response::{Latched, Refusal, Response, Status};
 use crate::app::console::{self, Console};
 use crate::app::ecu::loopback;
@@ -149,8 +151,12 @@ pub struct Operator<F, S> {
     latest: Option<Sample>,
     /// What was announced of the latch.
     announced: Faults,
-    /// Whether the position was told since the start.
+    /// Whether the position is known since the start, and no fault of the encoder came since.
     referenced: bool,
+    /// A limit switch that is sought, or will be once the drive is armed.
+    home: Option<Home>,
+    /// Whether the drive was last told of no limits of the position, for a search.
+    unlimited: bool,
 }
 
 /// What is joined to an operator, once and for all.
@@ -253,6 +259,8 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             latest: None,
             announced: Faults::NONE,
             referenced: false,
+            home: None,
+            unlimited: false,
         };
         Ok((operator, drive, receiver))
     }
@@ -292,13 +300,47 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let latched = self.wiring.latch().causes();
         if latched != self.announced {
             self.announced = latched;
+            let lost = [
+                Fault::EncoderLost,
+                Fault::EncoderImplausible,
+                Fault::FollowingError,
+            ];
+            // What the encoder did not count is missing for good.
+            self.referenced &= !lost.into_iter().any(|fault| latched.contains(fault));
             if !latched.is_empty() {
                 let text = format_args!("fault: {latched}; the bridge is off; see `faults`");
                 self.console.announce(text, out);
             }
         }
+        self.end_search(out);
         self.tell(out);
         self.send(out);
+    }
+
+    /// Takes the power once a switch is found, or is not, and with what was found makes the position known.
+    fn end_search(&mut self, out: &mut dyn Write) {
+        let Some(edge) = self.wiring.take_search() else {
+            return;
+        };
+        let Some(home) = self.home else {
+            return;
+        };
+        self.disarm();
+        let switch = home.switch.name();
+        match edge {
+            Some(edge) => {
+                // Within the parameters' bounds the quotient is below 2³⁰; the cast rounds towards 0 and saturates.
+                let counts = libm::roundf(home.position / self.machine.converters.position.unit());
+                self.wiring.ask_shift((counts as i32).wrapping_sub(edge));
+                self.referenced = true;
+                let text = format_args!("home: the {switch} switch is at {} rad", home.position);
+                self.console.announce(text, out);
+            }
+            None => {
+                let text = format_args!("home: no {switch} switch within the stroke");
+                self.console.announce(text, out);
+            }
+        }
     }
 
     fn sends_log(&self) -> bool {
@@ -433,6 +475,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 self.order(drive::Order::Hold)
             }
             Request::Zero => self.zero(),
+            Request::Home(home) => self.home(home),
             Request::Set { parameter, value } => self.set(parameter, value),
             Request::Body(command) => self.tell_body(command),
             Request::Record(settings) => {
@@ -461,9 +504,23 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
     }
 
     fn arm(&mut self) -> Result<(), Refusal> {
-        if self.machine.motion.has_position() && !self.referenced && !self.kit.is_emulated {
+        let must_be_known = self.machine.motion.has_position() && !self.kit.is_emulated;
+        if must_be_known && !self.referenced && self.home.is_none() {
             return Err(Refusal::Unreferenced);
         }
+        let was_armed = self.is_armed();
+        if self.unlimited && self.home.is_none() {
+            self.order_setup()?;
+            self.unlimited = false;
+        }
+        self.switch_on()?;
+        match self.home {
+            Some(home) if !was_armed => self.seek(&home).inspect_err(|_| self.disarm()),
+            _ => Ok(()),
+        }
+    }
+
+    fn switch_on(&mut self) -> Result<(), Refusal> {
         match self.power.take() {
             Some(Power::Disarmed(disarmed)) => match disarmed.arm() {
                 Ok(armed) => {
@@ -488,7 +545,11 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         }
     }
 
+    /// Takes the power. A search that is under way has ended then.
     fn disarm(&mut self) {
+        if self.is_armed() {
+            self.home = None;
+        }
         self.power = match self.power.take() {
             Some(Power::Armed(armed)) => Some(Power::Disarmed(armed.disarm())),
             power => power,
@@ -511,10 +572,15 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         if !latched.is_empty() {
             Err(Refusal::Latched(latched))
         } else if self.is_armed() {
-            Ok(())
+            self.require_no_search()
         } else {
             Err(Refusal::Disarmed)
         }
+    }
+
+    fn require_no_search(&self) -> Result<(), Refusal> {
+        let seeks = self.home.is_some() && self.is_armed();
+        if seeks { Err(Refusal::Seeking) } else { Ok(()) }
     }
 
     fn order(&mut self, order: drive::Order) -> Result<(), Refusal> {
@@ -530,6 +596,8 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         if !self.kit.modes.contains(&mode) {
             return Err(Refusal::Unavailable);
         }
+        self.require_no_search()?;
+        self.home = None;
         self.order(drive::Order::Mode(mode))?;
         self.mode = mode;
         Ok(())
@@ -547,6 +615,52 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         self.order(drive::Order::Signal(generator))
     }
 
+    /// Has the next arming seek a switch.
+    fn home(&mut self, home: Home) -> Result<(), Refusal> {
+        if self.kit.is_emulated {
+            return Err(Refusal::Unavailable);
+        }
+        self.require_disarmed()?;
+        self.set_mode(Mode::Position)?;
+        self.referenced = false;
+        self.home = Some(home);
+        Ok(())
+    }
+
+    /// Begins to seek a switch: nothing limits a position that is not known, but the way is no longer than the stroke.
+    fn seek(&mut self, home: &Home) -> Result<(), Refusal> {
+        // What came of an earlier one says nothing of this.
+        let _ = self.wiring.take_search();
+        self.unlimited = true;
+        self.order_setup()?;
+        let plant = &self.machine.plant;
+        self.order(drive::Order::Seek(Sought {
+            switch: home.switch,
+            speed: home.speed,
+            farthest: plant.upper_stop - plant.lower_stop,
+        }))
+    }
+
+    /// The drive's numbers. A position that is not known is not limited while a switch is sought.
+    fn setup(&self, values: &Values) -> Result<drive::Setup, Refusal> {
+        let mut values = *values;
+        if self.home.is_some() && self.is_armed() {
+            for (field, value) in [
+                (Field::PositionMinimum, -NO_POSITION),
+                (Field::PositionMaximum, NO_POSITION),
+            ] {
+                let set = values.set(field, value);
+                set.map_err(|out| Refusal::NotStored(Rejected::Bounds(out)))?;
+            }
+        }
+        self.kit.drive(&values).map_err(Refusal::Setup)
+    }
+
+    fn order_setup(&mut self) -> Result<(), Refusal> {
+        let setup = self.setup(&self.values)?;
+        self.order(drive::Order::Setup(setup))
+    }
+
     fn zero(&mut self) -> Result<(), Refusal> {
         if self.kit.is_emulated {
             return Err(Refusal::Unavailable);
@@ -554,6 +668,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         self.require_disarmed()?;
         self.wiring.ask_zero();
         self.referenced = true;
+        self.home = None;
         Ok(())
     }
 
@@ -592,7 +707,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
 
     /// Runs with these values from now on. A body with another plant takes the place of the one before.
     fn use_values(&mut self, values: &Values, another_plant: bool) -> Result<(), Refusal> {
-        let setup = self.kit.drive(values).map_err(Refusal::Setup)?;
+        let setup = self.setup(values)?;
         let converters = self.kit.machine_with(values).converters;
         if self.sends_log() && converters.position.unit() != self.machine.converters.position.unit()
         {
