@@ -288,10 +288,10 @@ fn bounces_about_the_rest_infinitely_often_and_then_lies_on_it() {
             ..BARE
         });
         let (to, from) = ((preload - friction) / 1.6e-3, (preload + friction) / 1.6e-3);
-        // A bounce that turns back within a quarter of the step is not waited for.
+        // A bounce that turns back within a sixteenth of the step is not waited for.
         let mut speed = (2.0 * to * start).sqrt();
         let mut end = (2.0 * start / to).sqrt();
-        while speed / from >= 0.25e-3 {
+        while speed / from >= 1.0e-3 / 16.0 {
             end += speed / from + speed / (to * from).sqrt();
             speed *= (to / from).sqrt();
         }
