@@ -21,7 +21,7 @@ pub struct Args {
     /// Write the samples of one experiment to this file instead of to the terminal
     #[arg(long, value_name = "F")]
     csv: Option<PathBuf>,
-    /// Which experiment: the first one unless it is named
+    /// Which experiment: the first one unless it is named; NAME:2 is the second of that name
     #[arg(long, value_name = "NAME", requires = "csv")]
     experiment: Option<String>,
 }
@@ -55,15 +55,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let recordings = log.recordings();
     if let (Some(csv), Some(output)) = (&args.csv, csv) {
-        let recorded: Vec<&Recording> = recordings
-            .iter()
-            .filter(|recording| recording.samples().next().is_some())
-            .collect();
+        let recorded = named(&recordings);
         let chosen = match &args.experiment {
-            Some(name) => recorded.iter().find(|recording| recording.name == name),
+            Some(asked) => recorded.iter().find(|(name, _)| name == asked),
             None => recorded.first(),
         };
-        let Some(chosen) = chosen else {
+        let Some((name, chosen)) = chosen else {
             return Err(fault(match &args.experiment {
                 Some(name) => format!(
                     "holds no sample of an experiment {name:?}; expected one of {}",
@@ -75,9 +72,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         outputs.stage(output, chosen.to_csv())?;
         if recorded.len() > 1 && args.experiment.is_none() {
             eprintln!(
-                "note: {} holds the experiment {:?}; the log has {}, see --experiment",
+                "note: {} holds the experiment {name:?}; the log has {}, see --experiment",
                 csv.display(),
-                chosen.name,
                 names(&recorded)
             );
         }
@@ -105,8 +101,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn names(recordings: &[&Recording]) -> String {
-    let names: Vec<&str> = recordings.iter().map(|recording| recording.name).collect();
+/// Those with samples, each by its name, and from the second of a name on by its number too.
+fn named<'a>(recordings: &'a [Recording<'a>]) -> Vec<(String, &'a Recording<'a>)> {
+    let mut named: Vec<(String, &Recording)> = Vec::new();
+    for recording in recordings {
+        if recording.samples().next().is_none() {
+            continue;
+        }
+        let namesakes = named
+            .iter()
+            .filter(|(_, other)| other.name == recording.name)
+            .count();
+        let name = match namesakes {
+            0 => recording.name.to_owned(),
+            _ => format!("{}:{}", recording.name, namesakes + 1),
+        };
+        named.push((name, recording));
+    }
+    named
+}
+
+fn names(recorded: &[(String, &Recording)]) -> String {
+    let names: Vec<&str> = recorded.iter().map(|(name, _)| name.as_str()).collect();
     names.join(", ")
 }
 

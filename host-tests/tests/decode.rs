@@ -160,6 +160,32 @@ fn one_experiment_of_several_is_taken_the_first_unless_it_is_named() {
 }
 
 #[test]
+fn captures_have_one_name_and_are_told_apart_by_their_number() {
+    let log = [
+        capture(),
+        sample(0),
+        sample(1),
+        // Armed, and disarmed before it was triggered.
+        capture(),
+        capture(),
+        sample(0),
+    ]
+    .concat();
+    let case = Case::new(&image("rzcobs"), &log);
+    let output = case.decode(&["--csv", "out.csv", "--experiment", "capture:2"]);
+    assert!(output.status.success());
+    assert_eq!(
+        fs::read_to_string(case.path("out.csv")).unwrap(),
+        "time_s,position,true_velocity\n0.000000,0.1,0.0\n"
+    );
+    let output = case.decode(&["--csv", "out.csv", "--experiment", "capture:3"]);
+    assert_eq!(
+        text(&output.stderr),
+        "error: log: holds no sample of an experiment \"capture:3\"; expected one of capture, capture:2\n"
+    );
+}
+
+#[test]
 fn a_capture_has_the_columns_that_it_recorded() {
     let log = [experiment(1), sample(0), capture(), sample(0), sample(1)].concat();
     let case = Case::new(&image("rzcobs"), &log);
