@@ -139,8 +139,11 @@ impl Coefficients {
 ///
 /// let kept = Kept::new();
 /// assert_eq!(kept.get(), Heat::UNKNOWN);
-/// kept.set(Heat::NONE.word());
-/// assert_eq!(kept.get(), Heat::NONE);
+/// let word = Heat::NONE.word();
+/// kept.set(word);
+/// // What was measured is rounded up by a unit of the word.
+/// assert_eq!(kept.get(), Heat::of_word(word));
+/// assert_ne!(kept.get(), Heat::UNKNOWN);
 /// ```
 #[derive(Debug, Default)]
 #[repr(C)]
