@@ -1,10 +1,11 @@
 //! `cargo hil decode`: a board's defmt log as lines, and its samples as CSV.
 
+use std::collections::HashMap;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use crate::board_log::{BoardLog, Dictionary, Recording};
-use crate::error::{InputError, LARGEST_DATA, read_bytes};
+use crate::error::{InputError, LARGEST_DATA, one_line, read_bytes};
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
 use crate::printed_log;
@@ -74,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             eprintln!(
                 "note: {} holds the experiment {name:?}; the log has {}, see --experiment",
                 csv.display(),
-                names(&recorded)
+                one_line(&names(&recorded))
             );
         }
     }
@@ -103,22 +104,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Those with samples, each by its name, and from the second of a name on by its number too.
 fn named<'a>(recordings: &'a [Recording<'a>]) -> Vec<(String, &'a Recording<'a>)> {
-    let mut named: Vec<(String, &Recording)> = Vec::new();
-    for recording in recordings {
-        if recording.samples().next().is_none() {
-            continue;
-        }
-        let namesakes = named
-            .iter()
-            .filter(|(_, other)| other.name == recording.name)
-            .count();
-        let name = match namesakes {
-            0 => recording.name.to_owned(),
-            _ => format!("{}:{}", recording.name, namesakes + 1),
-        };
-        named.push((name, recording));
-    }
-    named
+    let mut numbers: HashMap<&str, usize> = HashMap::new();
+    let recorded = recordings
+        .iter()
+        .filter(|recording| recording.samples().next().is_some());
+    recorded
+        .map(|recording| {
+            let number = numbers.entry(recording.name).or_default();
+            *number += 1;
+            let name = match *number {
+                1 => recording.name.to_owned(),
+                number => format!("{}:{number}", recording.name),
+            };
+            (name, recording)
+        })
+        .collect()
 }
 
 fn names(recorded: &[(String, &Recording)]) -> String {
