@@ -3,11 +3,15 @@
 use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::fs;
-use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::thread;
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
 
+use host_tests::Tests;
+
+use crate::blessing::replace;
 use crate::board_log::Line;
 use crate::board_run;
 use crate::emulate;
@@ -16,22 +20,32 @@ use crate::figures::{self, Comparison, Figures};
 use crate::fuzz;
 use crate::image::Size;
 use crate::import::foreign::READERS;
-use crate::measured::SKIPPED;
 use crate::on_target_run;
-use crate::outputs::write_own;
 use crate::replay_run;
 use crate::toolchain::{Build, Toolchain};
 use crate::workspace;
 
+mod host_tests;
+
 /// The images that are operated.
 const PRODUCTS: [&str; 2] = ["throttle", "controller"];
+
+/// When the first step began.
+static START: LazyLock<Instant> = LazyLock::new(Instant::now);
 
 /// What `cargo hil test` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Take the emulated runs' messages and the instruction counts as what is expected from now on
+    /// Take the emulated runs' messages and the instruction counts as what is expected from now on, and show
+    /// what changes
     #[arg(long)]
     bless: bool,
+    /// Run the tests at length too: many cases drawn at random, hundreds of logs, a day of a drive; and fuzz
+    #[arg(long)]
+    all: bool,
+    /// Begin no test at length later than this many minutes after the start
+    #[arg(long, value_name = "MINUTES", requires = "all")]
+    within: Option<u64>,
 }
 
 /// Runs every step, up to the first that fails.
@@ -39,13 +53,23 @@ pub struct Args {
 /// # Errors
 /// The step that failed, and why.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    LazyLock::force(&START);
     announce("formatting");
     cargo(&["fmt", "--all", "--check"])?;
     READERS.check_format()?;
     announce("lints");
-    cargo(&["clippy", "--all-targets", "--", "-D", "warnings"])?;
+    // In the profile of the tests: what the build itself runs is built once.
     cargo(&[
         "clippy",
+        "--release",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ])?;
+    cargo(&[
+        "clippy",
+        "--release",
         "--package",
         "firmware",
         "--lib",
@@ -57,6 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for package in ["model-core", "rig", "firmware", "host-tests"] {
         cargo(&[
             "rustdoc",
+            "--release",
             "--package",
             package,
             "--lib",
@@ -126,12 +151,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !board.toolchain.lint()? {
         say("this compiler has no clippy: the images' builds were looked at for warnings instead");
     }
-    announce("fuzzing");
-    for target in fuzz::run()? {
-        say(&target);
+    if args.all {
+        announce("fuzzing");
+        for target in fuzz::run()? {
+            say(&target);
+        }
     }
     announce("host tests");
-    let tests = host_tests()?;
+    let until = args
+        .within
+        .map(|minutes| *START + Duration::from_secs(60 * minutes));
+    let tests = host_tests::run(args.all.then_some(until))?;
     announce("done");
     say(&summary(&images, &tests));
     Ok(())
@@ -155,8 +185,10 @@ fn emulated_chips(toolchain: &Toolchain) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Says what is done next, and the minutes and seconds since the start.
 fn announce(step: &str) {
-    say(&format!("== {step}"));
+    let seconds = START.elapsed().as_secs();
+    say(&format!("== {}:{:02} {step}", seconds / 60, seconds % 60));
 }
 
 fn say(text: &str) {
@@ -169,6 +201,9 @@ fn cargo_command() -> Command {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
     let mut command = Command::new(cargo);
     command.current_dir(workspace::root()).stdin(Stdio::null());
+    if io::stdout().is_terminal() {
+        command.env("CARGO_TERM_COLOR", "always");
+    }
     command
 }
 
@@ -232,7 +267,7 @@ fn check_messages<'a>(
     let path = golden_file(image, "log");
     let said = text(lines);
     if bless {
-        return write_own(&path, said);
+        return replace(&path, &said);
     }
     let expected =
         fs::read_to_string(&path).map_err(|error| Failure::system(path.display(), &error))?;
@@ -279,103 +314,10 @@ fn first_difference(expected: &str, said: &str) -> Option<String> {
     None
 }
 
-/// What the host tests came to.
-#[derive(Debug, Default, PartialEq, Eq)]
-struct Tests {
-    /// Tests that ran and passed.
-    passed: usize,
-    /// Tests that could not run: name and reason.
-    skipped: Vec<String>,
-}
-
-fn host_tests() -> Result<Tests, Failure> {
-    let arguments = ["test", "--release"];
-    let mut command = cargo_command();
-    if io::stdout().is_terminal() {
-        command.env("CARGO_TERM_COLOR", "always");
-    }
-    let mut cargo = command
-        .args(arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| Failure::system("cargo cannot be run", &error))?;
-    let complaints = cargo.stderr.take();
-    let complaints = thread::spawn(move || pass_on(complaints, io::stderr()));
-    let output = pass_on(cargo.stdout.take(), io::stdout());
-    let skipped = complaints.join().unwrap_or_default();
-    let status = cargo
-        .wait()
-        .map_err(|error| Failure::system("cargo", &error))?;
-    if status.success() {
-        Ok(Tests::read(&output, &skipped))
-    } else {
-        Err(failed(&arguments))
-    }
-}
-
-/// Copies a stream line by line and keeps the lines that count tests.
-fn pass_on(stream: Option<impl Read>, mut to: impl Write) -> Vec<String> {
-    let mut kept = Vec::new();
-    let Some(stream) = stream else { return kept };
-    let mut stream = BufReader::new(stream);
-    let mut line = Vec::new();
-    while stream
-        .read_until(b'\n', &mut line)
-        .is_ok_and(|read| read > 0)
-    {
-        // As in `say`.
-        let _ = to.write_all(&line);
-        let text = String::from_utf8_lossy(&line);
-        if text.starts_with(SKIPPED) || text.starts_with(RESULT) {
-            kept.push(text.trim_end().to_owned());
-        }
-        line.clear();
-    }
-    kept
-}
-
-/// What the test harness's summary starts with.
-const RESULT: &str = "test result: ";
-
-impl Tests {
-    /// From the kept lines of both streams. The harness counts a test that could not run as passed.
-    fn read(output: &[String], complaints: &[String]) -> Self {
-        let passed: usize = output
-            .iter()
-            .filter_map(|line| line.strip_prefix(RESULT))
-            .filter_map(|counts| {
-                counts
-                    .split_once(" passed")?
-                    .0
-                    .rsplit(' ')
-                    .next()?
-                    .parse::<usize>()
-                    .ok()
-            })
-            .sum();
-        let skipped: Vec<String> = complaints
-            .iter()
-            .filter_map(|line| line.strip_prefix(SKIPPED))
-            .map(str::to_owned)
-            .collect();
-        Self {
-            passed: passed.saturating_sub(skipped.len()),
-            skipped,
-        }
-    }
-}
-
+/// What is said at the end.
 fn summary(images: &[(&str, Size)], tests: &Tests) -> String {
-    let mut text = format!(
-        "{} host tests passed, {} could not run",
-        tests.passed,
-        tests.skipped.len()
-    );
+    let mut text = tests.summary();
     // A string takes everything.
-    for test in &tests.skipped {
-        let _ = write!(text, "\n  not run: {test}");
-    }
     for (image, size) in images {
         let _ = write!(text, "\nimage {image}: {size}");
     }
@@ -385,32 +327,6 @@ fn summary(images: &[(&str, Size)], tests: &Tests) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn tests_that_could_not_run_are_not_counted_as_passed() {
-        let result = "test result: ok. 12 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out";
-        let output = [result.to_owned(), result.replace("12", "3")];
-        let skipped = ["SKIPPED gap::emps: no ../shared/data/emps/train.csv".to_owned()];
-        assert_eq!(
-            Tests::read(&output, &skipped),
-            Tests {
-                passed: 14,
-                skipped: vec!["gap::emps: no ../shared/data/emps/train.csv".to_owned()],
-            }
-        );
-    }
-
-    #[test]
-    fn lines_are_passed_on_whole_and_only_counts_are_kept() {
-        let text = b"running 1 test\ntest result: ok. 1 passed; 0 failed\n\xff\nSKIPPED a: b";
-        let mut copy = Vec::new();
-        let kept = pass_on(Some(&text[..]), &mut copy);
-        assert_eq!(copy, text);
-        assert_eq!(
-            kept,
-            ["test result: ok. 1 passed; 0 failed", "SKIPPED a: b"]
-        );
-    }
 
     #[test]
     fn a_difference_names_its_line() {

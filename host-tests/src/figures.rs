@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::blessing::replace;
 use crate::error::{InputError, LARGEST_DECLARATION, line_of, read_text};
 use crate::failure::Failure;
-use crate::outputs::write_own;
 
 /// Figures by name.
 pub type Figures = BTreeMap<String, u64>;
@@ -96,7 +96,7 @@ fn read(file: &Path) -> Result<Golden, InputError> {
 
 fn write(file: &Path, golden: &Golden) -> Result<(), Failure> {
     let tables = toml::to_string(golden).map_err(|error| Failure::other(error.to_string()))?;
-    write_own(file, HEADER.to_owned() + &tables)
+    replace(file, &(HEADER.to_owned() + &tables))
 }
 
 /// One line a figure, those that differ before and after.

@@ -3,6 +3,7 @@
 
 pub mod app_on_host;
 pub mod bench;
+mod blessing;
 pub mod board_link;
 pub mod board_log;
 pub mod board_run;

@@ -357,7 +357,7 @@ fn answer(command: &mut Command) -> Result<String, Failure> {
 
 /// Variables by which the cargo that runs this program would choose its children's toolchain, flags
 /// or log level.
-const INHERITED: [&str; 13] = [
+const INHERITED: [&str; 14] = [
     "CARGO",
     "CARGO_BUILD_RUSTFLAGS",
     "CARGO_BUILD_TARGET",
@@ -365,6 +365,7 @@ const INHERITED: [&str; 13] = [
     "DEFMT_LOG",
     "DEFMT_RTT_BUFFER_SIZE",
     "RUSTC",
+    "RUSTC_BOOTSTRAP",
     "RUSTC_WORKSPACE_WRAPPER",
     "RUSTC_WRAPPER",
     "RUSTDOC",

@@ -103,7 +103,7 @@ fn a_motor_turned_to_and_fro_for_fifty_million_steps_is_where_it_was() {
 
 /// Seven thousand million steps: minutes. `cargo test --release --test endurance -- --ignored --nocapture`.
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "at length"]
 fn the_same_for_a_thousand_million_steps() {
     assert_conserved(1_000_000_000);
     assert!(wander(500_000).abs() < 1e-6);

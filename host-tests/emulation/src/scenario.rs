@@ -17,6 +17,7 @@ use crate::running::{Counts, Running, Setting};
 mod alone;
 mod engine;
 mod faults;
+mod healthy;
 mod pair;
 mod power;
 mod served;
@@ -53,7 +54,10 @@ const SCENARIOS: [Scenario; 7] = [
 ];
 
 /// What takes too long to be done unless it is named.
-const ON_DEMAND: [Scenario; 1] = [("every_cut", |call| part("cuts", power::every_cut(call)?))];
+const ON_DEMAND: [Scenario; 2] = [
+    ("every_cut", |call| part("cuts", power::every_cut(call)?)),
+    ("healthy", |call| part("healthy", healthy::healthy(call)?)),
+];
 
 /// A part of the report that is all of a scenario's.
 fn part(name: &'static str, found: impl Serialize) -> Result<Vec<Part>, String> {

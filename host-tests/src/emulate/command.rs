@@ -19,9 +19,9 @@ pub struct Args {
     /// Cycles that an instruction takes on average, 1 to 10
     #[arg(long, value_name = "N", default_value_t = CYCLES_PER_INSTRUCTION, value_parser = cycles)]
     cycles_per_instruction: f64,
-    /// Cut the power at every operation of a save, not at some: a quarter of an hour more
+    /// Cut the power at every operation of a save, not at some, and drive the loop for ten minutes: half an hour more
     #[arg(long)]
-    every_cut: bool,
+    at_length: bool,
     /// Write the result to this file as JSON
     #[arg(long, value_name = "F")]
     json: Option<PathBuf>,
@@ -88,8 +88,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut announce = announce();
     let built = Built::new(&Toolchain::set_up()?, &mut announce)?;
     let cycles = args.cycles_per_instruction;
-    let extent = if args.every_cut {
-        Extent::EveryCut
+    let extent = if args.at_length {
+        Extent::AtLength
     } else {
         Extent::Everything
     };

@@ -7,7 +7,7 @@ use model_core::plant::potentiometer::SPAN;
 
 use super::recording::{self, Recording};
 use super::run::{
-    Controller, Counted, Cuts, Driven, Engine, Faults, Outcome, Store, Throttle, Ticks,
+    Controller, Counted, Cuts, Driven, Engine, Faults, Healthy, Outcome, Store, Throttle, Ticks,
 };
 use super::tracing::Traced;
 use crate::gap::outcome::FoundEffect;
@@ -56,6 +56,9 @@ impl Shortcomings {
         }
         for (cuts, save) in outcome.cuts.iter().flatten().zip(["the first", "a second"]) {
             found.cuts(save, cuts);
+        }
+        if let Some(healthy) = &outcome.healthy {
+            found.healthy(healthy);
         }
         found
     }
@@ -426,6 +429,26 @@ impl Shortcomings {
         self.require(before - named.min(before) <= 4, || {
             format!("{save} `save`: of {before} starts with the values before it {named} latch `store_corrupt`")
         });
+    }
+
+    fn healthy(&mut self, healthy: &Healthy) {
+        let Healthy {
+            commands,
+            unsound,
+            controller,
+            throttle,
+        } = healthy;
+        self.require(controller.time_s >= 600.0 && *commands > 100, || {
+            format!("the sound loop followed {commands} commands in {:.0} s; it is driven for ten minutes", controller.time_s)
+        });
+        self.require(unsound.is_empty(), || {
+            format!(
+                "the sound loop has a fault behind a command: {}",
+                unsound.join("; ")
+            )
+        });
+        self.counted("the sound loop's controller", controller);
+        self.counted("the sound loop's throttle", throttle);
     }
 
     fn counted(&mut self, who: &str, counted: &Counted) {
@@ -828,6 +851,43 @@ mod tests {
         let silent = Cuts { named: 0, ..cuts() };
         for cuts in [mixed, silent] {
             assert_eq!(shortcomings(&cuts), 1, "{cuts:?}");
+        }
+    }
+
+    #[test]
+    fn a_sound_loop_that_is_short_or_has_a_fault_is_named() {
+        let board = || Counted {
+            time_s: 601.0,
+            plant_ticks: 12_019_900,
+            track_writes: 12_019_900,
+            ..counted()
+        };
+        let sound = || Healthy {
+            commands: 400,
+            unsound: Vec::new(),
+            controller: board(),
+            throttle: board(),
+        };
+        let shortcomings = |spoil: fn(&mut Healthy)| {
+            let mut healthy = sound();
+            spoil(&mut healthy);
+            let mut found = Shortcomings::default();
+            found.healthy(&healthy);
+            found.0.len()
+        };
+        assert_eq!(shortcomings(|_| ()), 0);
+        let spoils: [fn(&mut Healthy); 4] = [
+            |healthy| healthy.commands = 3,
+            |healthy| healthy.controller = counted(),
+            |healthy| {
+                healthy
+                    .unsound
+                    .push("step 0.1 0.1: latched: overload".to_owned())
+            },
+            |healthy| healthy.throttle.plant_ticks_missed = 1,
+        ];
+        for (number, spoil) in spoils.into_iter().enumerate() {
+            assert_eq!(shortcomings(spoil), 1, "{number}");
         }
     }
 

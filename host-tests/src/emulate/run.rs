@@ -216,6 +216,19 @@ pub struct Found {
     pub after_ms: u64,
 }
 
+/// The loop for ten minutes with nothing wrong.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Healthy {
+    /// Commands that it followed.
+    pub commands: usize,
+    /// Each `status` that did not say that nothing is latched, behind its command.
+    pub unsound: Vec<String>,
+    /// What was counted in the controller.
+    pub controller: Counted,
+    /// What was counted in the throttle.
+    pub throttle: Counted,
+}
+
 /// Everything that came of it.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Outcome {
@@ -232,6 +245,8 @@ pub struct Outcome {
     /// Its power lost in the middle of a save in an empty flash, and of one behind it, where that was
     /// run.
     pub cuts: Option<[Cuts; 2]>,
+    /// The sound loop at length, where that was run.
+    pub healthy: Option<Healthy>,
     /// The longest interrupts of both images, where that was run.
     pub ticks: Option<Vec<Ticks>>,
     /// The controller by itself, where that was run.
@@ -300,15 +315,15 @@ pub enum Extent {
     Loop,
     /// With faults of the chip, power that is lost and instructions of several lengths too: minutes.
     Everything,
-    /// With the power lost at every operation of the flash: a quarter of an hour.
-    EveryCut,
+    /// With the power lost at every operation of the flash, and ten minutes of a sound loop: half an hour.
+    AtLength,
 }
 
 /// The emulation's names for what [`Extent::Loop`] runs.
 const LOOP: &str = "pair,throttle";
 
-/// Those for what [`Extent::EveryCut`] runs, the longest one first.
-const EVERY_CUT: &str = "every_cut,engine,pair,ticks,faults,throttle,controller";
+/// Those for what [`Extent::AtLength`] runs.
+const AT_LENGTH: &str = "every_cut,healthy,engine,pair,ticks,faults,throttle,controller";
 
 /// Where the runs leave their logs.
 pub fn directory() -> PathBuf {
@@ -350,7 +365,7 @@ pub fn run(built: &Built, cycles_per_instruction: f64, extent: Extent) -> Result
     match extent {
         Extent::Loop => command.arg(LOOP),
         Extent::Everything => &mut command,
-        Extent::EveryCut => command.arg(EVERY_CUT),
+        Extent::AtLength => command.arg(AT_LENGTH),
     };
     let output = command
         .args([&images.throttle.elf, &images.controller.elf, &directory])

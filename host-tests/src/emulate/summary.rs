@@ -249,6 +249,18 @@ impl Summary {
                 ),
             );
         }
+        if let Some(healthy) = &outcome.healthy {
+            row(
+                "healthy",
+                format!(
+                    "{:.0} s and {} commands of the sound loop: {} faults, {} ticks missed",
+                    healthy.controller.time_s,
+                    healthy.commands,
+                    healthy.unsound.len(),
+                    healthy.controller.plant_ticks_missed + healthy.throttle.plant_ticks_missed
+                ),
+            );
+        }
         for fault in outcome.faults.iter().flat_map(|faults| &faults.faults) {
             let name = fault.faults.split_once("first: ").map_or("?", |(_, rest)| {
                 rest.split_whitespace().next().unwrap_or("?")

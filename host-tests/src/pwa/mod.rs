@@ -13,7 +13,7 @@
 //! It clusters in y(k−1) − y(k−2) and u(k−1), and leaves y(k−1) out "because location-dependent
 //! effects were not observed". What else it predicts from is not said. [`Reading`] explains each way to
 //! read it. Measured on the logs of the throttle's reproduction, NRMSE and largest error in free run, by
-//! `cargo test --release --test pwa readings -- --nocapture`:
+//! `cargo test --release --test models readings -- --nocapture`:
 //!
 //! | reading | borders | cells | identification | validation |
 //! |---|---|---|---|---|

@@ -152,7 +152,7 @@ fn tear(mut pair: Pair) -> Result<(Vec<u8>, u64), String> {
 const LONGEST_SAVE: u64 = 1_000_000_000 / STEP;
 
 /// A capture of the controller, dumped.
-fn capture(pair: &mut Pair) -> Result<(), String> {
+pub(super) fn capture(pair: &mut Pair) -> Result<(), String> {
     pair.order(
         Side::Controller,
         "record 0 682 now input position current_a",
@@ -165,6 +165,28 @@ fn capture(pair: &mut Pair) -> Result<(), String> {
 /// Captures of each drive.
 const CAPTURES: usize = 3;
 
+/// The loop behind its start, the throttle with its spring, the controller with what it has to know, armed.
+pub(super) fn armed(call: &Call) -> Result<Pair, String> {
+    let mut pair = Pair::start(&call.controller, &call.throttle)?;
+    pair.run_for(200 * MILLISECOND)?;
+    for (name, value) in PARAMETERS {
+        pair.order(Side::Controller, &format!("set {name} {value}"))?;
+    }
+    // Its own supply was another one.
+    pair.order(Side::Controller, "clear")?;
+    arm(&mut pair)?;
+    Ok(pair)
+}
+
+/// Gives the throttle its spring, and arms both.
+fn arm(pair: &mut Pair) -> Result<(), String> {
+    for line in THROTTLE {
+        pair.order(Side::Throttle, line)?;
+    }
+    pair.order(Side::Controller, "zero")?;
+    pair.order(Side::Controller, "arm")
+}
+
 /// Drives the throttle by the controller: to a position, by a sweep and by a triangle, and records.
 fn drive(call: &Call, parameters: Vec<u8>) -> Result<Driven, String> {
     let stored = Setting {
@@ -173,15 +195,11 @@ fn drive(call: &Call, parameters: Vec<u8>) -> Result<Driven, String> {
     };
     let mut pair = Pair::start(&stored, &call.throttle)?;
     pair.run_for(100 * MILLISECOND)?;
-    for line in THROTTLE {
-        pair.order(Side::Throttle, line)?;
-    }
-    pair.order(Side::Controller, "zero")?;
+    arm(&mut pair)?;
     let rest = pair
         .harness
         .position()
         .ok_or("the throttle has no tracks")?;
-    pair.order(Side::Controller, "arm")?;
     let mut positions = Vec::new();
     for (name, target) in [("step", 0.6), ("step back", 0.1)] {
         pair.order(Side::Controller, &format!("step {target} {target}"))?;

@@ -1,6 +1,6 @@
 //! Every constant that decides whether a log and a machine file belong together, each with its reason.
 //!
-//! The rates that follow from them are those of `cargo test --release --test disagreement -- --ignored
+//! The rates that follow from them are those of `cargo test --release --test tracing disagreement:: -- --ignored
 //! --nocapture`, over rigs with every effect, numbers of `[fit]` off by up to three, and every error of
 //! units and signs.
 

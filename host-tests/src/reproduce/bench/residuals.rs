@@ -94,9 +94,9 @@ pub struct BeforeAfter {
 pub struct Residuals {
     /// What the bench loses its torque to.
     pub loss: Loss,
-    /// The five levels of backlash.
+    /// The levels of backlash.
     pub traced: Vec<Traced>,
-    /// The fifteen points.
+    /// The points with these levels of backlash.
     pub points: Vec<BeforeAfter>,
 }
 
@@ -104,17 +104,17 @@ fn ratio() -> f64 {
     f64::from(gearbox::RATIO)
 }
 
-/// Traces five levels of backlash and runs the closed loop at the fifteen points, before and after.
+/// Traces these levels of backlash and runs the closed loop at their points, before and after.
 /// Training, validation and closed-loop logs have seeds from `seed`, `seed` + 100 and `seed` + 200 on.
 ///
 /// # Errors
 /// A file that cannot be written; a log that the tracing or the model refuses.
-pub fn run(loss: Loss, seed: u64) -> Result<Residuals, Failure> {
+pub fn run(loss: Loss, levels: &[BacklashLevel], seed: u64) -> Result<Residuals, Failure> {
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
     let directory = workspace::results().join("bench");
-    let traced: Vec<Traced> = BacklashLevel::ALL
+    let traced: Vec<Traced> = levels
         .into_par_iter()
-        .map(|backlash| {
+        .map(|&backlash| {
             let logs = |name: &str, program: Program, seed: u64, frictions: &[FrictionLevel]| {
                 let program = program.sampled_at(TRACED_RATE * MEAN_OF as f64);
                 let program = program.seeded(seed);
@@ -148,12 +148,14 @@ pub fn run(loss: Loss, seed: u64) -> Result<Residuals, Failure> {
     let points: Vec<(Point, u64)> = Point::ALL.into_iter().zip(seed + 200..).collect();
     let points = points
         .into_par_iter()
-        .map(|(point, seed)| {
+        .filter_map(|(point, seed)| {
+            let level = traced.iter().find(|it| it.backlash == point.backlash)?;
+            Some((point, level.found, seed))
+        })
+        .map(|(point, found, seed)| {
             let log = point.bench(loss).run(&program.clone().seeded(seed));
             let before =
                 compare::<Averaged>(&Parameters::AVERAGED, point, log, program.sample_rate)?;
-            let level = traced.iter().find(|it| it.backlash == point.backlash);
-            let found = level.expect("every level was traced").found;
             let mut given = before.given.clone();
             if let Some(play) = found.play {
                 given.backlash = 0.5 * play;

@@ -1,6 +1,6 @@
 //! What is shown of the two residuals.
 
-use rig::pmsm_bench::Loss;
+use rig::pmsm_bench::{BacklashLevel, Loss};
 
 use super::{BeforeAfter, Residuals, Traced, run};
 use crate::cells::{Cells, row};
@@ -45,7 +45,7 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
         ("load-dependent friction", Loss::load_dependent()),
         ("torque saturation", Loss::torque_saturation()),
     ] {
-        let residuals = run(loss, SEED)?;
+        let residuals = run(loss, &BacklashLevel::ALL, SEED)?;
         let points = &residuals.points;
         findings.push(format!(
             "With {name} as its loss, the model's current is at most {:.0} % off after the tracing ({:.0} % \

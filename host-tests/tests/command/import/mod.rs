@@ -8,8 +8,6 @@ mod formats;
 mod layouts;
 mod matlab;
 mod mended;
-#[path = "../pushed_slide/mod.rs"]
-mod pushed_slide;
 mod rates;
 mod units;
 

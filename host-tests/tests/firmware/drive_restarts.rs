@@ -1,8 +1,6 @@
 //! The winding's heat outlives a start of the drive: I² t is reckoned here anew, in `f64`, from the current that flowed.
 
-mod any_drive;
-
-use any_drive::{any_command, image, perform};
+use crate::any_drive::{any_command, image, perform};
 use firmware::app::fault::Fault;
 use firmware::app::fault::overload::Heat;
 use firmware::app::machine::EMA;

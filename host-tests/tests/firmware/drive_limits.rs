@@ -1,8 +1,6 @@
 //! What the drive keeps within its limits whatever it is told, on actuators that are not as declared.
 
-mod any_drive;
-
-use any_drive::{any_actuator, any_command, either_way, image, perform, winding};
+use crate::any_drive::{any_actuator, any_command, either_way, image, perform, winding};
 use firmware::app::capture::QUANTITIES;
 use firmware::app::fault::Fault;
 use firmware::app::fault::monitor::CURRENT_SHARE;

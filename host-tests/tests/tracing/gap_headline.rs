@@ -2,7 +2,7 @@
 //! that is and what to do next, for each verdict and however much was found; an error that has risen is said; and
 //! the page begins with the same words.
 
-use gap_example::{estimate, example, fitted, variants};
+use crate::gap_example::{estimate, example, fitted, variants};
 use host_tests::gap::demand::Demand;
 use host_tests::gap::disagreement::Disagreement;
 use host_tests::gap::headline::{Headline, LINES, Step};
@@ -12,8 +12,6 @@ use host_tests::gap::table::{Detail, WIDTH, render};
 use host_tests::log::resample::Resampling;
 use model_core::effect::Id;
 use model_core::gap::verdict::Verdict;
-
-mod gap_example;
 
 const HINT: &str = "More: --verbose.";
 

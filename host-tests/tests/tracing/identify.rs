@@ -227,6 +227,7 @@ fn a_recirculation_valve_is_identified() {
 /// cover the truth. Those of one throttle share its log; if they count as three instead of six, 124 or
 /// fewer (62 of 72) come by chance once in 300.
 #[test]
+#[ignore = "at length"]
 fn intervals_cover_the_truth() {
     let covered: Vec<[bool; 6]> = (40..64_u64)
         .into_par_iter()
@@ -258,8 +259,7 @@ fn intervals_cover_the_truth() {
 
 /// What the paper asks for, on machines that have what the model does not: cogging, presliding and
 /// friction that depends on the direction, noise and 12 bits; identification and validation.
-#[test]
-fn undeclared_effects_cost_five_degrees_at_most() {
+fn undeclared_effects_cost_five_degrees(seeds: &[u64]) {
     let machine = Machine::intake_throttle();
     let effects = [
         EffectKind::Cogging,
@@ -267,7 +267,7 @@ fn undeclared_effects_cost_five_degrees_at_most() {
         EffectKind::AsymmetricCoulomb,
     ]
     .map(|kind| Effect::nominal(kind, &machine).scaled(0.5));
-    for seed in [201, 202] {
+    for &seed in seeds {
         let found = run(&machine, &effects, seed);
         let fresh = log(
             &measure(&machine, &effects, steps(&machine, seed + 500), seed),
@@ -295,11 +295,22 @@ fn undeclared_effects_cost_five_degrees_at_most() {
     }
 }
 
+#[test]
+fn undeclared_effects_cost_five_degrees_at_most() {
+    undeclared_effects_cost_five_degrees(&[201]);
+}
+
+#[test]
+#[ignore = "at length"]
+fn undeclared_effects_cost_five_degrees_at_most_on_other_logs() {
+    undeclared_effects_cost_five_degrees(&[202, 203, 204]);
+}
+
 /// The physical model, eqs 1–7, against the f64 rig of the same parameters: without and with
 /// inductance, preload, stops, viscous friction, static above Coulomb friction.
 #[test]
 fn both_assemblies_follow_an_independent_integration() {
-    for inductance in [0.0, 1.2e-3, 6e-3] {
+    for inductance in [0.0, 6e-3] {
         for machine in [Machine::intake_throttle(), Machine::throttle()] {
             let machine = Machine {
                 motor: Motor::Winding {
@@ -309,7 +320,9 @@ fn both_assemblies_follow_an_independent_integration() {
                 },
                 ..machine
             };
-            for input in [triangle(&machine), steps(&machine, 301)] {
+            for mut input in [triangle(&machine), steps(&machine, 301)] {
+                // Twenty seconds have breakaways, stops and the rest.
+                input.truncate(20_000);
                 let reference = measure(&machine, &[], input, 1);
                 let directory = tempfile::tempdir().unwrap();
                 let path = directory.path().join("machine.toml");

@@ -8,14 +8,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use crate::pushed_slide::HEADER;
 use host_tests::gap::headline::LINES;
 use model_core::effect::Id;
-use pushed_slide::HEADER;
 use rig::{Experiment, Machine, Trajectory};
 use serde_json::Value;
 use tempfile::TempDir;
-
-mod pushed_slide;
 
 const MACHINE: &str = "machine.toml";
 const TRAIN: &str = "train.csv";
@@ -32,7 +30,7 @@ struct Bench {
 /// What the bench logged, and 2 s of it.
 fn log() -> &'static str {
     static LOG: OnceLock<String> = OnceLock::new();
-    LOG.get_or_init(|| pushed_slide::log(6.0))
+    LOG.get_or_init(|| crate::pushed_slide::log(6.0))
 }
 
 /// The header and the first `rows` rows of the log.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use board_image::{frame, image};
+use crate::board_image::{frame, image};
 use host_tests::board_log::{BoardLog, Dictionary};
 use host_tests::exercise;
 use object::write::Object;
@@ -14,7 +14,6 @@ use proptest::prelude::*;
 use tempfile::TempDir;
 
 /// Also what the fuzzer decodes with.
-mod board_image;
 
 fn sample(sequence: u32) -> Vec<u8> {
     let time_us = u64::from(sequence) * 1000;

@@ -154,7 +154,7 @@ struct Tally {
 }
 
 #[test]
-#[ignore = "rates, minutes"]
+#[ignore = "at length"]
 fn rates() {
     let seed = std::env::var("SEED").map_or(8_100_000, |seed| seed.parse().unwrap());
     let mut all = cases::all(Extent::Quick, seed);

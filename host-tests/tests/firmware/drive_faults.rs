@@ -4,9 +4,7 @@
 //! The bound of the encoder is that of [`following`]: a rotor that stands still, by its encoder, under more than 1.1 I is
 //! found within three time constants. Two control periods more pass until a speed is known and the bridge off.
 
-mod any_drive;
-
-use any_drive::{TOLERANCES, any_command, either_way, image, perform, winding};
+use crate::any_drive::{TOLERANCES, any_command, either_way, image, perform, winding};
 use firmware::app::fault::monitor::Limits;
 use firmware::app::fault::observer::TIME_CONSTANT;
 use firmware::app::fault::output::Outputs;
@@ -573,10 +571,10 @@ fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
     }
 }
 
-/// A day of a sound drive, in hours of 24 actuators at once: `cargo test --release --test drive_faults -- --ignored`.
+/// A day of a sound drive, in hours of 24 actuators at once: `cargo test --release --test firmware drive_faults:: -- --ignored`.
 /// The current is limited to what the winding bears for ever, so that no command is too much.
 #[test]
-#[ignore = "some minutes"]
+#[ignore = "at length"]
 fn a_sound_drive_has_no_fault_in_a_day() {
     const HOUR_MS: u32 = 3_600_000;
     (0..24).into_par_iter().for_each(|seed| {

@@ -373,23 +373,45 @@ fn is_settled(
 }
 
 /// At one speed friction that differs by direction is viscous, Coulomb's or a constant push.
-#[test]
-fn viscous_friction_by_direction_is_told_from_a_push() {
+fn viscous_friction_by_direction(seeds: &[u64]) {
     let machine = with_stops(RigMachine::rotary_ema());
-    for seed in [6101, 6103] {
+    for &seed in seeds {
         let first = slow_triangle(&machine);
         let confirmed = is_settled(&machine, EffectKind::AsymmetricViscous, first, seed, 0);
         assert!(confirmed, "seed {seed}");
     }
 }
 
+#[test]
+fn viscous_friction_by_direction_is_told_from_a_push() {
+    viscous_friction_by_direction(&[6101]);
+}
+
+#[test]
+#[ignore = "at length"]
+fn viscous_friction_by_direction_is_told_from_a_push_in_another_log() {
+    viscous_friction_by_direction(&[6103]);
+}
+
 /// While the motor drives, brushes and dead time take the same voltage.
 #[test]
 fn brushes_are_told_from_dead_time() {
     let machine = with_stops(RigMachine::rotary_ema());
-    let triangle = || Experiment::tracking(machine.clone(), Trajectory::triangle(&machine));
-    is_settled(&machine, EffectKind::BrushDrop, triangle(), 6201, 0);
-    is_settled(&machine, EffectKind::DeadTime, triangle(), 6203, 0);
+    let triangle = Experiment::tracking(machine.clone(), Trajectory::triangle(&machine));
+    is_settled(&machine, EffectKind::BrushDrop, triangle, 6201, 0);
+}
+
+#[test]
+#[ignore = "at length"]
+fn dead_time_is_told_from_brushes() {
+    let machine = with_stops(RigMachine::rotary_ema());
+    let triangle = Experiment::tracking(machine.clone(), Trajectory::triangle(&machine));
+    is_settled(&machine, EffectKind::DeadTime, triangle, 6203, 0);
+}
+
+#[test]
+#[ignore = "at length"]
+fn brushes_and_dead_time_of_a_throttle_are_told_apart() {
     let throttle = RigMachine::throttle();
     let first = || slow_triangle(&throttle);
     is_settled(&throttle, EffectKind::BrushDrop, first(), 6205, 0);
@@ -397,13 +419,23 @@ fn brushes_are_told_from_dead_time() {
 }
 
 /// On a single pass what depends on the position depends on time, and a torque on friction.
-#[test]
-fn what_a_single_pass_mixes_is_told_apart() {
+fn what_a_single_pass_mixes(seeds: &[u64]) {
     let machine = with_stops(RigMachine::force_slide());
-    for seed in [6301, 6303] {
+    for &seed in seeds {
         let first = single_pass(&machine);
         is_settled(&machine, EffectKind::FrictionDrift, first, seed, 0);
     }
+}
+
+#[test]
+fn what_a_single_pass_mixes_is_told_apart() {
+    what_a_single_pass_mixes(&[6301]);
+}
+
+#[test]
+#[ignore = "at length"]
+fn what_another_single_pass_mixes_is_told_apart() {
+    what_a_single_pass_mixes(&[6303]);
 }
 
 /// After a log that would not show an effect: where the machine has it, the log of what is proposed names it,
@@ -428,20 +460,26 @@ fn shows_an_absorbed_effect(machine: &RigMachine, kind: EffectKind, first: &Expe
 
 /// Friction stops the machine in these sines, the motor never has to: what grows with its torque is then a
 /// part of Coulomb's friction, of the viscous one and of the inertia.
+fn friction_that_grows_with_load(machine: &RigMachine, seed: u64) {
+    let first = Experiment::tracking(machine.clone(), slow_sines(machine))
+        .with_noise(Noise::potentiometer(machine));
+    shows_an_absorbed_effect(machine, EffectKind::LoadDependentFriction, &first, seed);
+}
+
 #[test]
 fn friction_that_grows_with_load_is_shown_where_a_log_absorbs_it() {
-    for (machine, seed) in [
-        (with_stops(RigMachine::force_slide()), 6911),
-        (with_stops(RigMachine::rotary_ema()), 6941),
-    ] {
-        let first = Experiment::tracking(machine.clone(), slow_sines(&machine))
-            .with_noise(Noise::potentiometer(&machine));
-        shows_an_absorbed_effect(&machine, EffectKind::LoadDependentFriction, &first, seed);
-    }
+    friction_that_grows_with_load(&with_stops(RigMachine::force_slide()), 6911);
+}
+
+#[test]
+#[ignore = "at length"]
+fn friction_of_an_actuator_that_grows_with_load_is_shown_where_a_log_absorbs_it() {
+    friction_that_grows_with_load(&with_stops(RigMachine::rotary_ema()), 6941);
 }
 
 /// Logs that hardly pass breakaway: what is proposed for them moves the machine all the same.
 #[test]
+#[ignore = "at length"]
 fn nothing_is_proposed_that_breakaway_decides() {
     let machine = with_stops(RigMachine::rotary_ema());
     let mut proposed = 0;

@@ -12,8 +12,6 @@ use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Motor, Trajecto
 use serde_json::Value;
 use tempfile::TempDir;
 
-mod pushed_slide;
-
 const MACHINE: &str = "machine.toml";
 const TRAIN: &str = "train.csv";
 const JSON: &str = "gap.json";
@@ -71,7 +69,7 @@ impl Bench {
         let slide = Machine::of_bytes(MACHINE.as_ref(), SLIDE.as_bytes().to_vec()).unwrap();
         assert_eq!((slide.gain, slide.coordinate), (rig.gain, rig.coordinate));
         assert_eq!(slide.resolution, rig.resolution);
-        Self::new(SLIDE, &pushed_slide::log(6.0))
+        Self::new(SLIDE, &crate::pushed_slide::log(6.0))
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -308,7 +306,7 @@ fn a_learned_law_is_not_declared_and_the_file_says_so() {
 #[test]
 fn nothing_is_written_where_log_and_machine_disagree() {
     let bench = Bench::pushed();
-    let rows = pushed_slide::log(6.0);
+    let rows = crate::pushed_slide::log(6.0);
     let milliseconds = rows.lines().enumerate().map(|(row, line)| match row {
         0 => line.to_owned(),
         _ => format!("{},{}", row - 1, line.split_once(',').unwrap().1),

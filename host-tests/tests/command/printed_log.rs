@@ -7,13 +7,11 @@ use std::fs;
 use std::process::{Command, Output};
 use std::sync::{Mutex, PoisonError};
 
-use board_image::{frame, image};
+use crate::board_image::{frame, image};
 use defmt_decoder::Table;
 use defmt_decoder::log::format::{Formatter, FormatterConfig, FormatterFormat};
 use host_tests::printed_log;
 use tempfile::TempDir;
-
-mod board_image;
 
 /// A control step of the board with these bits for its seven numbers, in which no two digits are alike.
 fn sample(sequence: u32, bits: [u32; 7]) -> Vec<u8> {

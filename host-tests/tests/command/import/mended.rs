@@ -5,7 +5,7 @@ use crate::pushed_slide::HEADER;
 
 fn log() -> &'static str {
     static LOG: OnceLock<String> = OnceLock::new();
-    LOG.get_or_init(|| pushed_slide::log(3.0))
+    LOG.get_or_init(|| crate::pushed_slide::log(3.0))
 }
 
 /// The log with its rows changed; `edit` gets the row and its fields: time, input, position, command.

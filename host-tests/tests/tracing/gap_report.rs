@@ -1,12 +1,10 @@
 //! What `cargo hil gap` shows: every number of the outcome, readable in a pipe and as one page
 //! that stands alone.
 
-use gap_example::{example, slide, variants};
+use crate::gap_example::{example, slide, variants};
 use host_tests::gap::outcome::Report;
 use host_tests::gap::table::Detail;
 use host_tests::gap::{report, table};
-
-mod gap_example;
 
 /// Every number, as a pipe gets it.
 fn verbose(report: &Report) -> String {

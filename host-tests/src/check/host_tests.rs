@@ -1,0 +1,360 @@
+//! The tests on this host: every program of tests in turn, each test with the time that it takes.
+
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use serde::Deserialize;
+
+use super::cargo_command;
+use crate::failure::Failure;
+use crate::measured::SKIPPED;
+
+/// Of the slowest tests, as many are named at the end.
+const SLOWEST: usize = 10;
+
+/// What the tests came to.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Tests {
+    /// Tests that passed: name, and seconds where they are known.
+    passed: Vec<(String, Option<f64>)>,
+    /// Names of those that failed.
+    failed: Vec<String>,
+    /// Tests that could not run: name and reason.
+    skipped: Vec<String>,
+    /// Tests at length for which no time was left.
+    left: usize,
+}
+
+impl Tests {
+    /// Tests that ran and passed: the harness counts one that could not run as passed.
+    pub(super) fn passed(&self) -> usize {
+        self.passed.len().saturating_sub(self.skipped.len())
+    }
+
+    /// What is said of them at the end.
+    pub(super) fn summary(&self) -> String {
+        let mut lines = vec![format!(
+            "{} host tests passed, {} could not run",
+            self.passed(),
+            self.skipped.len()
+        )];
+        lines.extend(self.skipped.iter().map(|test| format!("  not run: {test}")));
+        if self.left > 0 {
+            lines.push(format!(
+                "  no time was left for {} tests at length",
+                self.left
+            ));
+        }
+        let mut timed: Vec<(f64, &str)> = self
+            .passed
+            .iter()
+            .filter_map(|(name, seconds)| Some(((*seconds)?, &name[..])))
+            .collect();
+        timed.sort_by(|a, b| b.0.total_cmp(&a.0));
+        timed.truncate(SLOWEST);
+        lines.extend(
+            timed
+                .iter()
+                .map(|(seconds, name)| format!("  {seconds:6.1} s {name}")),
+        );
+        lines.join("\n")
+    }
+
+    /// Takes in what a program printed.
+    fn read(&mut self, program: &str, output: &[String], complaints: &[String]) {
+        for line in output {
+            let Some((name, outcome)) = result(line) else {
+                continue;
+            };
+            let name = format!("{program}: {name}");
+            if outcome.starts_with("ok") {
+                self.passed.push((name, seconds(outcome)));
+            } else if outcome.starts_with("FAILED") {
+                self.failed.push(name);
+            }
+        }
+        let skipped = complaints
+            .iter()
+            .filter_map(|line| line.strip_prefix(SKIPPED));
+        self.skipped.extend(skipped.map(str::to_owned));
+    }
+}
+
+/// The name of a test and what came of it, from a line of the harness.
+fn result(line: &str) -> Option<(&str, &str)> {
+    line.strip_prefix("test ")?.rsplit_once(" ... ")
+}
+
+/// The seconds behind an outcome: `ok <1.234s>`.
+fn seconds(outcome: &str) -> Option<f64> {
+    let (_, time) = outcome.split_once('<')?;
+    time.strip_suffix("s>")?.parse().ok()
+}
+
+/// Until when tests at length are begun, for whom they are asked for.
+pub(super) type AtLength = Option<Option<Instant>>;
+
+/// Builds and runs the tests, all of them also where one fails.
+///
+/// # Errors
+/// The tests that failed.
+pub(super) fn run(at_length: AtLength) -> Result<Tests, Failure> {
+    let programs = build()?;
+    let mut tests = Tests::default();
+    for program in &programs {
+        let run = program.run(&[])?;
+        tests.take(&program.name, run)?;
+    }
+    let mut examples = cargo_command();
+    examples.args(["test", "--release", "--doc", "--no-fail-fast"]);
+    tests.take("documentation", listen(examples)?)?;
+    if let Some(until) = at_length {
+        tests.at_length(&programs, until)?;
+    }
+    if tests.failed.is_empty() {
+        Ok(tests)
+    } else {
+        Err(Failure::Other(format!(
+            "{} host tests failed\n  {}",
+            tests.failed.len(),
+            tests.failed.join("\n  ")
+        )))
+    }
+}
+
+impl Tests {
+    fn take(&mut self, program: &str, run: Run) -> Result<(), Failure> {
+        let failed = self.failed.len();
+        self.read(program, &run.output, &run.complaints);
+        if run.status.success() || self.failed.len() > failed {
+            Ok(())
+        } else {
+            Err(Failure::Other(format!(
+                "tests of {program}: {}",
+                run.status
+            )))
+        }
+    }
+
+    /// Runs the tests at length one after another, from any of them on, so that one that no time is left
+    /// for has its turn another time.
+    fn at_length(&mut self, programs: &[Program], until: Option<Instant>) -> Result<(), Failure> {
+        let mut each = Vec::new();
+        for program in programs {
+            each.extend(program.at_length()?.into_iter().map(|test| (program, test)));
+        }
+        let first = SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or(Duration::ZERO)
+            .as_secs() as usize;
+        let first = first % each.len().max(1);
+        each.rotate_left(first);
+        for (done, (program, test)) in each.iter().enumerate() {
+            if until.is_some_and(|until| Instant::now() >= until) {
+                self.left = each.len() - done;
+                break;
+            }
+            let run = program.run(&["--ignored", "--exact", test])?;
+            self.take(&program.name, run)?;
+        }
+        Ok(())
+    }
+}
+
+/// A program of tests.
+#[derive(Debug)]
+struct Program {
+    /// Its package and target.
+    name: String,
+    executable: PathBuf,
+    /// Where its package is, in which it runs.
+    directory: PathBuf,
+}
+
+/// What cargo says of something that it built.
+#[derive(Deserialize)]
+struct Artifact {
+    manifest_path: PathBuf,
+    target: Target,
+    executable: Option<PathBuf>,
+    profile: Profile,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    name: String,
+}
+
+#[derive(Deserialize)]
+struct Profile {
+    test: bool,
+}
+
+/// Builds the programs of tests.
+fn build() -> Result<Vec<Program>, Failure> {
+    let arguments = [
+        "test",
+        "--release",
+        "--no-run",
+        "--message-format",
+        "json-render-diagnostics",
+    ];
+    let output = cargo_command()
+        .args(arguments)
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| Failure::system("cargo cannot be run", &error))?;
+    if !output.status.success() {
+        return Err(super::failed(&arguments));
+    }
+    let lines = String::from_utf8_lossy(&output.stdout);
+    Ok(lines.lines().filter_map(program).collect())
+}
+
+/// The program that a message of cargo's is about.
+fn program(message: &str) -> Option<Program> {
+    let artifact: Artifact = serde_json::from_str(message).ok()?;
+    let directory = artifact.manifest_path.parent()?.to_owned();
+    let package = directory.file_name()?.to_string_lossy().into_owned();
+    artifact.profile.test.then_some(())?;
+    Some(Program {
+        name: format!("{package}/{}", artifact.target.name),
+        executable: artifact.executable?,
+        directory,
+    })
+}
+
+impl Program {
+    fn command(&self) -> Command {
+        let mut command = Command::new(&self.executable);
+        command.current_dir(&self.directory).stdin(Stdio::null());
+        command
+    }
+
+    /// Runs its tests, or those that the arguments name.
+    fn run(&self, arguments: &[&str]) -> Result<Run, Failure> {
+        super::say(&self.name);
+        let mut command = self.command();
+        // The harness tells the times only where what is not stable is allowed.
+        command
+            .env("RUSTC_BOOTSTRAP", "1")
+            .args(["-Z", "unstable-options", "--report-time"])
+            .args(arguments);
+        listen(command)
+    }
+
+    /// The names of its tests at length.
+    fn at_length(&self) -> Result<Vec<String>, Failure> {
+        let output = self
+            .command()
+            .args(["--ignored", "--list", "--format", "terse"])
+            .output()
+            .map_err(|error| Failure::system(self.executable.display(), &error))?;
+        let lines = String::from_utf8_lossy(&output.stdout);
+        let names = lines.lines().filter_map(|line| line.strip_suffix(": test"));
+        Ok(names.map(str::to_owned).collect())
+    }
+}
+
+/// A program of tests that has ended.
+struct Run {
+    status: ExitStatus,
+    /// The lines of its output that are about a test.
+    output: Vec<String>,
+    /// Those of its complaints that say what could not run.
+    complaints: Vec<String>,
+}
+
+/// Runs a program and passes on what it prints.
+fn listen(mut command: Command) -> Result<Run, Failure> {
+    let name = PathBuf::from(command.get_program());
+    let system = |error: &io::Error| Failure::system(name.display(), error);
+    let mut child: Child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| system(&error))?;
+    let complaints = child.stderr.take();
+    let complaints = thread::spawn(move || pass_on(complaints, io::stderr()));
+    let output = pass_on(child.stdout.take(), io::stdout());
+    let complaints = complaints.join().unwrap_or_default();
+    let status = child.wait().map_err(|error| system(&error))?;
+    Ok(Run {
+        status,
+        output,
+        complaints,
+    })
+}
+
+/// Copies a stream line by line and keeps the lines that are about a test.
+fn pass_on(stream: Option<impl Read>, mut to: impl Write) -> Vec<String> {
+    let mut kept = Vec::new();
+    let Some(stream) = stream else { return kept };
+    let mut stream = BufReader::new(stream);
+    let mut line = Vec::new();
+    while stream
+        .read_until(b'\n', &mut line)
+        .is_ok_and(|read| read > 0)
+    {
+        // Whoever closed the stream does not want to know; the exit status tells the rest.
+        let _ = to.write_all(&line);
+        let text = String::from_utf8_lossy(&line);
+        let text = text.trim_end();
+        if text.starts_with(SKIPPED) || result(text).is_some() {
+            kept.push(text.to_owned());
+        }
+        line.clear();
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn tests_that_could_not_run_are_not_counted_as_passed() {
+        let output = [
+            "test gap::emps ... ok <12.345s>",
+            "test gap::slow ... FAILED <1.000s>",
+            "test gap::long ... ignored, at length",
+            "test src/lib.rs - of (line 3) ... ok",
+        ]
+        .map(str::to_owned);
+        let skipped = ["SKIPPED gap::emps: no ../shared/data/emps/train.csv".to_owned()];
+        let mut tests = Tests::default();
+        tests.read("tracing", &output, &skipped);
+        assert_eq!(tests.passed(), 1);
+        assert_eq!(tests.failed, ["tracing: gap::slow"]);
+        assert_eq!(
+            tests.summary(),
+            "1 host tests passed, 1 could not run\n  not run: gap::emps: no ../shared/data/emps/train.csv\n  \
+             \x20 12.3 s tracing: gap::emps"
+        );
+    }
+
+    #[test]
+    fn lines_are_passed_on_whole_and_only_those_of_tests_are_kept() {
+        let text = b"running 1 test\ntest a ... ok <0.010s>\n\xff\nSKIPPED a: b";
+        let mut copy = Vec::new();
+        let kept = pass_on(Some(&text[..]), &mut copy);
+        assert_eq!(copy, text);
+        assert_eq!(kept, ["test a ... ok <0.010s>", "SKIPPED a: b"]);
+    }
+
+    #[test]
+    fn programs_of_tests_are_found_in_what_cargo_says() {
+        let message = r#"{"reason":"compiler-artifact","manifest_path":"/w/model-core/Cargo.toml","target":{"name":"pid"},
+            "executable":"/w/target/release/deps/pid-1","profile":{"test":true}}"#;
+        let found = program(message).unwrap();
+        assert_eq!(found.name, "model-core/pid");
+        assert_eq!(found.directory, Path::new("/w/model-core"));
+        assert!(program(&message.replace("true", "false")).is_none());
+        assert!(program(r#"{"reason":"build-finished","success":true}"#).is_none());
+    }
+}

@@ -1,0 +1,19 @@
+//! `cargo hil` as a user calls it: what it reads, refuses, prints and leaves.
+
+mod bad_input;
+mod bench_command;
+mod bench_points;
+mod board_image;
+mod capture;
+mod command_line;
+mod decode;
+mod identify_command;
+mod import;
+mod live;
+mod machine_command;
+mod outputs;
+mod printed_log;
+#[path = "../tracing/pushed_slide.rs"]
+mod pushed_slide;
+mod record;
+mod replay;
