@@ -206,7 +206,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut outputs = Outputs::reading([]);
     outputs.fills(&tracing::directory());
-    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
+    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let extent = if args.quick { QUICK } else { FULL };
     let progress = if io::stderr().is_terminal() {
         ProgressBar::new_spinner()

@@ -62,7 +62,7 @@ impl Finding {
 /// host; a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
-    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
+    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let mut announce = announce();
     announce("toolchain, image and the emulated chip (built once, which takes minutes)");
     let toolchain = Toolchain::set_up()?;

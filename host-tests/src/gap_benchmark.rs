@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let directory = workspace::results().join("bench-gap");
     let mut outputs = Outputs::reading([]);
     outputs.fills(&directory);
-    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
+    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let started = Instant::now();
     let extent = if args.quick {
         Extent::Quick

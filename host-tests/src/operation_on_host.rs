@@ -388,6 +388,8 @@ pub struct OperationOnHost<P> {
     pub hung: Option<Task>,
     /// Whether the processor's own supply is too low.
     pub processor_supply_low: bool,
+    /// Whether its crystal stands still.
+    pub clock_failed: bool,
     /// Whether the control interrupt is kept from running.
     pub control_held: bool,
     /// What bits that flip in memory make of the measured supply, V.
@@ -487,6 +489,7 @@ impl<P: Plant> OperationOnHost<P> {
             tasks_held: 0,
             hung: None,
             processor_supply_low: false,
+            clock_failed: false,
             control_held: false,
             damaged_supply: None,
             heat: flash.heat.clone(),
@@ -501,6 +504,7 @@ impl<P: Plant> OperationOnHost<P> {
         self.plant.read();
         self.wiring
             .set_processor_supply_low(self.processor_supply_low);
+        self.wiring.set_clock_failed(self.clock_failed);
         let due = self.plant.work().tick();
         self.plant.write(self.wiring);
         self.heat.set(self.wiring.heat());

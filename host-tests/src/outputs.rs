@@ -17,7 +17,6 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::error::{InputError, read_at_most};
 use crate::failure::Failure;
@@ -35,10 +34,9 @@ pub const HELP: &str = "\
 Files: what is read is never written, and no two outputs may be one file. Outputs are written whole or
 not at all. A file that is there already is replaced only if it is empty or this program wrote it, and
 by `import` and `record` never:
-  JSON         a result of one of these commands
-  TOML, pages  \"Written by cargo hil\" stands in the beginning; delete that line to keep what you edited
-  input CSV    has the columns time_s,input and no other
-  log CSV      begins with the column time_s
+  JSON, TOML, pages  \"Written by cargo hil\" stands in the beginning; delete that line to keep what you edited
+  input CSV          has the columns time_s,input and no other
+  log CSV            is never replaced
 Other files in a report's directory are left alone. Devices, pipes and /dev/stdout are written to.";
 
 /// Stands in the beginning of a page, a drawing or a machine file that this program wrote.
@@ -47,16 +45,8 @@ pub const MARK: &str = "Written by cargo hil";
 /// The first line of an experiment's input. A measured log has more columns.
 pub const INPUT_HEADER: &str = "time_s,input";
 
-/// What every log begins with that this program writes.
-const LOG_BEGINNING: &str = "time_s,";
-
 /// Where [`MARK`] has to be, in bytes from the start.
 const BEGINNING: usize = 1000;
-
-/// A key that each result in JSON has at its top, or in the first entry of its list.
-const RESULT_KEYS: [&str; 10] = [
-    "verdict", "models", "parity", "fault", "plants", "worlds", "summary", "judged", "ours", "chip",
-];
 
 /// Largest file that is looked into for what it is, bytes. This program writes none that is larger.
 const LARGEST_RESULT: u64 = 256 << 20;
@@ -65,13 +55,11 @@ const LARGEST_RESULT: u64 = 256 << 20;
 /// always replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// A result in JSON: replaces one.
-    Json,
     /// Text with [`MARK`] in its beginning: replaces such text.
     Marked,
     /// An experiment's input, CSV: replaces a file with the columns of [`INPUT_HEADER`] alone.
     Input,
-    /// A log, CSV, which nothing tells from one that a user measured: replaces any log.
+    /// A log, CSV, which nothing tells from one that a user measured: replaces none.
     Log,
 }
 
@@ -82,7 +70,6 @@ impl Kind {
             return true;
         }
         match self {
-            Self::Json => serde_json::from_slice(bytes).is_ok_and(|value| is_result(&value)),
             Self::Marked => {
                 let beginning = &bytes[..bytes.len().min(BEGINNING)];
                 String::from_utf8_lossy(beginning).contains(MARK)
@@ -91,17 +78,24 @@ impl Kind {
                 let line = bytes.split(|byte| *byte == b'\n').next();
                 line.is_some_and(|line| line.trim_ascii() == INPUT_HEADER.as_bytes())
             }
-            Self::Log => bytes.starts_with(LOG_BEGINNING.as_bytes()),
+            Self::Log => false,
         }
     }
 }
 
-fn is_result(value: &Value) -> bool {
-    match value {
-        Value::Object(entries) => RESULT_KEYS.iter().any(|key| entries.contains_key(*key)),
-        Value::Array(entries) => entries.first().is_none_or(is_result),
-        _ => false,
+/// Indented JSON with the key `about`, which says [`MARK`], in its object or in the first one of its list.
+fn marked(json: &str) -> String {
+    let Some((before, entries)) = json.split_once('{') else {
+        return format!("{json}\n");
+    };
+    if entries.starts_with('}') {
+        return format!("{json}\n");
     }
+    let indent: String = entries
+        .chars()
+        .take_while(|it| it.is_whitespace())
+        .collect();
+    format!("{before}{{{indent}\"about\": \"{MARK}\",{entries}\n")
 }
 
 /// One place of a command's [`Outputs`].
@@ -293,7 +287,7 @@ impl Outputs {
         }
     }
 
-    /// Prepares an output as indented JSON with a newline at its end, if it was asked for.
+    /// Prepares an output as indented JSON with [`MARK`] in its beginning and a newline at its end, if it was asked for.
     ///
     /// # Errors
     /// As [`Outputs::stage`].
@@ -304,9 +298,8 @@ impl Outputs {
     ) -> Result<(), Failure> {
         let Some(output) = output else { return Ok(()) };
         let failed = |error: serde_json::Error| Failure::other(error.to_string());
-        let mut text = serde_json::to_string_pretty(value).map_err(failed)?;
-        text.push('\n');
-        self.stage(output, text)
+        let text = serde_json::to_string_pretty(value).map_err(failed)?;
+        self.stage(output, marked(&text))
     }
 
     /// Removes an earlier run's file at the end: this run has none. [`Kind`] says whose file it is.

@@ -83,7 +83,7 @@ pub struct Judged {
 /// No directory of logs; a machine file of the project that is refused; a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
-    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
+    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let directory = match &args.directory {
         Some(directory) => directory.clone(),
         None => workspace::root().join(LOGS),

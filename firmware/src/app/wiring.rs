@@ -134,6 +134,7 @@ pub struct Wiring {
     current_sensor_off: AtomicBool,
     emergency_stop: AtomicBool,
     processor_supply_low: AtomicBool,
+    clock_failed: AtomicBool,
     temperature_codes: [AtomicU16; 2],
     temperatures: [Wire; 2],
     zero_asked: AtomicBool,
@@ -191,6 +192,7 @@ impl Wiring {
             current_sensor_off: AtomicBool::new(false),
             emergency_stop: AtomicBool::new(false),
             processor_supply_low: AtomicBool::new(false),
+            clock_failed: AtomicBool::new(false),
             temperature_codes: [AtomicU16::new(0), AtomicU16::new(0)],
             temperatures: [Wire::new(), Wire::new()],
             zero_asked: AtomicBool::new(false),
@@ -336,6 +338,19 @@ impl Wiring {
         self.processor_supply_low.store(low, Relaxed);
         if low {
             self.trip(Fault::BrownOut);
+        }
+    }
+
+    /// Whether the clocks no longer come from the crystal.
+    pub(super) fn is_clock_failed(&self) -> bool {
+        self.clock_failed.load(Relaxed)
+    }
+
+    /// Says before each plant tick whether the clocks no longer come from the crystal, which is latched.
+    pub fn set_clock_failed(&self, failed: bool) {
+        self.clock_failed.store(failed, Relaxed);
+        if failed {
+            self.trip(Fault::ClockFailed);
         }
     }
 

@@ -84,7 +84,7 @@ pub fn require(
 /// What is missing on this machine; an image that is not in order, once that is printed.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
-    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
+    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let mut announce = announce();
     let built = Built::new(&Toolchain::set_up()?, &mut announce)?;
     let cycles = args.cycles_per_instruction;

@@ -144,7 +144,7 @@ impl Places {
     /// What [`Outputs::file`] and [`Outputs::directory`] refuse.
     fn of(args: &Args, outputs: &mut Outputs) -> Result<Self, Failure> {
         Ok(Self {
-            json: outputs.file(args.json.as_deref(), Kind::Json)?,
+            json: outputs.file(args.json.as_deref(), Kind::Marked)?,
             experiment: outputs.file(args.experiment.as_deref(), Kind::Input)?,
             machine_out: outputs.file(args.machine_out.as_deref(), Kind::Marked)?,
             report: outputs.directory(

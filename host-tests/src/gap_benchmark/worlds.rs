@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Every world, several at once; the same whatever the number of threads, but for the seconds.
 fn all(args: &Args) -> Result<String, Failure> {
     let mut outputs = Outputs::reading([]);
-    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
+    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let started = Instant::now();
     // Hidden by itself where standard error is no terminal.
     let progress = ProgressBar::new(args.count);

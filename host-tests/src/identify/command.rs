@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let inputs = [&args.machine, &args.slow, &args.fast];
     let mut outputs = Outputs::reading(inputs.into_iter().chain(&args.validate));
     let machine_out = outputs.file(args.machine_out.as_deref(), outputs::Kind::Marked)?;
-    let json = outputs.file(args.json.as_deref(), outputs::Kind::Json)?;
+    let json = outputs.file(args.json.as_deref(), outputs::Kind::Marked)?;
     let files = REPORT.map(|name| (name, outputs::Kind::Marked));
     let files = outputs.directory(args.report.as_deref(), files)?;
     let start = Start::new(Machine::read(&args.machine)?)?;

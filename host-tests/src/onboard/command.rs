@@ -28,7 +28,7 @@ pub struct Args {
 /// result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
-    let json = outputs.file(args.json.as_deref(), Kind::Json)?;
+    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let mut announce = announce();
     let (run, verdicts) = board_run::run(&mut announce)?;
     announce("instruction counts");

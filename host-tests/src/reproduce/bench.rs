@@ -57,7 +57,7 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     let directory = workspace::results().join("bench");
     let mut outputs = Outputs::reading([]);
     outputs.fills(&directory);
-    let json = outputs.file(json, Kind::Json)?;
+    let json = outputs.file(json, Kind::Marked)?;
     let on_terminal = io::stderr().is_terminal();
     let mut sections = Vec::new();
     for (step, topic) in TOPICS {

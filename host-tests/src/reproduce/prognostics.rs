@@ -228,7 +228,7 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     let directory = workspace::results().join("prognostics");
     let mut outputs = Outputs::reading([]);
     outputs.fills(&directory);
-    let json = outputs.file(json, Kind::Json)?;
+    let json = outputs.file(json, Kind::Marked)?;
     let on_terminal = io::stderr().is_terminal();
     let results = Results::of(Plan::FULL, |step| {
         if on_terminal {

@@ -200,7 +200,7 @@ pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     let directory = workspace::results().join("throttle");
     let mut outputs = Outputs::reading([]);
     outputs.fills(&directory);
-    let json = outputs.file(json, Kind::Json)?;
+    let json = outputs.file(json, Kind::Marked)?;
     let on_terminal = io::stderr().is_terminal();
     let announce = |step: &str| {
         if on_terminal {

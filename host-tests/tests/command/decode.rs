@@ -72,7 +72,9 @@ impl Case {
         self.directory.path().join(name)
     }
 
+    /// What an earlier call left is not there any more: nothing is replaced.
     fn decode(&self, more: &[&str]) -> Output {
+        let _ = fs::remove_file(self.path("out.csv"));
         Command::new(env!("CARGO_BIN_EXE_hil"))
             .current_dir(self.directory.path())
             .args(["decode", "image", "log"])

@@ -235,7 +235,10 @@ fn no_two_outputs_are_one_file() {
 fn a_file_that_the_program_did_not_write_is_not_replaced() {
     let bench = Bench::new();
     bench.write("notes.txt", "- to do\n");
-    bench.write("package.json", "{\"name\": \"mine\"}\n");
+    bench.write(
+        "package.json",
+        "{\"name\": \"mine\", \"summary\": [], \"verdict\": 1}\n",
+    );
     bench.write("mine.toml", bench.read(MACHINE));
     bench.write("played.csv", "time_s,input,position\n0,1,2\n");
     bench.write("site/index.html", "<!DOCTYPE html>\n<p>Mine</p>\n");
@@ -256,6 +259,10 @@ fn a_file_that_the_program_did_not_write_is_not_replaced() {
         (
             "decode machine.toml train.csv --csv notes.txt".to_owned(),
             "notes.txt",
+        ),
+        (
+            "decode machine.toml train.csv --csv played.csv".to_owned(),
+            "played.csv",
         ),
     ] {
         let start = format!("error: {at}: is there already and is no result of this program");

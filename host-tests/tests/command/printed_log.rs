@@ -108,7 +108,9 @@ impl Case {
         Self { directory }
     }
 
+    /// What an earlier call left is not there any more: nothing is replaced.
     fn decode(&self, more: &[&str]) -> Output {
+        let _ = fs::remove_file(self.directory.path().join("out.csv"));
         Command::new(env!("CARGO_BIN_EXE_hil"))
             .current_dir(self.directory.path())
             .args(["decode", "image", "log", "--csv", "out.csv"])

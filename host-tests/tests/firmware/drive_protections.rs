@@ -71,6 +71,28 @@ fn nothing_clears_an_emergency_stop_that_is_pressed_and_nothing_moves_when_it_is
     assert!(moved <= EMA.converters.position.unit(), "{moved} rad");
 }
 
+/// Without the crystal nothing is driven, not even by orders that come all at once.
+#[test]
+fn a_drive_whose_crystal_stands_still_is_not_armed_until_the_next_start() {
+    let mut image = declared();
+    perform(&mut image, &["mode voltage", "arm", "step 0 12"]);
+    image.clock_failed = true;
+    image.tick();
+    assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE);
+    assert_eq!(image.wiring.fault(), Some(Fault::ClockFailed));
+    image.run_ms(5);
+    for _ in 0..20 {
+        image.type_in(b"clear\rarm\r");
+        image.tick();
+        assert!(!image.plant.is_driven());
+    }
+    let refused = image.line("clear");
+    assert_eq!(
+        refused,
+        "refused: still there: clock_failed; end that first"
+    );
+}
+
 /// The program's own supply: while it is low nothing is driven, cleared or written to flash.
 #[test]
 fn a_processor_whose_supply_sags_lets_go_at_once_and_saves_nothing_before_it_is_back() {

@@ -270,7 +270,8 @@ impl Drive {
         let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken())
             | Faults::when(Fault::CurrentOffset, self.wiring.is_current_sensor_off())
             | Faults::when(Fault::EmergencyStop, self.wiring.is_emergency_stop())
-            | Faults::when(Fault::BrownOut, self.wiring.is_processor_supply_low());
+            | Faults::when(Fault::BrownOut, self.wiring.is_processor_supply_low())
+            | Faults::when(Fault::ClockFailed, self.wiring.is_clock_failed());
         // A period in which the bridge went off and the brake on says nothing of the encoder.
         let applied = applied.filter(|_| self.is_driven());
         let bridge = self.setup.converters.bridge;

@@ -22,8 +22,8 @@
 //! the defaults if need be, and names what was wrong.
 //!
 //! # Only while disarmed
-//! The STM32F405 has one bank of flash. Erasing 16 KB of it takes 250 ms, at worst 500 ms, and a word
-//! is written in 16 µs, at worst 100 µs (data sheet DS8626, 32-bit programming); for so long nothing
+//! The STM32F405 has one bank of flash. Erasing 16 KB of it byte by byte, as embassy does, takes
+//! 400 ms, at worst 800 ms, and a word is written in 16 µs, at worst 100 µs (data sheet DS8626); for so long nothing
 //! can be fetched from it, and the processor stands still, interrupts included. So writing asks for a
 //! [`Disarmed`].
 //!

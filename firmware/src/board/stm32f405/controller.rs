@@ -12,6 +12,7 @@ use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Input, OutputType, Pull};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac;
+use embassy_stm32::pac::adc::regs::Sr;
 use embassy_stm32::pac::timer::vals::{Bkp, Ossi, Ossr};
 use embassy_stm32::peripherals::{ADC1, PB12, PC6, PC7, TIM1, TIM3};
 use embassy_stm32::timer::complementary_pwm::ComplementaryPwmPin;
@@ -272,11 +273,11 @@ impl ActuatorEdge {
 impl Edge for ActuatorEdge {
     fn read(&mut self) {
         let converter = pac::ADC1;
-        // Flags are cleared by zeros.
-        converter.sr().modify(|register| {
-            register.set_jeoc(false);
-            register.set_jstrt(false);
-        });
+        // Flags are cleared by zeros, and a one leaves one that is set meanwhile.
+        let mut cleared = Sr(u32::MAX);
+        cleared.set_jeoc(false);
+        cleared.set_jstrt(false);
+        converter.sr().write_value(cleared);
         self.convert_temperature();
         INPUTS.set(&Readings {
             current: converter.jdr(0).read().jdata(),

@@ -20,10 +20,10 @@ use embassy_time::{Duration, Ticker, TimeoutError, with_timeout};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::parameters::Region;
-use super::{clock, core_coupled, end, parameters, pins, supply, watchdog};
+use super::{core_coupled, end, parameters, pins, supply, watchdog};
 use crate::app::capture::{self, Capture, QUANTITIES};
 use crate::app::console::LONGEST_ANSWER;
-use crate::app::fault::{Fault, Faults};
+use crate::app::fault::Faults;
 use crate::app::liveness::{IDLE_PERIOD_MS, Task};
 use crate::app::operation::evaluation::{Done, Job};
 use crate::app::operation::kit::Kit;
@@ -288,9 +288,6 @@ async fn operate(
     loop {
         ticker.next().await;
         poll = poll.wrapping_add(1);
-        if !clock::is_from_crystal() {
-            wiring.trip(Fault::ClockFailed);
-        }
         if let Some(done) = DONE.try_take() {
             operator.finish(done, &mut answers);
         }

@@ -3,7 +3,7 @@
 use cortex_m::peripheral::DWT;
 use embassy_stm32::interrupt;
 
-use super::{supply, watchdog};
+use super::{clock, supply, watchdog};
 use crate::app::wiring::Wiring;
 use crate::app::work::PlantWork;
 use crate::board::interrupts::{self, Plant, Slot};
@@ -45,6 +45,7 @@ pub fn run() {
     PLANT.with(|interrupt| {
         interrupt.edge.read();
         interrupt.wiring.set_processor_supply_low(supply::is_low());
+        interrupt.wiring.set_clock_failed(!clock::is_from_crystal());
         interrupt.plant.tick(start);
         interrupt.edge.write();
         if interrupt.wiring.take_vouched() {

@@ -13,7 +13,7 @@ use embassy_stm32::peripherals::IWDG;
 /// for 38 ms without its program.
 const RUNNING: u16 = 20;
 
-/// The same while flash is erased: the most there is, at least 2.8 s. An erase takes 0.5 s at worst.
+/// The same while flash is erased: the most there is, at least 2.8 s. An erase takes 0.8 s at worst.
 const STALLED: u16 = 0xfff;
 
 /// Takes it and starts it.
