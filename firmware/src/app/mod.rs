@@ -49,6 +49,7 @@ pub mod refit;
 pub mod replay;
 #[cfg(feature = "tasks")]
 pub mod session;
+pub mod square_root;
 pub mod store;
 pub mod tape;
 pub mod timing;

@@ -12,6 +12,7 @@ use model_core::numeric::triangle::{Triangle, entries};
 use model_core::numeric::{chi_square, ljung_box, normal, sine, wilcoxon};
 
 use super::Findings;
+use crate::app::square_root::square_root as instruction;
 
 /// Draws from every binade: any sign, any exponent, but no NaN and no infinity.
 fn any_single(random: &mut Random) -> f32 {
@@ -41,6 +42,10 @@ pub(super) fn square_root(findings: &mut Findings) {
         let above = 0.5 * (f64::from(root) + f64::from(root.next_up()));
         let nearest = below * below <= f64::from(value) && above * above >= f64::from(value);
         findings.claim(nearest, "a root is the nearest");
+        findings.claim(
+            instruction(value).to_bits() == root.to_bits(),
+            "the instruction has the bits of libm",
+        );
     }
     for whole in 0..4096_u16 {
         let root = f32::from(whole);

@@ -54,6 +54,8 @@ pub enum Event {
     Vector(u16, Vector),
     /// From now on what the flash holds where parameters are is kept behind each of its operations.
     KeepFlash,
+    /// The processor's own supply has this voltage, mV.
+    Supply(u32),
     /// The supply is lost. Nothing runs before it is back.
     PowerOff,
     /// It is back, the flash holds this where parameters are, and the RAM anything.
@@ -432,6 +434,7 @@ impl Stepping {
                 self.kept = Some(Vec::new());
                 self.operations = board.chip.flash.operations();
             }
+            Event::Supply(millivolts) => board.chip.set_supply(millivolts),
             Event::PowerOff => board.chip.supply(at, false),
             Event::PowerOn(parameters) => {
                 program(host, PARAMETERS, &parameters);

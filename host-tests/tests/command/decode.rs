@@ -14,7 +14,6 @@ use proptest::prelude::*;
 use tempfile::TempDir;
 
 /// Also what the fuzzer decodes with.
-
 fn sample(sequence: u32) -> Vec<u8> {
     let time_us = u64::from(sequence) * 1000;
     let mut message = 2_u16.to_le_bytes().to_vec();

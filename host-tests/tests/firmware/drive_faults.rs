@@ -488,6 +488,7 @@ const FAILURES: [Failure; 16] = [
 #[test]
 fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
     const RUNS: u64 = 200;
+    let mut broken = 0;
     for Failure {
         fault,
         set,
@@ -510,6 +511,7 @@ fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
                 // A command that was too much before anything failed.
                 continue;
             }
+            broken += 1;
             let start = image.plant.state;
             // The speed that it had, and what the most current that is ever driven adds: 24.5 A beside the load,
             // on the strongest and lightest motor of the series.
@@ -569,6 +571,8 @@ fn whatever_fails_at_any_time_the_bridge_is_off_within_its_time() {
         println!("{fault}: {latest} s of {longest}, {worst:?}");
         assert!(latest > 0.0, "{fault} was never found");
     }
+    println!("{broken} drives broken");
+    assert!(broken >= 2000, "{broken}");
 }
 
 /// A day of a sound drive, in hours of 24 actuators at once: `cargo test --release --test firmware drive_faults:: -- --ignored`.

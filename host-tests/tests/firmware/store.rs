@@ -296,6 +296,7 @@ fn a_power_cut_that_leaves_marginal_bits_never_mixes_sets() {
         count(0),
         count(1)
     );
+    assert_eq!(count(1), 0, "a set that was said to be stored was lost");
 }
 
 #[test]

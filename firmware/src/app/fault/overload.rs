@@ -12,6 +12,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use crate::app::square_root::square_root;
+
 /// Share of the most heat that is left when the range of the current begins to narrow. With it Q approaches the most as
 /// e^(−t/T) with T this share of the peak time: at 0.1 and 1 s a hundred control steps.
 const MARGIN: f32 = 0.1;
@@ -127,7 +129,7 @@ impl Coefficients {
         }
         let left = ((1.0 - heat.possible) / MARGIN).clamp(0.0, 1.0);
         let [most, least] = [self.limit, self.continuous].map(|current| current * current);
-        libm::sqrtf(least + (most - least) * left)
+        square_root(least + (most - least) * left)
     }
 }
 

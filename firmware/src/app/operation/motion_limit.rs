@@ -24,6 +24,7 @@ use super::current_limit;
 use super::supply_limit;
 use crate::app::fault::observer::{Reading, Tolerances};
 use crate::app::machine::Machine;
+use crate::app::square_root::square_root;
 use crate::app::timing::CONTROL_PERIOD;
 
 /// τ in control periods.
@@ -167,7 +168,7 @@ impl Coefficients {
     fn approach(&self, distance: f32, was_within: bool, most: f32) -> f32 {
         let linear = distance / (2.0 * TIME_CONSTANT);
         if distance > 0.0 {
-            linear.min(libm::sqrtf(2.0 * self.deceleration * distance))
+            linear.min(square_root(2.0 * self.deceleration * distance))
         } else if was_within {
             linear.max(-most)
         } else {

@@ -13,6 +13,8 @@
 //! Motion is then braked with less current the faster it is, and the [position's limits](super::motion_limit) reckon with
 //! the least.
 
+use crate::app::square_root::square_root;
+
 /// A limit at or above it is none, A: the bound of the parameters.
 pub const NO_LIMIT: f32 = 100.0;
 
@@ -64,7 +66,7 @@ impl Coefficients {
     /// √(e² + 4 R P) + e.
     fn sum(&self, drawn: f32, voltage: f32, supply: f32) -> f32 {
         let power = drawn * supply;
-        voltage + libm::sqrtf(voltage * voltage + 4.0 * self.resistance * power)
+        voltage + square_root(voltage * voltage + 4.0 * self.resistance * power)
     }
 
     fn drawn_along(&self, voltage: f32, supply: f32) -> f32 {
@@ -90,7 +92,7 @@ impl Coefficients {
             let power = returned * supply;
             let square = voltage * voltage - 4.0 * self.resistance * power;
             if square > 0.0 {
-                2.0 * power / (voltage + libm::sqrtf(square))
+                2.0 * power / (voltage + square_root(square))
             } else {
                 f32::MAX
             }

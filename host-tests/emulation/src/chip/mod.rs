@@ -238,6 +238,11 @@ impl Stm32f405 {
         });
     }
 
+    /// Sets the supply, mV, which the voltage detector compares with its level.
+    pub fn set_supply(&mut self, millivolts: u32) {
+        self.part.set_supply(millivolts);
+    }
+
     /// Cuts the supply, or gives it back.
     pub fn supply(&mut self, at: VirtualNanos, is_on: bool) {
         let slot = self.slots.flash;
@@ -262,7 +267,7 @@ impl Stm32f405 {
 const POWER_ON: u64 = 0x0e00_0000;
 
 /// The chip's supply and reference, mV.
-const SUPPLY: u32 = 3300;
+pub const SUPPLY: u32 = 3300;
 
 impl Mcu for Stm32f405 {
     fn bus(&self) -> &Bus {

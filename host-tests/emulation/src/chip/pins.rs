@@ -55,6 +55,9 @@ pub const CURRENT_CHANNEL: u8 = 10;
 /// Controller: ADC1's channel of the bridge's supply.
 pub const SUPPLY_CHANNEL: u8 = 11;
 
+/// Controller: ADC1's channels of the temperatures of the switches and the motor.
+pub const TEMPERATURE_CHANNELS: [u8; 2] = [12, 13];
+
 impl Pin {
     /// Its number, as rigless has it.
     pub fn number(self) -> PinNumber {

@@ -4,7 +4,7 @@ use rigless::device::Level;
 use serde::Serialize;
 
 use super::{Alone, Call, Consoles, MILLISECOND};
-use crate::chip::pins;
+use crate::chip::{self, pins};
 use crate::running::{ADC, Event, FIRST_INTERRUPT, Running, Setting, Vector};
 
 /// What came of a fault.
@@ -51,6 +51,9 @@ const START: u64 = 250 * MILLISECOND;
 
 /// Supply, mV at its pin: 24 V by the divider of eleven.
 const SUPPLY: u32 = 2182;
+
+/// The processor's own supply while it sags, mV: below its detector's 2.93 V, above the reset's 2.83 V.
+const SAG: u32 = 2900;
 
 /// No current, mV.
 const NO_CURRENT: u32 = 1650;
@@ -204,6 +207,11 @@ pub(super) fn faults(call: &Call) -> Result<Faults, String> {
             "emergency stop",
             level(pins::EMERGENCY_STOP, Level::High),
             level(pins::EMERGENCY_STOP, Level::Low),
+        )?,
+        bench.suffer_armed(
+            "the processor's supply sags to 2.9 V",
+            event(Event::Supply(SAG)),
+            event(Event::Supply(chip::SUPPLY)),
         )?,
         bench.suffer_armed(
             "current sensor at its end",

@@ -7,9 +7,10 @@ use serde::Serialize;
 use super::faults::Bench;
 use super::{Alone, Call, Consoles, MILLISECOND};
 use crate::board::CORE_CLOCK;
+use crate::chip::pins;
 use crate::running::{Running, Setting};
 
-/// What was seen of an image.
+/// What was seen of an image; `protected` is the controller with all of [`PROTECTIONS`].
 #[derive(Debug, Serialize)]
 pub(super) struct Ticks {
     image: &'static str,
@@ -54,7 +55,9 @@ pub(super) fn ticks(call: &Call) -> Result<Vec<Ticks>, String> {
             ..setting.clone()
         };
         found.push(throttle(&at(&call.throttle), cycles)?);
-        found.push(controller(&at(&call.controller), cycles)?);
+        let setting = at(&call.controller);
+        found.push(controller(&setting, "controller", &[], cycles)?);
+        found.push(controller(&setting, "protected", &PROTECTIONS, cycles)?);
     }
     Ok(found)
 }
@@ -97,17 +100,42 @@ fn throttle(setting: &Setting, cycles: f64) -> Result<Ticks, String> {
     seen(&mut board, "throttle", cycles)
 }
 
-/// The controller armed, while it sends a capture to its log. Where instructions take too long for it to be armed, what
+/// What the controller watches where it is set: all of it, so that each has its part in the longest interrupt.
+const PROTECTIONS: [&str; 7] = [
+    "speed_limit 30",
+    "position_minimum -3",
+    "position_maximum 3",
+    "supply_current_limit 8",
+    "regeneration_limit 2",
+    "switch_temperature_maximum 90",
+    "motor_temperature_maximum 110",
+];
+
+/// A sensor of 10 kΩ at 25 °C above as much: half the supply, mV.
+const AT_25: u32 = 1650;
+
+/// The controller armed, with these protections, while it sends a capture to its log. Where instructions take too long for it to be armed, what
 /// it has latched is in `status`.
-fn controller(setting: &Setting, cycles: f64) -> Result<Ticks, String> {
+fn controller(
+    setting: &Setting,
+    name: &'static str,
+    protections: &[&str],
+    cycles: f64,
+) -> Result<Ticks, String> {
     let mut bench = Bench::start(setting)?;
+    let board = bench.board();
+    let sensors = pins::TEMPERATURE_CHANNELS.map(|channel| (channel, AT_25));
+    board.0.next.analogue.extend(sensors);
+    for protection in protections {
+        board.order((), &format!("set {protection}"))?;
+    }
     if bench.arm().is_err() {
-        return seen(bench.board(), "controller", cycles);
+        return seen(bench.board(), name, cycles);
     }
     let board = bench.board();
     board.order((), "record 0 682 now input position current_a")?;
     board.run_for(690 * MILLISECOND)?;
     board.order((), "dump")?;
     board.run_for(750 * MILLISECOND)?;
-    seen(board, "controller", cycles)
+    seen(board, name, cycles)
 }
