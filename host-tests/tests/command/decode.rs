@@ -71,9 +71,7 @@ impl Case {
         self.directory.path().join(name)
     }
 
-    /// What an earlier call left is not there any more: nothing is replaced.
     fn decode(&self, more: &[&str]) -> Output {
-        let _ = fs::remove_file(self.path("out.csv"));
         Command::new(env!("CARGO_BIN_EXE_hil"))
             .current_dir(self.directory.path())
             .args(["decode", "image", "log"])
@@ -147,16 +145,18 @@ fn one_experiment_of_several_is_taken_the_first_unless_it_is_named() {
         "note: out.csv holds the experiment \"number_1\"; the log has number_1, number_2, \
          see --experiment\n"
     );
+    // A log is never replaced.
+    fs::remove_file(case.path("out.csv")).unwrap();
     let output = case.decode(&["--csv", "out.csv", "--experiment", "number_2"]);
     assert!(output.status.success());
     assert_eq!((rows(), text(&output.stderr)), (1, ""));
-    let output = case.decode(&["--csv", "out.csv", "--experiment", "3"]);
+    let output = case.decode(&["--csv", "other.csv", "--experiment", "3"]);
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(
         text(&output.stderr),
         "error: log: holds no sample of an experiment \"3\"; expected one of number_1, number_2\n"
     );
-    assert_eq!(rows(), 1, "what was there stays");
+    assert!(!case.path("other.csv").exists());
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn captures_have_one_name_and_are_told_apart_by_their_number() {
         fs::read_to_string(case.path("out.csv")).unwrap(),
         "time_s,position,true_velocity\n0.000000,0.1,0.0\n"
     );
-    let output = case.decode(&["--csv", "out.csv", "--experiment", "capture:3"]);
+    let output = case.decode(&["--csv", "other.csv", "--experiment", "capture:3"]);
     assert_eq!(
         text(&output.stderr),
         "error: log: holds no sample of an experiment \"capture:3\"; expected one of capture, capture:2\n"
