@@ -62,6 +62,7 @@ fn the_reproduction_keeps_the_limit_in_every_column() {
 /// On stands that were not looked at before: a breakaway that only one of throttle and model has moves the
 /// plate by 4.6°, so that now and then the steps of a stand break the limit, about one column in fifty.
 #[test]
+#[ignore = "at length"]
 fn other_noise_and_other_steps_give_the_same_picture() {
     let stands: Vec<Vec<Judged>> = [211, 221].into_par_iter().map(stand).collect();
     let exceeding: usize = stands.iter().map(|judged| beyond(judged)).sum();
