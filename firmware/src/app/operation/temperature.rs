@@ -80,18 +80,12 @@ pub struct Coefficients {
 struct Seen {
     /// Its code.
     code: Option<f32>,
-    /// Its temperature, °C.
-    celsius: Option<f32>,
     outside: Debounce,
 }
 
 /// What is remembered.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct State {
-    sensors: [Seen; 2],
-    /// Whose temperature is worked out next: a logarithm a control step is enough for what warms in seconds.
-    turn: usize,
-}
+pub struct State([Seen; 2]);
 
 /// What a step says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,10 +116,8 @@ impl Coefficients {
             faults: Faults::NONE,
             celsius: [None; 2],
         };
-        let turn = state.turn;
-        state.turn = 1 - turn;
         for place in 0..2 {
-            let (sensor, seen) = (&self.sensors[place], &mut state.sensors[place]);
+            let (sensor, seen) = (&self.sensors[place], &mut state.0[place]);
             if sensor.maximum <= 0.0 {
                 *seen = Seen::default();
                 continue;
@@ -140,14 +132,10 @@ impl Coefficients {
             }
             if seen.outside.after(BROKEN_STEPS, !whole) {
                 seen.code = None;
-                seen.celsius = None;
                 verdict.faults = verdict.faults | Fault::TemperatureSensor.into();
             }
             // Nothing is driven before a temperature is known.
-            if place == turn {
-                seen.celsius = seen.code.map(|code| celsius(sensor.beta, code));
-            }
-            let celsius = seen.celsius;
+            let celsius = seen.code.map(|code| celsius(sensor.beta, code));
             let left = celsius.map_or(0.0, |celsius| sensor.maximum - celsius);
             let share = (left / DERATED_OVER).clamp(0.0, 1.0);
             verdict.current = verdict.current.min(share * self.current);
