@@ -21,6 +21,7 @@ use rigless::time::VirtualNanos;
 use crate::board::Board;
 use crate::chip::description::{CORE_COUPLED_BASE, FLASH_BASE, SRAM_BASE};
 use crate::chip::pins::Pin;
+use crate::random::Random;
 
 /// Where parameters are stored: the second to the fourth sector. See `memory.x`.
 const PARAMETERS: u64 = FLASH_BASE + 0x4000;
@@ -493,16 +494,13 @@ fn program(host: &mut dyn Host, base: u64, bytes: &[u8]) {
     }
 }
 
-/// Both RAMs, as power finds them: anything, which a shift register of 32 bits (Marsaglia's xorshift) makes.
+/// Both RAMs, as power finds them: anything.
 fn scramble(host: &mut dyn Host) {
-    let mut word = 0x9e37_79b9_u32;
+    let mut random = Random(0x9e37_79b9);
     for (base, size) in [(SRAM_BASE, 128 << 10), (CORE_COUPLED_BASE, 64 << 10)] {
         for address in (base..base + size).step_by(4) {
-            word ^= word << 13;
-            word ^= word >> 17;
-            word ^= word << 5;
             // The regions are there: they are the chip's own RAM.
-            let _ = host.write(address, Width::W32, word.into());
+            let _ = host.write(address, Width::W32, random.bits().into());
         }
     }
 }

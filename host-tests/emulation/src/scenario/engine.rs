@@ -21,6 +21,7 @@ use crate::chip::pins::{self, Pin};
 use crate::ecu::data::Body;
 use crate::ecu::diagnosis::Code;
 use crate::ecu::{self, Ecu, Readings};
+use crate::random::Random;
 use crate::running::Running;
 
 /// Frequencies of the PWM, Hz.
@@ -49,7 +50,7 @@ struct Pwm {
     period: f64,
     /// When the next period begins, ns.
     next: f64,
-    random: u32,
+    random: Random,
     /// Edges that are planned, in their order.
     planned: VecDeque<(u64, Pin, Level)>,
     high: bool,
@@ -60,18 +61,15 @@ impl Pwm {
         Self {
             period: 1e9 / frequency,
             next: now as f64,
-            random: 0x9e37_79b9,
+            random: Random(0x9e37_79b9),
             planned: VecDeque::new(),
             high: false,
         }
     }
 
-    /// How late an edge comes, ns: Marsaglia's xorshift.
+    /// How late an edge comes, ns.
     fn lateness(&mut self) -> f64 {
-        self.random ^= self.random << 13;
-        self.random ^= self.random >> 17;
-        self.random ^= self.random << 5;
-        JITTER * self.period * f64::from(self.random) / f64::from(u32::MAX)
+        JITTER * self.period * f64::from(self.random.bits()) / f64::from(u32::MAX)
     }
 
     fn plan(&mut self, at: f64, pin: Pin, high: bool) {

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::{Alone, Call, Consoles, MILLISECOND};
 use crate::chip::{self, pins};
+use crate::random::Random;
 use crate::running::{ADC, Event, FIRST_INTERRUPT, Running, Setting, Vector};
 
 /// What came of a fault.
@@ -293,12 +294,10 @@ const FLOOD: usize = 5760;
 /// Floods the armed drive's terminal with anything, lines torn among it; then `stop` in the middle of it.
 fn flood(bench: &mut Bench) -> Result<(String, String), String> {
     bench.arm()?;
-    let mut word = 0x2545_f491_u32;
+    let mut random = Random(0x2545_f491);
     let mut bytes = Vec::new();
     while bytes.len() < FLOOD {
-        word ^= word << 13;
-        word ^= word >> 17;
-        word ^= word << 5;
+        let word = random.bits();
         match word % 8 {
             // The beginning of a line, and the end of another one.
             0 => bytes.extend(b"set coulo"),

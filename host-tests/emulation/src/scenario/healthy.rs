@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Call, Consoles, Counted, MILLISECOND, Side, pair};
+use crate::random::Random;
 
 /// Virtual time that it is driven for, ns.
 const DURATION: u64 = 600_000 * MILLISECOND;
@@ -52,25 +53,6 @@ pub(super) fn healthy(call: &Call) -> Result<Healthy, String> {
         controller,
         throttle,
     })
-}
-
-/// A shift register of 32 bits: Marsaglia's xorshift.
-struct Random(u32);
-
-impl Random {
-    /// Any number below this one.
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 17;
-        self.0 ^= self.0 << 5;
-        u64::from(self.0) % bound
-    }
-
-    /// Any hundredth from one to another.
-    fn between(&mut self, least: f64, most: f64) -> f64 {
-        let hundredths = ((most - least) * 100.0) as u64;
-        least + self.below(hundredths + 1) as f64 / 100.0
-    }
 }
 
 /// A command within the stroke, which is −0.18 to 1.37 rad, and within what the winding bears for ever.

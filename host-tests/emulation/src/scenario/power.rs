@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::{Alone, Call, Consoles, MILLISECOND, cores, side_by_side};
 use crate::chip::pins;
+use crate::random::Random;
 use crate::running::{Event, Running};
 
 /// What came of a `save` that was cut short.
@@ -159,17 +160,14 @@ impl Cuts {
 
 /// An operation half done: each bit that it changes has its old or its new value.
 fn torn([before, behind]: [&Vec<u8>; 2], number: usize) -> Vec<u8> {
-    let mut random = 0x6c07_8965_u32 ^ (number as u32).wrapping_mul(0x9e37_79b9);
+    let mut random = Random(0x6c07_8965 ^ (number as u32).wrapping_mul(0x9e37_79b9));
     let bytes = before.iter().zip(behind);
     bytes
         .map(|(before, behind)| {
             if before == behind {
                 return *before;
             }
-            random ^= random << 13;
-            random ^= random >> 17;
-            random ^= random << 5;
-            before ^ (before ^ behind) & (random >> 8) as u8
+            before ^ (before ^ behind) & (random.bits() >> 8) as u8
         })
         .collect()
 }
