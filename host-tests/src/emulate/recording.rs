@@ -101,9 +101,11 @@ fn serve(built: &Built, cycles: f64, near: TTYPort) -> io::Result<Served> {
         child,
         ending: ending.clone(),
     };
-    let (Some(keys), Some(said)) = pipes else {
+    let (Some(keys), Some(mut said)) = pipes else {
         return Err(io::Error::other("a child without pipes"));
     };
+    // However long this machine takes to start it: only then is an answer waited for.
+    said.read_exact(&mut [0])?;
     let other = near.try_clone_native()?;
     let still = ending.clone();
     thread::spawn(move || carry(near, keys, &ending));

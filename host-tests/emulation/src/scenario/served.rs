@@ -9,7 +9,7 @@ use std::thread;
 use super::pair::THROTTLE;
 use super::{Call, Consoles, MILLISECOND, PARAMETERS, Pair, Setting, Side};
 
-/// Runs until the standard input ends.
+/// Runs until the standard input ends. A line feed comes first, once it is ready.
 ///
 /// # Errors
 /// No stored parameters, an image that ends, an output that nobody takes.
@@ -35,6 +35,8 @@ pub(super) fn serve(call: &Call) -> Result<(), String> {
             }
         }
     });
+    // From here on the board answers.
+    say(b"\n")?;
     let mut told = pair.controller.heard.len();
     loop {
         match keys.try_recv() {
@@ -43,10 +45,13 @@ pub(super) fn serve(call: &Call) -> Result<(), String> {
             Err(TryRecvError::Disconnected) => return Ok(()),
         }
         pair.run_for(MILLISECOND)?;
-        let said = &pair.controller.heard[told..];
-        let mut out = stdout();
-        let written = out.write_all(said).and_then(|()| out.flush());
-        written.map_err(|error| format!("standard output: {error}"))?;
+        say(&pair.controller.heard[told..])?;
         told = pair.controller.heard.len();
     }
+}
+
+fn say(bytes: &[u8]) -> Result<(), String> {
+    let mut out = stdout();
+    let written = out.write_all(bytes).and_then(|()| out.flush());
+    written.map_err(|error| format!("standard output: {error}"))
 }
