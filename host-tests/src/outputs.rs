@@ -12,13 +12,13 @@
 //! A file that is there already is replaced only if this program wrote it; see [`Kind`].
 
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::error::{InputError, read_at_most};
+use crate::error::InputError;
 use crate::failure::Failure;
 
 use self::part::{Unfinished, probe, rename, unfinished, write_part};
@@ -39,17 +39,14 @@ by `import` and `record` never:
   log CSV            is never replaced
 Other files in a report's directory are left alone. Devices, pipes and /dev/stdout are written to.";
 
-/// Stands in the beginning of a page, a drawing or a machine file that this program wrote.
+/// Stands in the beginning of a page, a drawing, a machine file or a result in JSON that this program wrote.
 pub const MARK: &str = "Written by cargo hil";
 
 /// The first line of an experiment's input. A measured log has more columns.
 pub const INPUT_HEADER: &str = "time_s,input";
 
-/// Where [`MARK`] has to be, in bytes from the start.
+/// As much of a file is looked at for what it is, bytes.
 const BEGINNING: usize = 1000;
-
-/// Largest file that is looked into for what it is, bytes. This program writes none that is larger.
-const LARGEST_RESULT: u64 = 256 << 20;
 
 /// What an output holds, which decides what file of the same name it may replace. An empty file is
 /// always replaced.
@@ -64,18 +61,16 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Whether this program wrote these bytes, as far as that can be said before the work is done.
+    /// Whether this program wrote a file with these bytes, of which more than [`BEGINNING`] need not be given.
     fn wrote(self, bytes: &[u8]) -> bool {
-        if bytes.trim_ascii().is_empty() {
+        let beginning = &bytes[..bytes.len().min(BEGINNING)];
+        if beginning.len() < BEGINNING && beginning.trim_ascii().is_empty() {
             return true;
         }
         match self {
-            Self::Marked => {
-                let beginning = &bytes[..bytes.len().min(BEGINNING)];
-                String::from_utf8_lossy(beginning).contains(MARK)
-            }
+            Self::Marked => String::from_utf8_lossy(beginning).contains(MARK),
             Self::Input => {
-                let line = bytes.split(|byte| *byte == b'\n').next();
+                let line = beginning.split(|byte| *byte == b'\n').next();
                 line.is_some_and(|line| line.trim_ascii() == INPUT_HEADER.as_bytes())
             }
             Self::Log => false,
@@ -244,9 +239,9 @@ impl Outputs {
                     "takes standard output, and would be replaced; name another file, or /dev/stdout",
                 );
             }
-            let bytes = read_result(path)
+            let beginning = read_beginning(path)
                 .map_err(|error| unwritable(&shown, &format!("cannot be read ({error})")))?;
-            if !bytes.is_some_and(|bytes| kind.wrote(&bytes)) {
+            if !kind.wrote(&beginning) {
                 return refuse(
                     "is there already and is no result of this program, so it is not replaced; name \
                      another place, or move it away",
@@ -382,10 +377,11 @@ fn unwritable(path: &Path, reason: &str) -> Failure {
     Failure::system(path.display(), reason)
 }
 
-/// What a file holds; none if it is too large to be a result.
-fn read_result(path: &Path) -> io::Result<Option<Vec<u8>>> {
-    match read_at_most(File::open(path)?, LARGEST_RESULT) {
-        Err(error) if error.kind() == io::ErrorKind::FileTooLarge => Ok(None),
-        read => read.map(Some),
-    }
+/// As much of a file as [`Kind::wrote`] looks at.
+fn read_beginning(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?
+        .take(BEGINNING as u64)
+        .read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
