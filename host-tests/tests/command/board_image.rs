@@ -1,4 +1,4 @@
-//! An image of a board and frames of its log, made by hand.
+//! An image of a board and frames of its log, made by hand. Also what the fuzzer decodes with.
 
 use object::write::{Object, Symbol, SymbolSection};
 use object::{

@@ -13,7 +13,6 @@ use object::{Architecture, BinaryFormat, Endianness};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
-/// Also what the fuzzer decodes with.
 fn sample(sequence: u32) -> Vec<u8> {
     let time_us = u64::from(sequence) * 1000;
     let mut message = 2_u16.to_le_bytes().to_vec();
@@ -157,6 +156,9 @@ fn one_experiment_of_several_is_taken_the_first_unless_it_is_named() {
         "error: log: holds no sample of an experiment \"3\"; expected one of number_1, number_2\n"
     );
     assert!(!case.path("other.csv").exists());
+    let output = case.decode(&["--csv", "out.csv"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(rows(), 1, "what was there stays");
 }
 
 #[test]

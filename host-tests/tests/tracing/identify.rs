@@ -308,9 +308,8 @@ fn undeclared_effects_cost_five_degrees_at_most_on_another_log() {
 
 /// The physical model, eqs 1–7, against the f64 rig of the same parameters: without and with
 /// inductance, preload, stops, viscous friction, static above Coulomb friction.
-#[test]
-fn both_assemblies_follow_an_independent_integration() {
-    for inductance in [0.0, 6e-3] {
+fn both_assemblies_follow(inductances: &[f64], ticks: usize) {
+    for &inductance in inductances {
         for machine in [Machine::intake_throttle(), Machine::throttle()] {
             let machine = Machine {
                 motor: Motor::Winding {
@@ -321,8 +320,7 @@ fn both_assemblies_follow_an_independent_integration() {
                 ..machine
             };
             for mut input in [triangle(&machine), steps(&machine, 301)] {
-                // Twenty seconds have breakaways, stops and the rest.
-                input.truncate(20_000);
+                input.truncate(ticks);
                 let reference = measure(&machine, &[], input, 1);
                 let directory = tempfile::tempdir().unwrap();
                 let path = directory.path().join("machine.toml");
@@ -338,4 +336,16 @@ fn both_assemblies_follow_an_independent_integration() {
             }
         }
     }
+}
+
+/// Twenty seconds have breakaways, stops and the rest.
+#[test]
+fn both_assemblies_follow_an_independent_integration() {
+    both_assemblies_follow(&[0.0, 6e-3], 20_000);
+}
+
+#[test]
+#[ignore = "at length"]
+fn both_assemblies_follow_an_independent_integration_for_a_minute() {
+    both_assemblies_follow(&[0.0, 1.2e-3, 6e-3], 60_000);
 }
