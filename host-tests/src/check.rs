@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long)]
     all: bool,
     /// Begin no test at length later than this many minutes after the start
-    #[arg(long, value_name = "MINUTES", requires = "all")]
+    #[arg(long, value_name = "MINUTES", requires = "all", value_parser = clap::value_parser!(u64).range(..=100_000))]
     within: Option<u64>,
 }
 
@@ -161,7 +161,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let until = args
         .within
         .map(|minutes| *START + Duration::from_secs(60 * minutes));
-    let tests = host_tests::run(args.all.then_some(until))?;
+    let tests = host_tests::run(args.all, until)?;
     announce("done");
     say(&summary(&images, &tests));
     Ok(())

@@ -94,14 +94,12 @@ fn seconds(outcome: &str) -> Option<f64> {
     time.strip_suffix("s>")?.parse().ok()
 }
 
-/// Until when tests at length are begun, for whom they are asked for.
-pub(super) type AtLength = Option<Option<Instant>>;
-
-/// Builds and runs the tests, all of them also where one fails.
+/// Builds and runs the tests, all of them also where one fails; those at length too if they are asked for, and begun up
+/// to a time if there is one.
 ///
 /// # Errors
 /// The tests that failed.
-pub(super) fn run(at_length: AtLength) -> Result<Tests, Failure> {
+pub(super) fn run(at_length: bool, until: Option<Instant>) -> Result<Tests, Failure> {
     let programs = build()?;
     let mut tests = Tests::default();
     for program in &programs {
@@ -111,7 +109,7 @@ pub(super) fn run(at_length: AtLength) -> Result<Tests, Failure> {
     let mut examples = cargo_command();
     examples.args(["test", "--release", "--doc", "--no-fail-fast"]);
     tests.take("documentation", listen(examples)?)?;
-    if let Some(until) = at_length {
+    if at_length {
         tests.at_length(&programs, until)?;
     }
     if tests.failed.is_empty() {
