@@ -40,10 +40,10 @@ pub struct Args {
     /// what changes
     #[arg(long)]
     bless: bool,
-    /// Run the tests at length too: many cases drawn at random, hundreds of logs, a day of a drive; and fuzz
+    /// Run the long tests too: many cases drawn at random, hundreds of logs, a day of a drive; and fuzz
     #[arg(long)]
     all: bool,
-    /// Begin no test at length later than this many minutes after the start
+    /// Begin no long test later than this many minutes after the start
     #[arg(long, value_name = "MINUTES", requires = "all", value_parser = clap::value_parser!(u64).range(..=100_000))]
     within: Option<u64>,
 }

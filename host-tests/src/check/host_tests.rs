@@ -44,7 +44,7 @@ impl Tests {
         lines.extend(self.skipped.iter().map(|test| format!("  not run: {test}")));
         if self.left > 0 {
             lines.push(format!(
-                "  no time was left for {} tests at length",
+                "  no time was left for {} long tests",
                 self.left
             ));
         }
