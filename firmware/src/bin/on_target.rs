@@ -81,8 +81,13 @@ fn count(name: &str, inputs: &Inputs, mut work: impl FnMut(f32)) {
             black_box(input);
         });
     });
-    // To the nearest: the emulated count is off by one now and then.
-    log_count(name, (all - around + RUNS as u32 / 2) / RUNS as u32);
+    log_count(name, nearest(all - around, RUNS as u32));
+}
+
+/// Cycles of one of so many runs, to the nearest: a look at the emulated clock, which counts nanoseconds, is up to a
+/// cycle off, so no single run is counted.
+fn nearest(all: u32, runs: u32) -> u32 {
+    (all + runs / 2) / runs
 }
 
 fn log_count(name: &str, cycles: u32) {
@@ -168,7 +173,7 @@ fn bench_sliding<E: Electrics>([step, period]: [&str; 2], parameters: &bench::Pa
     for _ in 0..100 {
         follow(&mut bench);
     }
-    log_count(period, duration(|| follow(&mut bench)));
+    count(period, &[0.0; RUNS], |_| follow(&mut bench));
     let wanted = bench.terms().output / parameters.control.torque_constant;
     count(step, &[wanted; RUNS], |reference| {
         defmt::assert!(bench.advance(reference).is_ok());
@@ -208,8 +213,7 @@ fn refit() {
     });
     let estimate = defmt::unwrap!(outcome);
     let evaluations = estimate.annealing_evaluations + estimate.golden_section_evaluations;
-    log_count("refit", all);
     log_count("refit_evaluations", evaluations);
-    log_count("refit_evaluation", all / evaluations);
-    log_count("refit_sample", all / calls / 200);
+    log_count("refit_evaluation", nearest(all, evaluations));
+    log_count("refit_sample", nearest(all, calls * 200));
 }

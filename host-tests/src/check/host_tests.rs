@@ -43,10 +43,7 @@ impl Tests {
         )];
         lines.extend(self.skipped.iter().map(|test| format!("  not run: {test}")));
         if self.left > 0 {
-            lines.push(format!(
-                "  no time was left for {} long tests",
-                self.left
-            ));
+            lines.push(format!("  no time was left for {} long tests", self.left));
         }
         let mut timed: Vec<(f64, &str)> = self
             .passed
