@@ -57,24 +57,8 @@ pub struct VerdictsRun {
     pub comparisons: Vec<Comparison>,
 }
 
-/// Builds and runs the program that traces a log of each kind of verdict, and compares it with this host.
-///
-/// # Errors
-/// As [`run_program`]; a board that reports an error.
-fn run_verdicts(toolchain: &Toolchain) -> Result<VerdictsRun, Failure> {
-    let (build, log) = run_program(toolchain, VERDICTS)?;
-    let comparisons = compare(&log, &verdicts::VERDICTS).map_err(Failure::Other)?;
-    Ok(VerdictsRun {
-        build,
-        log,
-        comparisons,
-    })
-}
-
 /// A run of the image that ended in order.
 pub struct BoardRun {
-    /// What it was built with.
-    pub toolchain: Toolchain,
     /// What it was built to.
     pub build: Build,
     /// What it occupies.
@@ -85,12 +69,20 @@ pub struct BoardRun {
     pub comparisons: Vec<Comparison>,
 }
 
-/// Sets up what is missing, builds the image and that of the verdicts, runs both side by side and checks the
-/// runs. `announce` is told each of these before it begins.
+/// What the runs need: the toolchain, the image that runs an actuator of each kind, and the emulated chip.
+pub struct Prepared {
+    /// What the images are built with.
+    pub toolchain: Toolchain,
+    build: Build,
+    size: Size,
+}
+
+/// Sets up what is missing, builds the image and the emulated chip. `announce` is told each of these before it
+/// begins.
 ///
 /// # Errors
-/// Whatever is not in order, first of all.
-pub fn run(mut announce: impl FnMut(&str)) -> Result<(BoardRun, VerdictsRun), Failure> {
+/// What is missing, with the command that brings it; an image that does not build or does not fit.
+pub fn prepare(mut announce: impl FnMut(&str)) -> Result<Prepared, Failure> {
     announce("toolchain");
     let toolchain = Toolchain::set_up()?;
     announce(&format!(
@@ -101,25 +93,43 @@ pub fn run(mut announce: impl FnMut(&str)) -> Result<(BoardRun, VerdictsRun), Fa
     let size = Size::read(&build.elf)?.fitting()?;
     announce("the emulated chip (built once, which takes minutes)");
     emulate::run::build()?;
-    announce(
-        "an actuator of each kind, and beside it a log of each kind of verdict, on emulated chips",
-    );
-    // The longest runs of all.
-    let (run, verdicts) = rayon::join(
-        || unattended::run(&build.elf, None)?.in_order(),
-        || run_verdicts(&toolchain),
-    );
-    let (unattended::Run { log, .. }, verdicts) = (run?, verdicts?);
-    announce("the same experiments on this host");
-    let comparisons = compare(&log, &DEMONSTRATION).map_err(Failure::Other)?;
-    let board = BoardRun {
+    Ok(Prepared {
         toolchain,
         build,
         size,
-        log,
-        comparisons,
-    };
-    Ok((board, verdicts))
+    })
+}
+
+impl Prepared {
+    /// Runs the actuator of each kind, and compares with this host.
+    ///
+    /// # Errors
+    /// A run that does not end in order; a board that reports an error.
+    pub fn actuators(&self) -> Result<BoardRun, Failure> {
+        let log = unattended::run(&self.build.elf, None)?.in_order()?.log;
+        let comparisons = compare(&log, &DEMONSTRATION).map_err(Failure::Other)?;
+        Ok(BoardRun {
+            build: self.build.clone(),
+            size: self.size,
+            log,
+            comparisons,
+        })
+    }
+
+    /// Builds and runs the program that traces a log of each kind of verdict, and compares with this host. It is
+    /// the longest run of all: let it run beside another.
+    ///
+    /// # Errors
+    /// As [`run_program`]; a board that reports an error.
+    pub fn verdicts(&self) -> Result<VerdictsRun, Failure> {
+        let (build, log) = run_program(&self.toolchain, VERDICTS)?;
+        let comparisons = compare(&log, &verdicts::VERDICTS).map_err(Failure::Other)?;
+        Ok(VerdictsRun {
+            build,
+            log,
+            comparisons,
+        })
+    }
 }
 
 impl BoardRun {

@@ -4,16 +4,18 @@ use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
+use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::LazyLock;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use host_tests::Tests;
 
 use crate::blessing::replace;
 use crate::board_log::Line;
-use crate::board_run;
+use crate::board_run::{self, Prepared};
 use crate::emulate;
 use crate::failure::Failure;
 use crate::figures::{self, Comparison, Figures};
@@ -90,67 +92,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "warnings",
         ])?;
     }
-    let (board, verdicts) = board_run::run(announce)?;
-    check_warnings(&board.build)?;
-    board.require_parity()?;
-    check_messages(
-        board_run::ACTUATORS,
-        board_run::messages(&board.log),
-        args.bless,
-    )?;
-    say(&format!(
-        "{} samples, none dropped, bit for bit as on this host; messages as expected",
-        board.samples()
-    ));
+    let prepared = board_run::prepare(announce)?;
+    announce(
+        "beside all that follows, until the host tests: a log of each kind of verdict on an emulated chip",
+    );
+    let (images, verdicts) = thread::scope(|scope| {
+        let verdicts = scope.spawn(|| prepared.verdicts());
+        let images = images(args, &prepared);
+        (images, verdicts.join())
+    });
+    let (images, verdicts) = (
+        images?,
+        verdicts.unwrap_or_else(|cause| resume_unwind(cause))?,
+    );
     check_warnings(&verdicts.build)?;
     board_run::require_parity(&verdicts.comparisons)?;
     say(&format!(
         "{} logs, one of each kind of verdict, traced bit for bit as on this host",
         verdicts.comparisons.len()
     ));
-    announce("failures on the emulated chip");
-    run_program(&board.toolchain, board_run::FAILURES, args.bless)?;
-    say("each named, nothing taken over from it, the plant stepping on");
-    announce("a throttle body and its engine controller on the emulated chip");
-    run_program(&board.toolchain, board_run::ECU, args.bless)?;
-    say("each fault found by its code, none where there is none, no deadline missed");
-    announce("the core's tests on the emulated chip");
-    let on_target = on_target_run::run(&board.toolchain)?;
-    check_warnings(&on_target.build)?;
-    check_messages(on_target_run::PROGRAM, on_target.messages(), args.bless)?;
-    let counted = compare(
-        &board.toolchain,
-        on_target_run::PROGRAM,
-        &on_target.counts,
-        args.bless,
-    )?;
-    say(&format!(
-        "every test passed, bit for bit as on this host; instructions {counted}"
-    ));
-    announce("a recorded drive on the emulated chip");
-    let replay = replay_run::check(&board.toolchain)?;
-    say(&format!(
-        "{} rows, bit for bit as on this host",
-        replay.rows.len()
-    ));
-    announce("the images that are operated");
-    let mut images = vec![
-        (board_run::ACTUATORS, board.size),
-        (replay_run::PROGRAM, replay.size),
-    ];
-    for image in PRODUCTS {
-        let built = board.toolchain.build(image)?;
-        check_warnings(&built)?;
-        images.push((
-            image,
-            Size::read(&built.elf)?.fitting_above(board.stack()?)?,
-        ));
-    }
-    emulated_chips(&board.toolchain)?;
-    announce("lints of the images");
-    if !board.toolchain.lint()? {
-        say("this compiler has no clippy: the images' builds were looked at for warnings instead");
-    }
     if args.all {
         announce("fuzzing");
         for target in fuzz::run()? {
@@ -165,6 +125,68 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     announce("done");
     say(&summary(&images, &tests));
     Ok(())
+}
+
+/// Builds and lints the images and runs them on emulated chips; gives what each occupies.
+fn images(args: &Args, prepared: &Prepared) -> Result<Vec<(&'static str, Size)>, Failure> {
+    let toolchain = &prepared.toolchain;
+    announce("an actuator of each kind on the emulated chip");
+    let board = prepared.actuators()?;
+    check_warnings(&board.build)?;
+    board.require_parity()?;
+    check_messages(
+        board_run::ACTUATORS,
+        board_run::messages(&board.log),
+        args.bless,
+    )?;
+    say(&format!(
+        "{} samples, none dropped, bit for bit as on this host; messages as expected",
+        board.samples()
+    ));
+    announce("failures on the emulated chip");
+    run_program(toolchain, board_run::FAILURES, args.bless)?;
+    say("each named, nothing taken over from it, the plant stepping on");
+    announce("a throttle body and its engine controller on the emulated chip");
+    run_program(toolchain, board_run::ECU, args.bless)?;
+    say("each fault found by its code, none where there is none, no deadline missed");
+    announce("the core's tests on the emulated chip");
+    let on_target = on_target_run::run(toolchain)?;
+    check_warnings(&on_target.build)?;
+    check_messages(on_target_run::PROGRAM, on_target.messages(), args.bless)?;
+    let counted = compare(
+        toolchain,
+        on_target_run::PROGRAM,
+        &on_target.counts,
+        args.bless,
+    )?;
+    say(&format!(
+        "every test passed, bit for bit as on this host; instructions {counted}"
+    ));
+    announce("a recorded drive on the emulated chip");
+    let replay = replay_run::check(toolchain)?;
+    say(&format!(
+        "{} rows, bit for bit as on this host",
+        replay.rows.len()
+    ));
+    announce("the images that are operated");
+    let mut images = vec![
+        (board_run::ACTUATORS, board.size),
+        (replay_run::PROGRAM, replay.size),
+    ];
+    for image in PRODUCTS {
+        let built = toolchain.build(image)?;
+        check_warnings(&built)?;
+        images.push((
+            image,
+            Size::read(&built.elf)?.fitting_above(board.stack()?)?,
+        ));
+    }
+    emulated_chips(toolchain)?;
+    announce("lints of the images");
+    if !toolchain.lint()? {
+        say("this compiler has no clippy: the images' builds were looked at for warnings instead");
+    }
+    Ok(images)
 }
 
 /// The images as they are flashed, on emulated chips.

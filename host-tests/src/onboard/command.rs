@@ -30,10 +30,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let mut announce = announce();
-    let (run, verdicts) = board_run::run(&mut announce)?;
+    let prepared = board_run::prepare(&mut announce)?;
+    announce(
+        "an actuator of each kind, and beside it a log of each kind of verdict, on emulated chips",
+    );
+    let (run, verdicts) = rayon::join(|| prepared.actuators(), || prepared.verdicts());
+    let (run, verdicts) = (run?, verdicts?);
     announce("instruction counts");
-    let counts = on_target_run::run(&run.toolchain)?.counts;
-    let built = Built::new(&run.toolchain, &mut announce)?;
+    let counts = on_target_run::run(&prepared.toolchain)?.counts;
+    let built = Built::new(&prepared.toolchain, &mut announce)?;
     let (outcome, traced) =
         demonstrate(&built, CYCLES_PER_INSTRUCTION, Extent::Loop, &mut announce)?;
     let summary = Summary::new(&outcome, &traced, CYCLES_PER_INSTRUCTION);
