@@ -24,7 +24,7 @@ use crate::image::Size;
 use crate::import::foreign::READERS;
 use crate::on_target_run;
 use crate::replay_run;
-use crate::toolchain::{Build, Toolchain};
+use crate::toolchain::{Build, Toolchain, set_up_browser};
 use crate::workspace;
 
 mod host_tests;
@@ -118,6 +118,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     announce("host tests");
+    if let Err(reason) = set_up_browser() {
+        say(&format!(
+            "no browser: the live page is not opened in one; {reason}"
+        ));
+    }
     let until = args
         .within
         .map(|minutes| *START + Duration::from_secs(60 * minutes));

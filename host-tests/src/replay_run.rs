@@ -1,7 +1,7 @@
 //! A recorded drive replayed by the firmware's plant interrupt: on the emulated chip, in real time,
 //! and on this host.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use firmware::app::machine::THROTTLE;
 use firmware::app::replay::{Replay, Row};
@@ -107,12 +107,11 @@ pub fn on_board(toolchain: &Toolchain, tape: &[u8], file: &Path) -> Result<OnBoa
     Ok(OnBoard { rows, ticks, size })
 }
 
-/// Replays steps of the throttle's input on the emulated chip, with cogging and a late drive, and
-/// compares with this host.
+/// The tape of [`check`]: steps of the throttle's input, with cogging and a late drive.
 ///
 /// # Errors
-/// What [`on_board`] returns; bits that differ.
-pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
+/// None as long as the throttle's declared model is in order.
+pub fn checked_tape() -> Result<Vec<u8>, Failure> {
     let other = |error: &dyn std::fmt::Display| Failure::other(error.to_string());
     let steps = aprts::Parameters {
         lower: -THROTTLE.position_loop.output_maximum,
@@ -143,9 +142,21 @@ pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
         ticks_per_input: TICKS_PER_CONTROL,
         inputs: &inputs,
     };
-    let tape = drive.tape()?;
-    let directory = workspace::results();
-    let board = on_board(toolchain, &tape, &directory.join("check.tape"))?;
+    drive.tape()
+}
+
+/// Where [`checked_tape`] is left.
+pub fn checked_file() -> PathBuf {
+    workspace::results().join("check.tape")
+}
+
+/// Replays [`checked_tape`] on the emulated chip and compares with this host.
+///
+/// # Errors
+/// What [`on_board`] returns; bits that differ.
+pub fn check(toolchain: &Toolchain) -> Result<OnBoard, Failure> {
+    let tape = checked_tape()?;
+    let board = on_board(toolchain, &tape, &checked_file())?;
     match differing_bits(&board.rows, &on_host(&tape)?) {
         0 => Ok(board),
         bits => Err(Failure::Other(format!(

@@ -34,6 +34,9 @@ pub const LINKER: &str = "flip-link";
 /// The version of [`LINKER`] that is installed where there is none.
 pub const LINKER_VERSION: &str = "0.1.12";
 
+/// A browser in which the tests open the live page, by the names that it goes by.
+pub const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+
 /// What [`LINKER`] runs. Debian has it under the name [`DEBIAN_LLD`].
 #[cfg(unix)]
 const LLD: &str = "rust-lld";
@@ -111,6 +114,24 @@ fn ensure_linker(machine: &mut impl Machine) -> Result<(), String> {
         .map_err(|reason| {
             format!("{reason}; try: cargo install {LINKER} --version {LINKER_VERSION} --locked")
         })
+}
+
+/// Sees to one of [`BROWSERS`], which only a test needs.
+///
+/// # Errors
+/// There is none, and what to run.
+pub fn set_up_browser() -> Result<(), String> {
+    ensure_browser(&mut ThisMachine)
+}
+
+fn ensure_browser(machine: &mut impl Machine) -> Result<(), String> {
+    if BROWSERS.iter().any(|browser| machine.has_program(browser)) {
+        return Ok(());
+    }
+    if !machine.is_debian() {
+        return Err("there is no Chromium on this machine".to_owned());
+    }
+    ensure_packages(machine, &BROWSERS[..1])
 }
 
 fn ensure_packages(machine: &mut impl Machine, packages: &[&'static str]) -> Result<(), String> {
@@ -692,6 +713,23 @@ mod tests {
             error.ends_with("rustup target add thumbv7em-none-eabihf"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn a_browser_is_installed_only_where_there_is_none() {
+        let mut there = Faked {
+            programs: vec!["google-chrome"],
+            ..Faked::default()
+        };
+        assert_eq!(ensure_browser(&mut there), Ok(()));
+        assert!(ensure_browser(&mut Faked::default()).is_err());
+        let mut missing = Faked {
+            debian: true,
+            root: true,
+            ..Faked::default()
+        };
+        assert_eq!(ensure_browser(&mut missing), Ok(()));
+        assert_eq!(missing.installed, ["chromium"]);
     }
 
     #[test]

@@ -54,9 +54,29 @@ const SWITCH: f64 = 5.0e-3;
 /// Most counts that the encoder moves by in a step: 40 rad/s.
 const MOST_COUNTS: i64 = 5;
 
+/// What is broken at the wires to the controller.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Broken {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// The driver of the bridge pulls its fault line.
+    Bridge,
+    /// The contact of the emergency stop is open.
+    EmergencyStop,
+    /// The current sensor's output is at its upper end.
+    CurrentSensor,
+    /// There is no supply.
+    Supply,
+    /// Both limit switches are open.
+    Switches,
+}
+
 /// The wires.
 #[derive(Debug, Default)]
 pub struct Harness {
+    /// What is broken at them.
+    pub broken: Broken,
     /// Position behind the low-pass, rad; none before the tracks are there.
     position: Option<f64>,
     /// Counts that the encoder has given.
@@ -130,7 +150,17 @@ impl Harness {
             // Ground stands for no current at all: the throttle is not up yet.
             0.5
         };
-        let supply = SUPPLY * 1000.0 / SUPPLY_DIVIDER;
+        let broken = |what| self.broken == what;
+        let share = if broken(Broken::CurrentSensor) {
+            1.0
+        } else {
+            share
+        };
+        let supply = if broken(Broken::Supply) {
+            0.0
+        } else {
+            SUPPLY * 1000.0 / SUPPLY_DIVIDER
+        };
         next.analogue = vec![
             (pins::CURRENT_CHANNEL, (share * 3300.0).round() as u32),
             (pins::SUPPLY_CHANNEL, supply.round() as u32),
@@ -138,12 +168,15 @@ impl Harness {
         let at_stops = self.position.map_or([false; 2], |position| {
             [position < STROKE[0] + SWITCH, position > STROKE[1] - SWITCH]
         });
+        let at_stops = at_stops.map(|reached| reached || broken(Broken::Switches));
         let switches = [pins::LOWER_SWITCH, pins::UPPER_SWITCH];
         for (pin, reached) in switches.into_iter().zip(at_stops) {
             next.levels.push((at, pin, level(reached)));
         }
-        next.levels.push((at, pins::BRIDGE_BREAK, Level::High));
-        next.levels.push((at, pins::EMERGENCY_STOP, Level::Low));
+        let driver = level(!broken(Broken::Bridge));
+        next.levels.push((at, pins::BRIDGE_BREAK, driver));
+        let stop = level(broken(Broken::EmergencyStop));
+        next.levels.push((at, pins::EMERGENCY_STOP, stop));
         next.levels.sort_by_key(|&(instant, ..)| instant);
     }
 

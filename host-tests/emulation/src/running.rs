@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
+use rigless::chip::uart::Rate;
 use rigless::device::Level;
 use rigless::emulator::{
     self, AccessKind, Driver, Host, InterruptLine, Memory, Settled, Start, Stop,
@@ -57,6 +58,8 @@ pub enum Event {
     KeepFlash,
     /// The processor's own supply has this voltage, mV.
     Supply(u32),
+    /// So many words in a million reach USART1 with a framing error, as many with noise, and some of their bits flipped.
+    LineErrors(u32),
     /// The supply is lost. Nothing runs before it is back.
     PowerOff,
     /// It is back, the flash holds this where parameters are, and the RAM anything.
@@ -130,12 +133,14 @@ pub struct Counts {
 
 enum Request {
     Reach(u64, Inputs),
+    Stack,
     /// The end of power: what the flash holds where parameters are.
     End,
 }
 
 enum Reply {
     Reached(Outputs),
+    Stack([u64; 2]),
     Ended(Vec<u8>),
 }
 
@@ -278,6 +283,21 @@ impl Running {
                 self.outputs = outputs;
                 Ok(())
             }
+            _ => Err(self.failure()),
+        }
+    }
+
+    /// Bytes of the stack that were used since the start, and those that there are. Power that was lost in between
+    /// fills the RAM with anything: then it is all of them.
+    ///
+    /// # Errors
+    /// The emulation has ended.
+    pub fn stack(&mut self) -> Result<[u64; 2], String> {
+        if self.requests.send(Request::Stack).is_err() {
+            return Err(self.failure());
+        }
+        match self.replies.recv() {
+            Ok(Reply::Stack(stack)) => Ok(stack),
             _ => Err(self.failure()),
         }
     }
@@ -436,6 +456,17 @@ impl Stepping {
                 self.operations = board.chip.flash.operations();
             }
             Event::Supply(millivolts) => board.chip.set_supply(millivolts),
+            Event::LineErrors(per_million) => {
+                let errors = board.chip.part.usart[0].errors_mut();
+                errors.framing = Rate {
+                    name: "framing",
+                    per_million,
+                };
+                errors.noise = Rate {
+                    name: "noise",
+                    per_million,
+                };
+            }
             Event::PowerOff => board.chip.supply(at, false),
             Event::PowerOn(parameters) => {
                 program(host, PARAMETERS, &parameters);
@@ -505,6 +536,17 @@ fn scramble(host: &mut dyn Host) {
     }
 }
 
+/// Bytes of the stack that were used, and those that there are. It lies at the bottom of the RAM, ends there, and
+/// begins where the first vector says; the RAM of a run begins as zeros.
+fn stack(memory: &mut (impl Memory + ?Sized)) -> [u64; 2] {
+    let mut word = |address| memory.read(address, Width::W32).unwrap_or(0);
+    let top = word(FLASH_BASE);
+    let deepest = (SRAM_BASE..top)
+        .step_by(4)
+        .find(|address| word(*address) != 0);
+    [top - deepest.unwrap_or(top), top.saturating_sub(SRAM_BASE)]
+}
+
 fn parameters(memory: &mut (impl Memory + ?Sized)) -> Vec<u8> {
     let addresses = (PARAMETERS..).take(PARAMETERS_SIZE);
     addresses
@@ -563,7 +605,13 @@ impl Driver<Board> for Stepping {
             if self.until > 1 && self.answers.send(Reply::Reached(reached)).is_err() {
                 return None;
             }
-            match self.asked.recv() {
+            let mut asked = self.asked.recv();
+            while let Ok(Request::Stack) = asked {
+                // Whoever asked waits.
+                let _ = self.answers.send(Reply::Stack(stack(host)));
+                asked = self.asked.recv();
+            }
+            match asked {
                 Ok(Request::Reach(until, inputs)) => {
                     self.take((session.board_mut(), host), at, until, inputs);
                 }
@@ -572,7 +620,7 @@ impl Driver<Board> for Stepping {
                     let _ = self.answers.send(Reply::Ended(parameters(host)));
                     return None;
                 }
-                Err(_) => return None,
+                Ok(Request::Stack) | Err(_) => return None,
             }
         }
         Some(self.next(at))

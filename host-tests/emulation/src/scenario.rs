@@ -15,6 +15,7 @@ use crate::harness::Harness;
 use crate::running::{Counts, Running, Setting};
 
 mod alone;
+mod any_time;
 mod engine;
 mod faults;
 mod healthy;
@@ -26,7 +27,7 @@ mod unattended;
 
 /// How the program is called.
 const USAGE: &str = "usage: emulation [serve|SCENARIO,...] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND] | \
-     emulation unattended ELF [TAPE]";
+     emulation unattended INSTRUCTIONS_PER_SECOND ELF [TAPE]";
 
 /// The controller's stored parameters, in the directory: what a run leaves and `serve` starts with.
 const PARAMETERS: &str = "controller.parameters";
@@ -54,7 +55,10 @@ const SCENARIOS: [Scenario; 7] = [
 ];
 
 /// What takes too long to be done unless it is named.
-const ON_DEMAND: [Scenario; 2] = [
+const ON_DEMAND: [Scenario; 3] = [
+    ("any_time", |call| {
+        part("any_time", any_time::any_time(call)?)
+    }),
     ("every_cut", |call| part("cuts", power::every_cut(call)?)),
     ("healthy", |call| part("healthy", healthy::healthy(call)?)),
 ];

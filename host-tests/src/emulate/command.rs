@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use super::longest;
 use super::recording::{self, Recording};
 use super::requirements::Shortcomings;
 use super::run::{self, Built, CYCLES_PER_INSTRUCTION, Extent, Outcome};
@@ -19,7 +20,8 @@ pub struct Args {
     /// Cycles that an instruction takes on average, 1 to 10
     #[arg(long, value_name = "N", default_value_t = CYCLES_PER_INSTRUCTION, value_parser = cycles)]
     cycles_per_instruction: f64,
-    /// Cut the power at every operation of a save, not at some, and drive the loop for ten minutes: half an hour more
+    /// Cut the power at every operation of a save, not at some, drive the loop for ten minutes, and run the images that
+    /// nobody operates at several cycles an instruction: an hour more
     #[arg(long)]
     at_length: bool,
     /// Write the result to this file as JSON
@@ -68,6 +70,10 @@ pub fn require(
             .into_iter()
             .flat_map(|recording| Shortcomings::of_recording(recording).0),
     );
+    refuse(&lacking)
+}
+
+fn refuse(lacking: &[String]) -> Result<(), Failure> {
     if lacking.is_empty() {
         Ok(())
     } else {
@@ -86,7 +92,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let mut announce = announce();
-    let built = Built::new(&Toolchain::set_up()?, &mut announce)?;
+    let toolchain = Toolchain::set_up()?;
+    let built = Built::new(&toolchain, &mut announce)?;
     let cycles = args.cycles_per_instruction;
     let extent = if args.at_length {
         Extent::AtLength
@@ -95,12 +102,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let (outcome, traced) = demonstrate(&built, cycles, extent, &mut announce)?;
     announce("recording the controller over its console");
-    let recording = recording::run(&built, args.cycles_per_instruction)?;
-    let summary = Summary::new(&outcome, &traced, args.cycles_per_instruction);
+    let recording = recording::run(&built, cycles)?;
+    let mut unattended = Vec::new();
+    if args.at_length {
+        announce("the images that nobody operates, at several cycles an instruction");
+        unattended = longest::longest(&toolchain)?;
+    }
+    let lacking = Shortcomings::of_unattended(&unattended).0;
+    let mut summary = Summary::new(&outcome, &traced, cycles);
+    summary.chip.at_other_cycles.extend(unattended);
     outputs.stage_json(json, &summary)?;
     outputs.commit()?;
     io::stdout()
         .write_all(summary.text(&outcome, &traced, Some(&recording)).as_bytes())
         .map_err(|error| Failure::system("standard output", &error))?;
-    require(&outcome, &traced, Some(&recording))
+    require(&outcome, &traced, Some(&recording))?;
+    refuse(&lacking)
 }

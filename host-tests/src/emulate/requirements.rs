@@ -7,9 +7,10 @@ use model_core::plant::potentiometer::SPAN;
 
 use super::recording::{self, Recording};
 use super::run::{
-    CYCLES_PER_INSTRUCTION, Controller, Counted, Cuts, Driven, Engine, Faults, Healthy, Outcome,
-    Store, Throttle, Ticks,
+    AnyTime, CYCLES_PER_INSTRUCTION, Controller, Counted, Cuts, Driven, Engine, Faults, Healthy,
+    Outcome, Store, Throttle, Ticks,
 };
+use super::summary::AtCycles;
 use super::tracing::Traced;
 use crate::gap::outcome::FoundEffect;
 
@@ -61,6 +62,9 @@ impl Shortcomings {
         if let Some(healthy) = &outcome.healthy {
             found.healthy(healthy);
         }
+        if let Some(faults) = &outcome.any_time {
+            found.any_time(faults);
+        }
         found
     }
 
@@ -89,6 +93,23 @@ impl Shortcomings {
         found.require(ratio < 0.1, || {
             format!("the spring leaves {ratio} of the position error on the other drive")
         });
+        found
+    }
+
+    /// Of the images that nobody operates, which keep the same deadlines.
+    pub fn of_unattended(images: &[AtCycles]) -> Self {
+        let mut found = Self::default();
+        for AtCycles {
+            image,
+            cycles_per_instruction: cycles,
+            missed,
+            ..
+        } in images
+        {
+            found.require(*missed == 0 || *cycles > MOST_CYCLES, || {
+                format!("{image} at {cycles} cycles an instruction: {missed} plant ticks missed")
+            });
+        }
         found
     }
 
@@ -437,6 +458,34 @@ impl Shortcomings {
         });
     }
 
+    fn any_time(&mut self, faults: &[AnyTime]) {
+        self.require(faults.len() == ANY_TIME.len(), || {
+            format!("{} faults at any time", faults.len())
+        });
+        for (cause, name, longest) in ANY_TIME {
+            let Some(fault) = faults.iter().find(|fault| fault.fault == cause) else {
+                self.0.push(format!("no {cause} at any time"));
+                continue;
+            };
+            let AnyTime {
+                runs,
+                latest_us,
+                named,
+                unsound,
+                ..
+            } = fault;
+            self.require(named.get(name) == Some(runs) && unsound.is_empty(), || {
+                format!(
+                    "{cause} at any time, {runs} runs: {named:?}; {}",
+                    unsound.join("; ")
+                )
+            });
+            self.require(*latest_us <= longest, || {
+                format!("{cause} at any time: the bridge is off after {latest_us} µs; {longest} are to be borne")
+            });
+        }
+    }
+
     fn healthy(&mut self, healthy: &Healthy) {
         let Healthy {
             commands,
@@ -543,6 +592,32 @@ const FAULTS: [(&str, &str, f64, usize); 12] = [
     ("stack overflow", "stack_overflow", 200.0, 1),
     ("an instruction that is none", "processor_fault", 100.0, 1),
     ("crystal stops", "clock_failed", 100.0, 1),
+];
+
+/// The same at any time in the loop: what befalls, its name, and the longest until the bridge is off, µs. The bounds of supply
+/// and limit switches are those of `docs/faults.md`; what comes by the wires of the loop takes a step of theirs, 50 µs, more.
+const ANY_TIME: [(&str, &str, f64); 13] = [
+    ("bridge_break", "bridge_break", 150.0),
+    ("emergency_stop", "emergency_stop", 150.0),
+    ("over_current", "over_current", 150.0),
+    ("under_voltage", "under_voltage", 7.15e3),
+    ("stop_reached", "stop_reached", 6.15e3),
+    ("brown_out", "brown_out", 100.0),
+    (
+        "converter stands still",
+        "watchdog",
+        LONGEST_WATCHDOG_MS * 1e3,
+    ),
+    (
+        "console's interrupt stuck",
+        "watchdog",
+        250e3 + LONGEST_WATCHDOG_MS * 1e3,
+    ),
+    ("missed_deadline", "missed_deadline", 1.1e3),
+    ("panic", "panic", 100.0),
+    ("stack_overflow", "stack_overflow", 200.0),
+    ("processor_fault", "processor_fault", 100.0),
+    ("clock_failed", "clock_failed", 100.0),
 ];
 
 /// From a question to its answer's time, ms: its line's bytes, and two looks of the operator for one.
@@ -714,6 +789,7 @@ mod tests {
                     status: if cycles == missing_at { status } else { ARMED }.to_owned(),
                     longest_latency_us: 2.0,
                     missed: if cycles == missing_at { missed } else { 0 },
+                    stack_bytes: [4_000, 60_000],
                 })
             });
             let mut found = Shortcomings::default();

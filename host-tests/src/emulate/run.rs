@@ -1,5 +1,6 @@
 //! The emulation built and run, and what came of it.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -182,6 +183,8 @@ pub struct Ticks {
     pub longest_latency_us: f64,
     /// Plant ticks that found the one before not taken yet.
     pub missed: u64,
+    /// Bytes of the stack that were used, and those that there are.
+    pub stack_bytes: [u64; 2],
 }
 
 /// The throttle at the pins of an engine control unit, with a PWM of one frequency.
@@ -229,6 +232,21 @@ pub struct Healthy {
     pub throttle: Counted,
 }
 
+/// A fault at any time in the loop: while a limit switch is sought, and in both modes.
+#[derive(Debug, Clone, Deserialize)]
+pub struct AnyTime {
+    /// What was wrong.
+    pub fault: String,
+    /// How often.
+    pub runs: usize,
+    /// The longest until the bridge was off, µs.
+    pub latest_us: f64,
+    /// What was latched first, and how often.
+    pub named: BTreeMap<String, usize>,
+    /// What was said in runs in which the drive did not move before, or did not let go.
+    pub unsound: Vec<String>,
+}
+
 /// Everything that came of it.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Outcome {
@@ -247,6 +265,8 @@ pub struct Outcome {
     pub cuts: Option<[Cuts; 2]>,
     /// The sound loop at length, where that was run.
     pub healthy: Option<Healthy>,
+    /// Faults at any time, where that was run.
+    pub any_time: Option<Vec<AnyTime>>,
     /// The longest interrupts of both images, where that was run.
     pub ticks: Option<Vec<Ticks>>,
     /// The controller by itself, where that was run.
@@ -315,7 +335,7 @@ pub enum Extent {
     Loop,
     /// With faults of the chip, power that is lost and instructions of several lengths too: minutes.
     Everything,
-    /// With the power lost at every operation of the flash, and ten minutes of a sound loop: half an hour.
+    /// With the power lost at every operation of the flash, faults at any time, and ten minutes of a sound loop: an hour.
     AtLength,
 }
 
@@ -323,7 +343,7 @@ pub enum Extent {
 const LOOP: &str = "pair,throttle";
 
 /// Those for what [`Extent::AtLength`] runs.
-const AT_LENGTH: &str = "every_cut,healthy,engine,pair,ticks,faults,throttle,controller";
+const AT_LENGTH: &str = "every_cut,any_time,healthy,engine,pair,ticks,faults,throttle,controller";
 
 /// Where the runs leave their logs.
 pub fn directory() -> PathBuf {

@@ -39,7 +39,8 @@ pub struct Chip {
     pub cycles_per_instruction: f64,
     /// Of each image: in the loop, with its faults, and the throttle at an engine control unit, as far as that was run.
     pub worst_ticks: [WorstTick; 2],
-    /// The same at other cycles an instruction, the throttle with each of its faults.
+    /// The same at other cycles an instruction, the throttle with each of its faults, and of the images that nobody
+    /// operates, as far as those were run.
     pub at_other_cycles: Vec<AtCycles>,
     /// The chip's blocks that the images use.
     pub peripherals: [&'static str; 19],
@@ -73,10 +74,12 @@ pub struct AtCycles {
     pub plant_cycles: Option<u64>,
     /// The control interrupt, with the plant interrupts within it.
     pub control_cycles: Option<u64>,
-    /// From a plant tick to its acknowledgement, µs.
-    pub longest_latency_us: f64,
+    /// From a plant tick to its acknowledgement, µs, where it was measured.
+    pub longest_latency_us: Option<f64>,
     /// Plant ticks that the program missed.
     pub missed: u64,
+    /// Bytes of the stack that were used, and those that there are, where that was measured.
+    pub stack_bytes: Option<[u64; 2]>,
 }
 
 impl AtCycles {
@@ -87,8 +90,9 @@ impl AtCycles {
             cycles_per_instruction: ticks.cycles_per_instruction,
             plant_cycles,
             control_cycles,
-            longest_latency_us: ticks.longest_latency_us,
+            longest_latency_us: Some(ticks.longest_latency_us),
             missed: ticks.missed,
+            stack_bytes: Some(ticks.stack_bytes),
         }
     }
 }
@@ -211,12 +215,18 @@ impl Summary {
             row(
                 &format!("{} at {}", tick.image, tick.cycles_per_instruction),
                 format!(
-                    "worst plant tick {} and control step {} of {PERIOD} cycles, longest latency {:.1} µs; {} ticks \
-                     missed",
+                    "worst plant tick {} and control step {} of {PERIOD} cycles{}; {} ticks missed{}",
                     cycles(tick.plant_cycles),
                     cycles(tick.control_cycles),
-                    tick.longest_latency_us,
-                    tick.missed
+                    tick.longest_latency_us
+                        .map_or(String::new(), |latency| format!(
+                            ", longest latency {latency:.1} µs"
+                        )),
+                    tick.missed,
+                    tick.stack_bytes
+                        .map_or(String::new(), |[used, room]| format!(
+                            "; {used} of {room} bytes of stack"
+                        ))
                 ),
             );
         }
@@ -258,6 +268,23 @@ impl Summary {
                     healthy.commands,
                     healthy.unsound.len(),
                     healthy.controller.plant_ticks_missed + healthy.throttle.plant_ticks_missed
+                ),
+            );
+        }
+        for fault in outcome.any_time.iter().flatten() {
+            let named: Vec<String> = fault
+                .named
+                .iter()
+                .map(|(name, times)| format!("{name} {times} times"))
+                .collect();
+            row(
+                "any time",
+                format!(
+                    "{}, {} runs: bridge off after {:.2} ms at most; {}",
+                    fault.fault,
+                    fault.runs,
+                    1e-3 * fault.latest_us,
+                    named.join(", ")
                 ),
             );
         }

@@ -1,12 +1,11 @@
-//! An image that nobody operates, on an emulated STM32F405: the ELF file as it is flashed, at one cycle an
-//! instruction.
+//! An image that nobody operates, on an emulated STM32F405: the ELF file as it is flashed.
 
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::thread::{self, JoinHandle};
 
-use super::run::build;
+use super::run::{build, rate};
 use crate::board_log::{BoardLog, Dictionary, Line};
 use crate::failure::Failure;
 use crate::toolchain::clean_command;
@@ -44,15 +43,29 @@ impl Run {
     }
 }
 
-/// Runs an image until it says that it ends, and decodes its log. With a tape, that lies behind the program.
+/// Runs an image at one cycle an instruction until it says that it ends, and decodes its log. With a tape, that
+/// lies behind the program.
 ///
 /// # Errors
 /// An emulation that does not build, an image that starts anew or does not end, or a damaged log.
 pub fn run(elf: &Path, tape: Option<&Path>) -> Result<Run, Failure> {
+    run_at(1.0, elf, tape)
+}
+
+/// As [`run`], at so many cycles an instruction.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_at(
+    cycles_per_instruction: f64,
+    elf: &Path,
+    tape: Option<&Path>,
+) -> Result<Run, Failure> {
     let dictionary = Dictionary::read(elf)?;
     let emulation = build()?;
     let mut child = clean_command(&emulation)
         .arg("unattended")
+        .arg(rate(cycles_per_instruction))
         .arg(elf)
         .args(tape)
         .stdout(Stdio::piped())

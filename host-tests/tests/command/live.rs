@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use firmware::app::machine::EMA;
 use host_tests::board_link::emulated::{EmulatedBoard, Pace};
+use host_tests::toolchain::BROWSERS;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -251,14 +252,14 @@ fn a_fault_freezes_what_was_driven_and_gap_finds_what_the_motor_has() {
 
 #[test]
 fn the_page_shows_the_drive_in_a_browser() {
-    let Some(browser) = ["chromium", "chromium-browser", "google-chrome"]
-        .into_iter()
-        .find(|name| {
-            let found = Command::new(name).arg("--version").output();
-            found.is_ok_and(|found| found.status.success())
-        })
-    else {
-        eprintln!("skipped: there is no chromium on this machine");
+    let is_there = |name: &&&str| {
+        let found = Command::new(name).arg("--version").output();
+        found.is_ok_and(|found| found.status.success())
+    };
+    let Some(browser) = BROWSERS.iter().find(is_there) else {
+        eprintln!(
+            "skipped: there is no Chromium on this machine; `cargo hil test` installs it where it can"
+        );
         return;
     };
     let served = Served::start(None);
@@ -268,6 +269,10 @@ fn the_page_shows_the_drive_in_a_browser() {
             "--headless",
             "--no-sandbox",
             "--disable-gpu",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--no-first-run",
             "--virtual-time-budget=2000",
             "--dump-dom",
         ])

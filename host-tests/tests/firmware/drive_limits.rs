@@ -596,6 +596,13 @@ fn a_switch_that_is_sought_tells_the_position_from_anywhere() {
         worst = worst.max(off);
         assert!(image.said.contains("home: "), "{seed}: {}", image.said);
 
+        // Held on the switch, whichever way a loop asks for a little, it is there and no fault.
+        perform(&mut image, &["arm"]);
+        image.run_ms(300);
+        let causes = image.wiring.latch().causes();
+        assert!(causes.is_empty(), "{seed}: {causes} on the switch, {home}");
+        perform(&mut image, &["disarm"]);
+
         // The range is that of the true position, at its other end.
         let away = if name == "lower" { 1.0 } else { -1.0 };
         let line = format!("step 0 {}", 12.0 * away);

@@ -17,9 +17,9 @@ use host_tests::board_link::log_transfer::LogTransfer;
 use host_tests::board_log::BoardLog;
 use host_tests::operation_on_host::{Motor, OperationOnHost, Plant, SECTOR, SharedFlash};
 use host_tests::simulated_flash::{Cut, Tear};
-use model_core::plant::Directional;
 use model_core::plant::bridge::Bridge;
-use model_core::plant::parameters::Parameters;
+use model_core::plant::parameters::{Drive, Parameters};
+use model_core::plant::Directional;
 
 fn controller() -> OperationOnHost<Motor> {
     OperationOnHost::controller(&SharedFlash::new(), &EMA.plant)
@@ -518,13 +518,51 @@ fn a_motor_that_is_held_at_its_stop_is_an_overload() {
 }
 
 #[test]
+fn armed_outside_its_stroke_it_is_held_where_it_is() {
+    let mut image = controller();
+    perform(&mut image, &["set lower_stop 0.2", "arm"]);
+    let mut most = 0.0_f32;
+    for _ in 0..100 {
+        image.run_ms(1);
+        most = most.max(image.plant.state.current.abs());
+    }
+    // Less than holds it back: the friction of its breakaway.
+    let Drive::Voltage {
+        torque_constant, ..
+    } = EMA.plant.drive
+    else {
+        panic!("the 24 V actuator has a winding");
+    };
+    let breakaway = EMA.plant.breakaway.forward / torque_constant;
+    assert!(most < breakaway, "{most} A");
+    assert!(image.plant.state.position.value().abs() < 1e-3);
+    assert_eq!(image.line("faults"), "none");
+    perform(&mut image, &["step 0.3 0.3"]);
+    image.run_ms(1000);
+    let position = image.plant.state.position.value();
+    let faults = image.line("faults");
+    assert!((position - 0.3).abs() < 0.05, "{position} rad; {faults}");
+}
+
+#[test]
 fn driven_off_a_limit_switch_it_goes_and_onto_it_it_does_not() {
     let mut image = controller();
     image.plant.switches = [true, false];
-    perform(&mut image, &["mode voltage", "arm", "step 0 3"]);
+    image.run_ms(10);
+    perform(&mut image, &["mode voltage", "arm", "step 0 -3"]);
+    image.run_ms(200);
+    assert!(image.plant.state.position.value().abs() < 1e-3);
+    assert_eq!(image.line("faults"), "none");
+    let status = image.line("status");
+    assert!(status.contains("limit switch open: lower"), "{status}");
+    perform(&mut image, &["step 0 3"]);
     image.run_ms(200);
     assert!(image.plant.state.position.value() > 0.05);
     assert_eq!(image.line("faults"), "none");
+    // Once it was closed, it is an end of the way.
+    image.plant.switches = [false, false];
+    image.run_ms(10);
+    image.plant.switches = [true, false];
     perform(&mut image, &["step 0 -3"]);
     image.run_ms(20);
     assert_latched(&mut image, Fault::StopReached);

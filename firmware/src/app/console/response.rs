@@ -9,6 +9,7 @@ use super::request::Mode;
 use crate::app::capture::Stage;
 use crate::app::fault::Faults;
 use crate::app::fault::latch::{Cause, Latch, NotCleared};
+use crate::app::operation::homing::Switch;
 use crate::app::operation::setup;
 use crate::app::operation::temperature::Told;
 use crate::app::store::candidate::Rejected;
@@ -84,6 +85,8 @@ pub struct Status {
     pub current: f32,
     /// Supply of the bridge, V.
     pub supply: f32,
+    /// Whether the limit switches are open, the lower and the upper one.
+    pub switches: [bool; 2],
     /// Temperatures of the switches and the motor, of a real actuator.
     pub temperatures: Option<[Told; 2]>,
     /// Plant ticks since the start.
@@ -196,6 +199,11 @@ impl fmt::Display for Status {
             self.missed,
             self.capture.name()
         )?;
+        for (is_open, switch) in self.switches.into_iter().zip(Switch::ALL) {
+            if is_open {
+                write!(formatter, "\nlimit switch open: {}", switch.name())?;
+            }
+        }
         match &self.temperatures {
             Some([switches, motor]) => {
                 write!(

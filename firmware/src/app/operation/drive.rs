@@ -74,6 +74,8 @@ pub struct Setup {
 /// The command.
 #[derive(Debug, Clone, Copy)]
 enum Command {
+    /// None yet: the actuator is held where it was when it was armed, though that be outside its stroke.
+    Rest(f32),
     Held(f32),
     /// And the control steps since its start.
     Signal(Generator, u32),
@@ -88,12 +90,36 @@ enum Seeking {
 }
 
 impl Seeking {
-    /// The switches that are an end of the way.
-    fn ends(&self, switches: [bool; 2]) -> [bool; 2] {
+    /// The switch that is sought.
+    fn switch(&self) -> Switch {
         match self {
-            Self::Under(search) => search.ends(switches),
-            Self::Ended(switch) => switch.closed(switches),
+            Self::Under(search) => search.switch(),
+            Self::Ended(switch) => *switch,
         }
+    }
+}
+
+/// An end of the way, with its limit switch.
+#[derive(Debug, Clone, Copy, Default)]
+struct End {
+    open: Debounce,
+    closed: Debounce,
+    /// Whether the switch has been open ever since the drive was armed. Then nothing drives towards it, and it is a way out
+    /// and no fault: a loop that holds the actuator there may ask for a little either way, as behind a search.
+    leaves: bool,
+}
+
+impl End {
+    /// Takes a control step. True once the switch has opened.
+    fn step(&mut self, is_open: bool, is_driven: bool) -> bool {
+        let open = self.open.after(SWITCH_STEPS, is_open);
+        let closed = self.closed.after(SWITCH_STEPS, !is_open);
+        self.leaves = if is_driven {
+            self.leaves && !closed
+        } else {
+            open
+        };
+        open && !self.leaves
     }
 }
 
@@ -109,7 +135,8 @@ pub struct Drive {
     state: pid::State,
     motion: motion_limit::State,
     temperature: temperature::State,
-    switches: [Debounce; 2],
+    /// The limit switches, lower and upper.
+    switches: [End; 2],
     /// The step before, as far as it is known: its voltage stands until this one.
     sample: Option<Sample>,
     /// Driven control steps since the terminal last sent a command.
@@ -138,13 +165,13 @@ impl Drive {
             setup,
             orders,
             mode,
-            command: Command::Held(0.0),
+            command: Command::Rest(0.0),
             seeking: None,
             commanded: 0.0,
             state: pid::State::default(),
             motion: motion_limit::State::default(),
             temperature: temperature::State::default(),
-            switches: [Debounce::default(); 2],
+            switches: [End::default(); 2],
             sample: None,
             silent: 0,
             missed: 0,
@@ -192,7 +219,7 @@ impl Drive {
     /// Begins anew, where the actuator is.
     fn rest(&mut self, position: f32) {
         self.state = pid::State::default();
-        self.command = Command::Held(match self.mode {
+        self.command = Command::Rest(match self.mode {
             Mode::Position => position,
             Mode::Voltage | Mode::Wires => 0.0,
         });
@@ -227,6 +254,10 @@ impl Drive {
             None => {}
         }
         let value = match &mut self.command {
+            Command::Rest(value) => {
+                self.commanded = *value;
+                return self.commanded;
+            }
             Command::Held(value) => *value,
             Command::Signal(generator, step) => {
                 let value = generator.at(*step);
@@ -259,21 +290,23 @@ impl Drive {
     /// Latches what is wrong. False if a number is not finite.
     fn judge(&mut self, position: f32, current: f32, applied: Option<Applied>) -> bool {
         let supply = self.wiring.supply();
+        let is_driven = self.is_driven();
         let [lower, upper] = self.wiring.switches();
         let switches = [
-            self.switches[0].after(SWITCH_STEPS, lower),
-            self.switches[1].after(SWITCH_STEPS, upper),
+            self.switches[0].step(lower, is_driven),
+            self.switches[1].step(upper, is_driven),
         ];
+        // The one that is sought is no end of the way.
         let switches = self
             .seeking
-            .map_or(switches, |seeking| seeking.ends(switches));
+            .map_or(switches, |seeking| seeking.switch().closed(switches));
         let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken())
             | Faults::when(Fault::CurrentOffset, self.wiring.is_current_sensor_off())
             | Faults::when(Fault::EmergencyStop, self.wiring.is_emergency_stop())
             | Faults::when(Fault::BrownOut, self.wiring.is_processor_supply_low())
             | Faults::when(Fault::ClockFailed, self.wiring.is_clock_failed());
         // A period in which the bridge went off and the brake on says nothing of the encoder.
-        let applied = applied.filter(|_| self.is_driven());
+        let applied = applied.filter(|_| is_driven);
         let bridge = self.setup.converters.bridge;
         let reading = Reading {
             position,
@@ -326,13 +359,22 @@ impl Drive {
         }
     }
 
+    /// What is left of a range of voltage, V, while the actuator is on a limit switch from the beginning.
+    fn off_switches(&self, [low, high]: [f32; 2]) -> [f32; 2] {
+        let [lower, upper] = self.switches.map(|end| end.leaves);
+        [
+            if lower { low.max(0.0).min(high) } else { low },
+            if upper { high.min(0.0).max(low) } else { high },
+        ]
+    }
+
     /// The voltage that the command asks for, V, as far as the supply reaches and the motor's current
     /// bears it. None if it is not a number.
     fn voltage(&mut self, command: f32, position: f32) -> Option<f32> {
         let most = bridge::reach(self.wiring.supply());
         let converter = self.setup.converters.bridge;
         let [low, high] = self.wiring.bounds().map(|counts| converter.value(counts));
-        let [low, high] = [low.max(-most), high.min(most)];
+        let [low, high] = self.off_switches([low.max(-most), high.min(most)]);
         let wanted = match self.mode {
             _ if matches!(self.seeking, Some(Seeking::Ended(_))) => 0.0,
             Mode::Position => self

@@ -1,9 +1,9 @@
 //! The duty of a PWM signal from a timer that measures it.
 //!
 //! The timer is reset by each rising edge, and catches its count there (the period) and at the falling
-//! edge (the width). A duty of zero or one has no edges: when there was none for longer than the slowest
-//! signal's period, the level of the pin decides, until a period is measured again. The count of such a long
-//! time may wrap.
+//! edge (the width). A duty of zero or one has no edges: when there was none for twice the period, or for
+//! longer than the slowest signal's, the level of the pin decides, until a period is measured again. The count of
+//! such a long time may wrap.
 
 /// What the timer and the pin tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,6 +39,11 @@ pub struct Edges {
 /// let low = Edges { since: 600_000, ..falls };
 /// assert_eq!(input.duty(&low), 0.0);
 /// assert_eq!(input.duty(&Edges { since: 5, period: 42_000, width: 10_500, ..low }), 0.0);
+/// // A fast signal stops, low: two of its periods tell that.
+/// let fast = Edges { rising: true, period: 4_200, width: 2_100, since: 7, high: true };
+/// assert_eq!(input.duty(&fast), 0.5);
+/// let stopped = Edges { rising: false, since: 10_501, high: false, ..fast };
+/// assert_eq!(input.duty(&stopped), 0.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DutyInput {
@@ -68,9 +73,14 @@ impl DutyInput {
             high,
         } = edges;
         self.runs |= rising;
-        if since > self.longest {
+        // Edges that jitter do so by less than a period.
+        let longest = match period {
+            0 => self.longest,
+            _ => self.longest.min(period.saturating_mul(2)),
+        };
+        if since > longest {
             // Behind a long pulse the pin is low as within a period: only a long pause is none.
-            if high || since.saturating_sub(width) > self.longest {
+            if high || since.saturating_sub(width) > longest {
                 self.runs = false;
                 self.last = if high { 1.0 } else { 0.0 };
             }

@@ -39,14 +39,6 @@ impl Switch {
         }
     }
 
-    /// The other one.
-    const fn other(self) -> Self {
-        match self {
-            Self::Lower => Self::Upper,
-            Self::Upper => Self::Lower,
-        }
-    }
-
     /// Both, as if this one were closed.
     pub const fn closed(self, [lower, upper]: [bool; 2]) -> [bool; 2] {
         match self {
@@ -101,8 +93,6 @@ pub struct Search {
     steps: u32,
     /// Whether it goes away from the switch, which was open.
     leaves: bool,
-    /// Whether the other switch has been open ever since, from which it goes away.
-    on_other: bool,
     /// Where the switch opened, in counts.
     edge: Option<i32>,
     changed: Debounce,
@@ -116,7 +106,6 @@ impl Search {
             from,
             steps: 0,
             leaves: sought.switch.of(switches),
-            on_other: sought.switch.other().of(switches),
             edge: None,
             changed: Debounce::default(),
         }
@@ -127,22 +116,9 @@ impl Search {
         self.sought.switch
     }
 
-    /// The switches that are an end of the way: not the one that is sought, and the other one only once it was closed, as a
-    /// loop may brake while it leaves it.
-    pub fn ends(&self, switches: [bool; 2]) -> [bool; 2] {
-        let switch = self.switch();
-        let ends = switch.closed(switches);
-        if self.on_other {
-            switch.other().closed(ends)
-        } else {
-            ends
-        }
-    }
-
     /// Takes the switches and the position, in rad and in counts.
     pub fn step(&mut self, switches: [bool; 2], (position, counts): (f32, i32)) -> Step {
         let is_open = self.switch().of(switches);
-        self.on_other &= self.switch().other().of(switches);
         if self.changed.after(SWITCH_STEPS, is_open != self.leaves) {
             if !self.leaves {
                 return Step::Found(self.edge.unwrap_or(counts));

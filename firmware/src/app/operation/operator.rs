@@ -438,6 +438,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 .measured_current(&self.values)
                 .of(converters.current.value(measured.current)),
             supply: self.wiring.supply(),
+            switches: self.wiring.switches(),
             temperatures: (!self.kit.is_emulated).then(|| self.temperatures()),
             ticks: self.wiring.time(),
             missed: self.wiring.missed(),

@@ -45,28 +45,28 @@ pub(super) struct Faults {
 const LOOK: u64 = 50_000;
 
 /// Longest that a fault may take to its safe state, ns.
-const PATIENCE: u64 = 400 * MILLISECOND;
+pub(super) const PATIENCE: u64 = 400 * MILLISECOND;
 
 /// From a reset to the console's first answer, ns: without a crystal it is waited for.
-const START: u64 = 250 * MILLISECOND;
+pub(super) const START: u64 = 250 * MILLISECOND;
 
 /// Supply, mV at its pin: 24 V by the divider of eleven.
 const SUPPLY: u32 = 2182;
 
 /// The processor's own supply while it sags, mV: below its detector's 2.93 V, above the reset's 2.83 V.
-const SAG: u32 = 2900;
+pub(super) const SAG: u32 = 2900;
 
 /// No current, mV.
 const NO_CURRENT: u32 = 1650;
 
 /// USART1's interrupt: RM0090, table 61.
-const USART1: u16 = 37;
+pub(super) const USART1: u16 = 37;
 
 /// `push {r0-r7, lr}` and a branch to it: a handler that calls itself for ever.
-const RECURSION: u32 = 0xe7fd_b5ff;
+pub(super) const RECURSION: u32 = 0xe7fd_b5ff;
 
 /// `udf #0`, twice: no instruction.
-const UNDEFINED: u32 = 0xde00_de00;
+pub(super) const UNDEFINED: u32 = 0xde00_de00;
 
 /// What is told before each fault: the bridge switches, and the winding has no voltage.
 const ORDERS: [&str; 4] = ["zero", "mode voltage", "arm", "step 0 0"];
@@ -286,12 +286,22 @@ impl Bench {
         self.0.run_for(START)?;
         Ok(self.running().transcript(heard))
     }
+
+    fn line_errors(&mut self, per_million: u32) {
+        let events = &mut self.running().next.events;
+        events.push(Event::LineErrors(per_million));
+    }
 }
 
 /// Bytes that flood the terminal: half a second of its line without a pause.
 const FLOOD: usize = 5760;
 
-/// Floods the armed drive's terminal with anything, lines torn among it; then `stop` in the middle of it.
+/// Words in a million that come with a framing error while the terminal is flooded, and as many with noise: two in
+/// ten bytes.
+const LINE_ERRORS: u32 = 100_000;
+
+/// Floods the armed drive's terminal with anything, lines torn among it, over a line that garbles words; then `stop`
+/// in the middle of it.
 fn flood(bench: &mut Bench) -> Result<(String, String), String> {
     bench.arm()?;
     let mut random = Random(0x2545_f491);
@@ -307,8 +317,10 @@ fn flood(bench: &mut Bench) -> Result<(String, String), String> {
     }
     // What the flood says by chance is no order.
     bytes.retain(|byte| *byte != b'\n');
+    bench.line_errors(LINE_ERRORS);
     bench.running().next.typed.extend(&bytes);
     bench.0.run_for(700 * MILLISECOND)?;
+    bench.line_errors(0);
     bench.running().next.typed.push(b'\r');
     bench.0.run_for(600 * MILLISECOND)?;
     let in_flood = bench.0.ask((), "status")?;

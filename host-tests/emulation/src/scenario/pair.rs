@@ -85,18 +85,48 @@ pub(super) fn pair(call: &Call) -> Result<Vec<Part>, String> {
     Ok([part("store", store)?, part("driven", driven)?].concat())
 }
 
+/// A controller that was told its parameters and saved them.
+struct Saved {
+    greeting: String,
+    /// `save`'s answer.
+    answer: String,
+    /// Sectors erased, words programmed, and stores that tried to set a bit.
+    flash: [u64; 3],
+    parameters: Vec<u8>,
+}
+
 /// Tells the controller its parameters, has it save them, and cuts its power.
-fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
+fn save(call: &Call) -> Result<Saved, String> {
     let mut pair = Pair::start(&call.controller, &call.throttle)?;
     pair.run_for(200 * MILLISECOND)?;
-    let first_greeting = pair.controller.transcript(0);
+    let greeting = pair.controller.transcript(0);
     for (name, value) in PARAMETERS {
         pair.order(Side::Controller, &format!("set {name} {value}"))?;
     }
-    let saved = pair.ask(Side::Controller, "save")?;
+    let answer = pair.ask(Side::Controller, "save")?;
     let flash = pair.controller.outputs.counts.flash;
-    let Pair { controller, .. } = pair;
-    let (parameters, _) = controller.cut_power()?;
+    let (parameters, _) = pair.controller.cut_power()?;
+    Ok(Saved {
+        greeting,
+        answer,
+        flash,
+        parameters,
+    })
+}
+
+/// What the flash holds where parameters are once the controller has saved what it has to know.
+pub(super) fn parameters(call: &Call) -> Result<Vec<u8>, String> {
+    save(call).map(|saved| saved.parameters)
+}
+
+/// The store over ends of power, and the parameters in it.
+fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
+    let Saved {
+        greeting: first_greeting,
+        answer: saved,
+        flash,
+        parameters,
+    } = save(call)?;
     let stored = Setting {
         parameters: Some(parameters.clone()),
         ..call.controller.clone()

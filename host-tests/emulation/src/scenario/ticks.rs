@@ -21,6 +21,8 @@ pub(super) struct Ticks {
     longest_latency_us: f64,
     /// Plant ticks that found the one before not acknowledged.
     missed: u64,
+    /// Bytes of the stack that were used, and those that there are.
+    stack_bytes: [u64; 2],
 }
 
 const CYCLES_PER_INSTRUCTION: [f64; 4] = [1.0, 1.5, 2.5, 3.0];
@@ -68,6 +70,7 @@ fn seen(
     cycles_per_instruction: f64,
 ) -> Result<Ticks, String> {
     let status = board.ask((), "status")?;
+    let stack_bytes = board.0.stack()?;
     let counts = &board.0.outputs.counts;
     Ok(Ticks {
         image,
@@ -75,6 +78,7 @@ fn seen(
         status,
         longest_latency_us: counts.longest_latency as f64 * 1e-3,
         missed: counts.timer_ticks[1] + counts.conversions[1],
+        stack_bytes,
     })
 }
 

@@ -1,10 +1,8 @@
 //! An image that nobody operates, by itself: it runs something to its end and logs it.
 
 use std::fs;
-use std::num::NonZeroU64;
 
 use super::{MILLISECOND, Setting, USAGE};
-use crate::board::CORE_CLOCK;
 use crate::running::Running;
 
 /// Where a recorded drive lies: `TAPE` of `memory.x`.
@@ -13,15 +11,16 @@ const TAPE: u64 = 0x080A_0000;
 /// Virtual time after which no image is waited for, ms.
 const LIMIT: u64 = 1_000_000;
 
-/// Runs it at one cycle an instruction, its log at the standard output, until whoever reads that has
-/// what he waits for and ends this program.
+/// Runs it, its log at the standard output, until whoever reads that has what he waits for and ends this
+/// program. The first argument is the instructions that the core retires in a second.
 ///
 /// # Errors
 /// An image that starts anew, or that runs longer than any should.
 pub(super) fn run(arguments: &[String]) -> Result<(), String> {
-    let (elf, tape) = match arguments {
-        [elf] => (elf, None),
-        [elf, tape] => (
+    let (rate, elf, tape) = match arguments {
+        [rate, elf] => (rate, elf, None),
+        [rate, elf, tape] => (
+            rate,
             elf,
             Some(fs::read(tape).map_err(|e| format!("{tape}: {e}"))?),
         ),
@@ -29,7 +28,7 @@ pub(super) fn run(arguments: &[String]) -> Result<(), String> {
     };
     let setting = Setting {
         elf: elf.into(),
-        instructions_per_second: NonZeroU64::new(CORE_CLOCK).ok_or(USAGE)?,
+        instructions_per_second: rate.parse().map_err(|_| USAGE)?,
         parameters: None,
     };
     let stored = tape.as_deref().map(|tape| (TAPE, tape));
