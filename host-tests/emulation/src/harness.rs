@@ -68,8 +68,6 @@ pub enum Broken {
     CurrentSensor,
     /// There is no supply.
     Supply,
-    /// Both limit switches are open.
-    Switches,
 }
 
 /// The wires.
@@ -168,7 +166,6 @@ impl Harness {
         let at_stops = self.position.map_or([false; 2], |position| {
             [position < STROKE[0] + SWITCH, position > STROKE[1] - SWITCH]
         });
-        let at_stops = at_stops.map(|reached| reached || broken(Broken::Switches));
         let switches = [pins::LOWER_SWITCH, pins::UPPER_SWITCH];
         for (pin, reached) in switches.into_iter().zip(at_stops) {
             next.levels.push((at, pin, level(reached)));

@@ -17,9 +17,9 @@ use host_tests::board_link::log_transfer::LogTransfer;
 use host_tests::board_log::BoardLog;
 use host_tests::operation_on_host::{Motor, OperationOnHost, Plant, SECTOR, SharedFlash};
 use host_tests::simulated_flash::{Cut, Tear};
+use model_core::plant::Directional;
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::{Drive, Parameters};
-use model_core::plant::Directional;
 
 fn controller() -> OperationOnHost<Motor> {
     OperationOnHost::controller(&SharedFlash::new(), &EMA.plant)

@@ -31,12 +31,11 @@ fn own_vector() -> Event {
 }
 
 /// Each fault, as `faults` has it.
-const CAUSES: [(&str, Cause); 13] = [
+const CAUSES: [(&str, Cause); 12] = [
     ("bridge_break", Cause::Wire(Broken::Bridge)),
     ("emergency_stop", Cause::Wire(Broken::EmergencyStop)),
     ("over_current", Cause::Wire(Broken::CurrentSensor)),
     ("under_voltage", Cause::Wire(Broken::Supply)),
-    ("stop_reached", Cause::Wire(Broken::Switches)),
     (
         "brown_out",
         Cause::Chip(|| Event::Supply(SAG), || Event::Supply(chip::SUPPLY)),
