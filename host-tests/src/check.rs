@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     );
     let (images, verdicts) = thread::scope(|scope| {
         let verdicts = scope.spawn(|| prepared.verdicts());
-        let images = images(args, &prepared);
+        let images = run_images(args, &prepared);
         (images, verdicts.join())
     });
     let (images, verdicts) = (
@@ -133,7 +133,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Builds and lints the images and runs them on emulated chips; gives what each occupies.
-fn images(args: &Args, prepared: &Prepared) -> Result<Vec<(&'static str, Size)>, Failure> {
+fn run_images(args: &Args, prepared: &Prepared) -> Result<Vec<(&'static str, Size)>, Failure> {
     let toolchain = &prepared.toolchain;
     announce("an actuator of each kind on the emulated chip");
     let board = prepared.actuators()?;

@@ -68,6 +68,8 @@ pub enum Broken {
     CurrentSensor,
     /// There is no supply.
     Supply,
+    /// The limit switches' cable is cut: both are open.
+    Switches,
 }
 
 /// The wires.
@@ -168,7 +170,8 @@ impl Harness {
         });
         let switches = [pins::LOWER_SWITCH, pins::UPPER_SWITCH];
         for (pin, reached) in switches.into_iter().zip(at_stops) {
-            next.levels.push((at, pin, level(reached)));
+            next.levels
+                .push((at, pin, level(reached || broken(Broken::Switches))));
         }
         let driver = level(!broken(Broken::Bridge));
         next.levels.push((at, pins::BRIDGE_BREAK, driver));
@@ -196,7 +199,7 @@ impl Harness {
 
 fn drive_throttle(controller: &Outputs, throttle: &mut Running, at: u64) {
     let levels = &mut throttle.next.levels;
-    let driven = controller.bridge.filter(|_| controller.bridge_enable);
+    let driven = controller.driven();
     levels.push((at, pins::DISABLE, level(driven.is_none())));
     let share = driven.unwrap_or(0.0);
     levels.push((at, pins::DIRECTION, level(share >= 0.0)));

@@ -131,6 +131,13 @@ pub struct Counts {
     pub flash_access_control: u64,
 }
 
+impl Outputs {
+    /// Share of the supply at the winding, −1 to 1, if the bridge drives: its timer does, and it is enabled.
+    pub fn driven(&self) -> Option<f64> {
+        self.bridge.filter(|_| self.bridge_enable)
+    }
+}
+
 enum Request {
     Reach(u64, Inputs),
     Stack,

@@ -160,8 +160,12 @@ pub fn run(arguments: &[String]) -> Result<String, String> {
     };
     let call = Call::read(rest)?;
     let began = Instant::now();
-    let mut report: Map<String, Value> = work_off(scenarios, &call)?
+    let parts = work_off(scenarios, |(name, run)| {
+        run(&call).map_err(|reason| format!("{name}: {reason}"))
+    });
+    let mut report: Map<String, Value> = parts?
         .into_iter()
+        .flatten()
         .map(|(name, found)| (name.to_owned(), found))
         .collect();
     let rate = call.throttle.instructions_per_second.get();
@@ -173,17 +177,21 @@ pub fn run(arguments: &[String]) -> Result<String, String> {
     serde_json::to_string_pretty(&report).map_err(|error| error.to_string())
 }
 
-/// Runs scenarios, as many at a time as there are cores. The longest ones are the first of the list.
-fn work_off(scenarios: &[Scenario], call: &Call) -> Result<Vec<Part>, String> {
+/// Does this with each of a list, as many at a time as there are cores, and gives what each comes to, in any order.
+/// The longest ones are best the first of the list.
+fn work_off<I: Sync, T: Send>(
+    list: &[I],
+    work: impl Fn(&I) -> Result<T, String> + Sync,
+) -> Result<Vec<T>, String> {
     let next = AtomicUsize::new(0);
-    let work = || {
-        let mut parts = Vec::new();
-        while let Some((name, run)) = scenarios.get(next.fetch_add(1, Relaxed)) {
-            parts.extend(run(call).map_err(|reason| format!("{name}: {reason}"))?);
+    let some = || {
+        let mut done = Vec::new();
+        while let Some(item) = list.get(next.fetch_add(1, Relaxed)) {
+            done.push(work(item)?);
         }
-        Ok(parts)
+        Ok(done)
     };
-    side_by_side(cores(), work).map(|all| all.concat())
+    side_by_side(cores(), some).map(|all| all.into_iter().flatten().collect())
 }
 
 fn cores() -> usize {
@@ -281,6 +289,15 @@ struct Pair {
 }
 
 impl Pair {
+    /// The controller with this stored in its flash.
+    fn storing(call: &Call, parameters: &[u8]) -> Result<Self, String> {
+        let stored = Setting {
+            parameters: Some(parameters.to_vec()),
+            ..call.controller.clone()
+        };
+        Self::start(&stored, &call.throttle)
+    }
+
     fn start(controller: &Setting, throttle: &Setting) -> Result<Self, String> {
         Ok(Self {
             controller: Running::start(controller)?,

@@ -596,11 +596,12 @@ const FAULTS: [(&str, &str, f64, usize); 12] = [
 
 /// The same at any time in the loop: what befalls, its name, and the longest until the bridge is off, µs. The bound of the supply is
 /// that of `docs/faults.md`; what comes by the wires of the loop takes a step of theirs, 50 µs, more.
-const ANY_TIME: [(&str, &str, f64); 12] = [
+const ANY_TIME: [(&str, &str, f64); 13] = [
     ("bridge_break", "bridge_break", 150.0),
     ("emergency_stop", "emergency_stop", 150.0),
     ("over_current", "over_current", 150.0),
     ("under_voltage", "under_voltage", 7.15e3),
+    ("stop_reached", "stop_reached", 6.15e3),
     ("brown_out", "brown_out", 100.0),
     (
         "converter stands still",

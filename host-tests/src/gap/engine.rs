@@ -67,7 +67,7 @@ impl Schedule for AllCores {
         // Some groups take far longer than others: each may go to another core.
         let groups = groups.with_max_len(1);
         groups.for_each(|(numbers, results)| match vectors {
-            Vectors::Baseline => job.work::<LANES>(numbers, results),
+            Vectors::Baseline => work_baseline(job, numbers, results),
             // SAFETY: only `Vectors` makes it, where the processor has it.
             #[cfg(target_arch = "x86_64")]
             Vectors::Avx2(_) => unsafe { work_avx2(job, numbers, results) },
@@ -102,6 +102,12 @@ fn side_by_side(count: usize, job: &impl Job) -> Vec<usize> {
 
 /// Windows that are simulated in lockstep: numbers in the widest vector.
 const LANES: usize = 16;
+
+/// Not in line, where there would be a copy for each caller's `fold`: they take long to build.
+#[inline(never)]
+fn work_baseline<J: Job>(job: &J, numbers: &[usize], results: &mut [J::Result]) {
+    job.work::<LANES>(numbers, results);
+}
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]

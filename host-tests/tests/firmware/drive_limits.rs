@@ -679,6 +679,41 @@ fn a_search_is_not_commanded_and_ends_with_its_power() {
     }
 }
 
+/// Both switches open at once are a cut cable, whichever of them is sought or was open when the drive was armed.
+#[test]
+fn a_cable_of_the_switches_that_is_cut_ends_a_search_and_tells_no_position() {
+    for seed in 0..100 {
+        let mut random = Random::new(seed, 12);
+        let mut image = anywhere(&mut random);
+        let speed = 0.2 + 0.8 * random.uniform();
+        let home = if random.uniform() < 0.5 {
+            format!("home lower -0.9 {speed}")
+        } else {
+            format!("home upper 0.85 {speed}")
+        };
+        perform(&mut image, &[&home, "arm"]);
+        image.run_ms((500.0 * random.uniform()) as u32);
+        if !image.plant.is_driven() {
+            // It was there.
+            perform(&mut image, &["arm"]);
+        }
+        image.plant.switches = [true; 2];
+        // Five control steps, and the one that reads it last.
+        image.run_ms(7);
+        let first = image.wiring.latch().first();
+        let first = first.map(|first| first.fault);
+        assert_eq!(first, Some(Fault::StopReached), "{seed}: {home}");
+        assert!(!image.plant.is_driven());
+        image.plant.switches = [false; 2];
+        image.run_ms(10);
+        perform(&mut image, &["disarm", "clear"]);
+        if !image.said.contains("home: ") {
+            let refused = image.line("arm");
+            assert!(refused.contains("not known"), "{seed}: {refused}, {home}");
+        }
+    }
+}
+
 /// What an encoder did not count while it failed is missing afterwards.
 #[test]
 fn after_a_fault_of_the_encoder_the_position_has_to_be_told_anew() {

@@ -522,9 +522,12 @@ fn armed_outside_its_stroke_it_is_held_where_it_is() {
     let mut image = controller();
     perform(&mut image, &["set lower_stop 0.2", "arm"]);
     let mut most = 0.0_f32;
-    for _ in 0..100 {
-        image.run_ms(1);
-        most = most.max(image.plant.state.current.abs());
+    for line in ["ping", "hold"] {
+        perform(&mut image, &[line]);
+        for _ in 0..100 {
+            image.run_ms(1);
+            most = most.max(image.plant.state.current.abs());
+        }
     }
     // Less than holds it back: the friction of its breakaway.
     let Drive::Voltage {

@@ -66,7 +66,7 @@ pub enum Fault {
     EncoderImplausible,
     /// The position does not follow the motor's torque: the encoder is wrong, or the actuator blocked.
     FollowingError,
-    /// The actuator was driven into a limit switch.
+    /// The actuator was driven into a limit switch, or both are open at once.
     StopReached,
     /// The actuator was faster than its limit lets it be.
     OverSpeed,
@@ -177,7 +177,9 @@ impl Fault {
             Self::FollowingError => {
                 "check the encoder, look for what blocks the actuator, and check zero, stops and load"
             }
-            Self::StopReached => "command the actuator away from the switch",
+            Self::StopReached => {
+                "command the actuator away from the switch; if both are open, check their cable"
+            }
             Self::CurrentOffset => {
                 "check the current sensor, current_offset, and the bridge for a switch that stays on"
             }

@@ -74,10 +74,9 @@ pub struct Setup {
 /// The command.
 #[derive(Debug, Clone, Copy)]
 enum Command {
-    /// None yet: the actuator is held where it was when it was armed, though that be outside its stroke.
-    Rest(f32),
+    /// Where the actuator was when it was armed, though that be outside its stroke, or where a signal had it.
     Held(f32),
-    /// And the control steps since its start.
+    /// And the control steps since its start. A position is bounded by the stroke.
     Signal(Generator, u32),
 }
 
@@ -110,7 +109,7 @@ struct End {
 }
 
 impl End {
-    /// Takes a control step. True once the switch has opened.
+    /// Takes a control step. True while the switch is open.
     fn step(&mut self, is_open: bool, is_driven: bool) -> bool {
         let open = self.open.after(SWITCH_STEPS, is_open);
         let closed = self.closed.after(SWITCH_STEPS, !is_open);
@@ -119,7 +118,7 @@ impl End {
         } else {
             open
         };
-        open && !self.leaves
+        open
     }
 }
 
@@ -165,7 +164,7 @@ impl Drive {
             setup,
             orders,
             mode,
-            command: Command::Rest(0.0),
+            command: Command::Held(0.0),
             seeking: None,
             commanded: 0.0,
             state: pid::State::default(),
@@ -219,7 +218,7 @@ impl Drive {
     /// Begins anew, where the actuator is.
     fn rest(&mut self, position: f32) {
         self.state = pid::State::default();
-        self.command = Command::Rest(match self.mode {
+        self.command = Command::Held(match self.mode {
             Mode::Position => position,
             Mode::Voltage | Mode::Wires => 0.0,
         });
@@ -253,22 +252,17 @@ impl Drive {
             Some(Seeking::Ended(_)) => return position,
             None => {}
         }
-        let value = match &mut self.command {
-            Command::Rest(value) => {
-                self.commanded = *value;
-                return self.commanded;
-            }
+        self.commanded = match &mut self.command {
             Command::Held(value) => *value,
             Command::Signal(generator, step) => {
                 let value = generator.at(*step);
                 *step = step.saturating_add(1);
-                value
+                let [lower, upper] = self.setup.stroke;
+                match self.mode {
+                    Mode::Position => value.max(lower).min(upper),
+                    Mode::Voltage | Mode::Wires => value,
+                }
             }
-        };
-        let [lower, upper] = self.setup.stroke;
-        self.commanded = match self.mode {
-            Mode::Position => value.max(lower).min(upper),
-            Mode::Voltage | Mode::Wires => value,
         };
         self.commanded
     }
@@ -292,15 +286,20 @@ impl Drive {
         let supply = self.wiring.supply();
         let is_driven = self.is_driven();
         let [lower, upper] = self.wiring.switches();
-        let switches = [
+        let open = [
             self.switches[0].step(lower, is_driven),
             self.switches[1].step(upper, is_driven),
         ];
+        let [lower, upper] = self.switches.map(|end| end.leaves);
+        let switches = [open[0] && !lower, open[1] && !upper];
         // The one that is sought is no end of the way.
         let switches = self
             .seeking
             .map_or(switches, |seeking| seeking.switch().closed(switches));
+        // Nothing is at both ends at once: their cable is cut, and neither says where the actuator is.
+        let are_cut = is_driven && open == [true; 2];
         let mut present = Faults::when(Fault::BridgeBreak, self.wiring.is_bridge_broken())
+            | Faults::when(Fault::StopReached, are_cut)
             | Faults::when(Fault::CurrentOffset, self.wiring.is_current_sensor_off())
             | Faults::when(Fault::EmergencyStop, self.wiring.is_emergency_stop())
             | Faults::when(Fault::BrownOut, self.wiring.is_processor_supply_low())

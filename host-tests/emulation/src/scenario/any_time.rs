@@ -1,12 +1,11 @@
 //! Faults of the chip and at its pins at any time in the loop: while a limit switch is sought, and in both modes.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use serde::Serialize;
 
 use super::faults::{PATIENCE, RECURSION, SAG, START, UNDEFINED, USART1};
-use super::{Call, Consoles, MILLISECOND, Pair, Setting, Side, cores, pair, side_by_side};
+use super::{Call, Consoles, MILLISECOND, Pair, Side, pair, work_off};
 use crate::chip;
 use crate::harness::{Broken, STEP};
 use crate::random::Random;
@@ -31,11 +30,12 @@ fn own_vector() -> Event {
 }
 
 /// Each fault, as `faults` has it.
-const CAUSES: [(&str, Cause); 12] = [
+const CAUSES: [(&str, Cause); 13] = [
     ("bridge_break", Cause::Wire(Broken::Bridge)),
     ("emergency_stop", Cause::Wire(Broken::EmergencyStop)),
     ("over_current", Cause::Wire(Broken::CurrentSensor)),
     ("under_voltage", Cause::Wire(Broken::Supply)),
+    ("stop_reached", Cause::Wire(Broken::Switches)),
     (
         "brown_out",
         Cause::Chip(|| Event::Supply(SAG), || Event::Supply(chip::SUPPLY)),
@@ -105,21 +105,12 @@ pub(super) struct AnyTime {
 
 pub(super) fn any_time(call: &Call) -> Result<Vec<AnyTime>, String> {
     let parameters = pair::parameters(call)?;
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut found = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Relaxed);
-            let Some(&(fault, cause)) = CAUSES.get(index) else {
-                return Ok(found);
-            };
-            // Another seed for each, the same one each time.
-            let random = Random(0x9e37_79b9 ^ index as u32);
-            let mut drive = Drive::start(call, &parameters, random)?;
-            found.push(drive.suffer(fault, cause)?);
-        }
-    };
-    side_by_side(cores(), work).map(|all| all.into_iter().flatten().collect())
+    // Another seed for each, the same one each time.
+    let seeds = (0..).map(|number| Random(0x9e37_79b9 ^ number));
+    let causes: Vec<_> = CAUSES.into_iter().zip(seeds).collect();
+    work_off(&causes, |&((fault, cause), random)| {
+        Drive::start(call, &parameters, random)?.suffer(fault, cause)
+    })
 }
 
 /// The loop, and what the controller has stored.
@@ -131,15 +122,9 @@ struct Drive<'a> {
 
 impl<'a> Drive<'a> {
     fn start(call: &Call, parameters: &'a [u8], random: Random) -> Result<Self, String> {
-        let stored = Setting {
-            parameters: Some(parameters.to_vec()),
-            ..call.controller.clone()
-        };
-        let mut pair = Pair::start(&stored, &call.throttle)?;
+        let mut pair = Pair::storing(call, parameters)?;
         pair.run_for(START)?;
-        for line in pair::THROTTLE {
-            pair.order(Side::Throttle, line)?;
-        }
+        pair.ready_throttle()?;
         Ok(Self {
             pair,
             parameters,
@@ -274,8 +259,7 @@ impl<'a> Drive<'a> {
     }
 
     fn drives(&self) -> bool {
-        let outputs = &self.pair.controller.outputs;
-        outputs.bridge.is_some() && outputs.bridge_enable
+        self.pair.controller.outputs.driven().is_some()
     }
 
     fn befall(&mut self, event: Event) {

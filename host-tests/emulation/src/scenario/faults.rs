@@ -106,8 +106,7 @@ impl Bench {
     }
 
     fn drives(&mut self) -> bool {
-        let outputs = &self.running().outputs;
-        outputs.bridge.is_some() && outputs.bridge_enable
+        self.running().outputs.driven().is_some()
     }
 
     /// Armed, the bridge switching, no voltage at the winding.

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::harness::STEP;
 
-use super::{Call, Consoles, Counted, MILLISECOND, Pair, Part, Setting, Side, part, write};
+use super::{Call, Consoles, Counted, MILLISECOND, Pair, Part, Side, part, write};
 
 /// What the controller has to know of the throttle: `host-tests/machines/throttle-loop.toml`. Its position
 /// is 0 at the throttle's rest.
@@ -36,7 +36,17 @@ const PARAMETERS: [(&str, &str); 24] = [
 ];
 
 /// What the throttle has and nobody tells the controller: a return spring of 0.4 N·m/rad about its rest.
-pub(super) const THROTTLE: [&str; 3] = ["set spring_preload 0", "set spring 0.4", "arm"];
+const THROTTLE: [&str; 3] = ["set spring_preload 0", "set spring 0.4", "arm"];
+
+impl Pair {
+    /// Gives the throttle its spring, and arms it.
+    pub(super) fn ready_throttle(&mut self) -> Result<(), String> {
+        for line in THROTTLE {
+            self.order(Side::Throttle, line)?;
+        }
+        Ok(())
+    }
+}
 
 /// What came of the parameters.
 #[derive(Debug, Serialize)]
@@ -81,7 +91,7 @@ pub(super) struct Driven {
 pub(super) fn pair(call: &Call) -> Result<Vec<Part>, String> {
     let (store, parameters) = store(call)?;
     write(&call.directory, super::PARAMETERS, &parameters)?;
-    let driven = drive(call, parameters)?;
+    let driven = drive(call, &parameters)?;
     Ok([part("store", store)?, part("driven", driven)?].concat())
 }
 
@@ -127,20 +137,12 @@ fn store(call: &Call) -> Result<(Store, Vec<u8>), String> {
         flash,
         parameters,
     } = save(call)?;
-    let stored = Setting {
-        parameters: Some(parameters.clone()),
-        ..call.controller.clone()
-    };
-    let mut pair = Pair::start(&stored, &call.throttle)?;
+    let mut pair = Pair::storing(call, &parameters)?;
     pair.run_for(200 * MILLISECOND)?;
     let second_greeting = pair.controller.transcript(0);
     let shown = pair.ask(Side::Controller, "show torque_constant")?;
     let (torn, torn_after_words) = tear(pair)?;
-    let setting = Setting {
-        parameters: Some(torn),
-        ..call.controller.clone()
-    };
-    let mut pair = Pair::start(&setting, &call.throttle)?;
+    let mut pair = Pair::storing(call, &torn)?;
     pair.run_for(200 * MILLISECOND)?;
     let greeting_after_torn_save = pair.controller.transcript(0);
     let faults_after_torn_save = pair.ask(Side::Controller, "faults")?;
@@ -210,20 +212,14 @@ pub(super) fn armed(call: &Call) -> Result<Pair, String> {
 
 /// Gives the throttle its spring, and arms both.
 fn arm(pair: &mut Pair) -> Result<(), String> {
-    for line in THROTTLE {
-        pair.order(Side::Throttle, line)?;
-    }
+    pair.ready_throttle()?;
     pair.order(Side::Controller, "zero")?;
     pair.order(Side::Controller, "arm")
 }
 
 /// Drives the throttle by the controller: to a position, by a sweep and by a triangle, and records.
-fn drive(call: &Call, parameters: Vec<u8>) -> Result<Driven, String> {
-    let stored = Setting {
-        parameters: Some(parameters),
-        ..call.controller.clone()
-    };
-    let mut pair = Pair::start(&stored, &call.throttle)?;
+fn drive(call: &Call, parameters: &[u8]) -> Result<Driven, String> {
+    let mut pair = Pair::storing(call, parameters)?;
     pair.run_for(100 * MILLISECOND)?;
     arm(&mut pair)?;
     let rest = pair

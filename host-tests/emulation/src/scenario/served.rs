@@ -6,8 +6,7 @@ use std::io::{Read, Write, stdin, stdout};
 use std::sync::mpsc::{TryRecvError, channel};
 use std::thread;
 
-use super::pair::THROTTLE;
-use super::{Call, Consoles, MILLISECOND, PARAMETERS, Pair, Setting, Side};
+use super::{Call, Consoles, MILLISECOND, PARAMETERS, Pair, Side};
 
 /// Runs until the standard input ends. A line feed comes first, once it is ready.
 ///
@@ -16,15 +15,9 @@ use super::{Call, Consoles, MILLISECOND, PARAMETERS, Pair, Setting, Side};
 pub(super) fn serve(call: &Call) -> Result<(), String> {
     let path = call.directory.join(PARAMETERS);
     let parameters = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let stored = Setting {
-        parameters: Some(parameters),
-        ..call.controller.clone()
-    };
-    let mut pair = Pair::start(&stored, &call.throttle)?;
+    let mut pair = Pair::storing(call, &parameters)?;
     pair.run_for(100 * MILLISECOND)?;
-    for line in THROTTLE {
-        pair.order(Side::Throttle, line)?;
-    }
+    pair.ready_throttle()?;
     pair.order(Side::Controller, "zero")?;
     let (typed, keys) = channel();
     thread::spawn(move || {
