@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use crate::board_log::{BoardLog, Dictionary, Recording};
-use crate::error::{InputError, LARGEST_DATA, one_line, read_bytes};
+use crate::error::{InputError, LARGEST_DATA, one_line, read_bytes, tell};
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
 use crate::printed_log;
@@ -72,20 +72,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         outputs.stage(output, chosen.to_csv())?;
         if recorded.len() > 1 && args.experiment.is_none() {
-            eprintln!(
+            tell(format_args!(
                 "note: {} holds the experiment {name:?}; the log has {}, see --experiment",
-                csv.display(),
+                one_line(&csv.to_string_lossy()),
                 one_line(&names(&recorded))
-            );
+            ));
         }
     }
     outputs.commit()?;
     print(&log, args.csv.is_some()).map_err(|error| Failure::system("standard output", &error))?;
     if others > 0 {
-        eprintln!("note: {others} lines that are none of the board's left out");
+        tell(format_args!(
+            "note: {others} lines that are none of the board's left out"
+        ));
     }
     if log.damaged > 0 {
-        eprintln!("warning: {} damaged frames left out", log.damaged);
+        tell(format_args!(
+            "warning: {} damaged frames left out",
+            log.damaged
+        ));
     }
     for recording in &recordings {
         if let Some((before, after)) = recording.first_gap() {
@@ -94,9 +99,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             } else {
                 format!(" of {:?}", recording.name)
             };
-            eprintln!(
+            tell(format_args!(
                 "warning: samples{of} are missing, first between number {before} and {after}"
-            );
+            ));
         }
     }
     Ok(())

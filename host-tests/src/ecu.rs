@@ -63,7 +63,7 @@ impl Finding {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
-    let mut announce = announce();
+    let announce = announce();
     announce("toolchain, image and the emulated chip (built once, which takes minutes)");
     let toolchain = Toolchain::set_up()?;
     announce("a throttle body and its engine controller on the emulated chip");

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// One fault of an input file: where it is, what is wrong, and what was expected or how to mend it.
@@ -49,10 +49,15 @@ impl fmt::Display for InputError {
 
 impl std::error::Error for InputError {}
 
+/// Says a line on standard error. Where nobody can hear it, nothing is lost: what counts is the exit status.
+pub fn tell(line: impl fmt::Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
 /// Says on standard error what is doubtful in the user's files, a line each.
 pub(crate) fn warn(doubts: &[InputError]) {
     for doubt in doubts {
-        eprintln!("warning: {doubt}");
+        tell(format_args!("warning: {doubt}"));
     }
 }
 

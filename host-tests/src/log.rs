@@ -158,8 +158,9 @@ impl Log {
         Self::read_with_doubts(path, &mut Vec::new())
     }
 
-    /// As [`Log::read`], and adds to `doubts` what can be read but hardly be so: a position that jumps for
-    /// one sample in a log that is smooth otherwise, with its line.
+    /// As [`Log::read`], and adds to `doubts` what can be read but hardly be so, with its line: a position that jumps
+    /// for one sample in a log that is smooth otherwise, an input or a current of one sample that is ten times every
+    /// other one.
     ///
     /// # Errors
     /// As [`Log::read`].
@@ -189,7 +190,7 @@ impl Log {
         let in_file = |fault: Fault| InputError::new(path, Some(fault.line), fault.message);
         Table::parse(&text)
             .and_then(|table| {
-                doubts.extend(table.spikes().into_iter().map(in_file));
+                doubts.extend(table.doubts().into_iter().map(in_file));
                 Self::of_table(path, table, None)
             })
             .map_err(|fault| {

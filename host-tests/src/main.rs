@@ -117,7 +117,7 @@ fn main() -> ExitCode {
     match run(command_line) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            error::tell(format_args!("error: {failure}"));
             failure.exit_code()
         }
     }
@@ -165,7 +165,10 @@ fn usage(error: &clap::Error) -> ExitCode {
             line.push_str(part);
         }
     }
-    eprintln!("{}; see cargo hil help", error::one_line(&line));
+    error::tell(format_args!(
+        "{}; see cargo hil help",
+        error::one_line(&line)
+    ));
     ExitCode::from(2)
 }
 

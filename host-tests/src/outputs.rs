@@ -102,6 +102,8 @@ pub struct Output(usize);
 pub struct Outputs {
     /// The file that standard output was redirected to: device and inode.
     printed: Option<(u64, u64)>,
+    /// Whether that is one of the inputs.
+    is_read_and_printed: bool,
     taken: Vec<Taken>,
     /// Whether a result of this program is replaced; else nothing is.
     replaces: bool,
@@ -145,9 +147,13 @@ impl Outputs {
             because: "is read by this command, and would be replaced; name another place for the \
                       output",
         };
+        let printed = printed.map(|file| (file.dev(), file.ino()));
+        let taken: Vec<Taken> = inputs.into_iter().map(taken).collect();
+        let is_printed = |taken: &Taken| printed.is_some() && taken.identity.inode == printed;
         Self {
-            printed: printed.map(|file| (file.dev(), file.ino())),
-            taken: inputs.into_iter().map(taken).collect(),
+            printed,
+            is_read_and_printed: taken.iter().any(is_printed),
+            taken,
             replaces: true,
             places: Vec::new(),
             changes: Vec::new(),
@@ -304,12 +310,29 @@ impl Outputs {
         }
     }
 
+    /// Whether nothing is at an output's place, or a file of this program that may be replaced.
+    fn may_replace(&self, to: &Path) -> bool {
+        let kind = self.places.iter().find_map(|place| match &place.target {
+            Target::File(path) if path == to => Some(place.kind),
+            _ => None,
+        });
+        !is_there(to)
+            || self.replaces
+                && read_beginning(to)
+                    .is_ok_and(|beginning| kind.is_some_and(|kind| kind.wrote(&beginning)))
+    }
+
     /// Puts every staged output in its place.
     ///
     /// # Errors
     /// What the file system reports. A pipe may have got its part then; files are as before, unless the disk
     /// failed between two renames.
     pub fn commit(mut self) -> Result<(), Failure> {
+        if self.is_read_and_printed {
+            return Err(Failure::other(
+                "standard output goes to a file that this command reads; name another file",
+            ));
+        }
         let changes = std::mem::take(&mut self.changes);
         // Streams first: these fail, or wait for a reader, while nothing is in place yet.
         for change in &changes {
@@ -321,16 +344,14 @@ impl Outputs {
                 }
             }
         }
-        if !self.replaces {
-            for change in &changes {
-                if let Change::Rename { to, .. } = change
-                    && is_there(to)
-                {
-                    return Err(unwritable(
-                        to,
-                        "has come up meanwhile and is not replaced; name a new file, or remove it first",
-                    ));
-                }
+        for change in &changes {
+            if let Change::Rename { to, .. } | Change::Remove(to) = change
+                && !self.may_replace(to)
+            {
+                return Err(unwritable(
+                    to,
+                    "has come up meanwhile and is not replaced; name a new file, or remove it first",
+                ));
             }
         }
         // A signal waits until all are in place.

@@ -2,12 +2,14 @@
 
 use std::io::{self, IsTerminal};
 
+use crate::error::tell;
+
 /// Tells a person at standard error what is done next; a pipe is told nothing.
-pub fn announce() -> impl FnMut(&str) + Send {
+pub fn announce() -> impl Fn(&str) + Copy + Send {
     let on_terminal = io::stderr().is_terminal();
     move |step| {
         if on_terminal {
-            eprintln!("{step} ...");
+            tell(format_args!("{step} ..."));
         }
     }
 }

@@ -571,7 +571,7 @@ impl Machine for ThisMachine {
 
 /// Set-up changes the machine: it says so, in a pipe too.
 fn announce(what: &str) {
-    eprintln!("{what}");
+    crate::error::tell(what);
 }
 
 #[cfg(test)]

@@ -99,8 +99,8 @@ pub async fn record(records: Records) -> ! {
 }
 
 impl Session {
-    /// Runs the experiments and logs them. True if every recording was whole, no fault was latched
-    /// and every evaluation came to a result.
+    /// Runs the experiments and logs them. True if every recording was whole, no fault was latched,
+    /// every evaluation came to a result and no plant tick was missed, in an evaluation neither.
     pub async fn run<B: Board>(&mut self, experiments: &'static [Experiment]) -> bool {
         let mut sound = true;
         for experiment in experiments {
@@ -110,12 +110,13 @@ impl Session {
             defmt::info!("plant stepping={=bool}", WIRING.ticks() != ticks);
         }
         defmt::info!("end experiments={=usize}", experiments.len());
+        let missed = WIRING.missed();
         defmt::info!(
             "deadlines ticks={=u32} missed={=u32}",
             WIRING.ticks(),
-            WIRING.missed()
+            missed
         );
-        sound
+        sound && missed == 0
     }
 
     async fn perform<B: Board>(&mut self, experiment: &'static Experiment) -> bool {

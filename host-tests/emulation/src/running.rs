@@ -21,7 +21,7 @@ use rigless::time::VirtualNanos;
 
 use crate::board::Board;
 use crate::chip::description::{CORE_COUPLED_BASE, FLASH_BASE, SRAM_BASE};
-use crate::chip::pins::Pin;
+use crate::chip::pins::{self, Pin};
 use crate::random::Random;
 
 /// Where parameters are stored: the second to the fourth sector. See `memory.x`.
@@ -98,6 +98,8 @@ pub struct Outputs {
     pub bridge: Option<f64>,
     /// Level of the bridge's enable.
     pub bridge_enable: bool,
+    /// Level of the brake's release.
+    pub brake_release: bool,
     /// Codes of the two position tracks, 0 to 4095.
     pub tracks: [u16; 2],
     /// Share of the current output, 0 to 1.
@@ -129,12 +131,22 @@ pub struct Counts {
     pub resets: usize,
     /// What `FLASH_ACR` reads.
     pub flash_access_control: u64,
+    /// What `FLASH_OPTCR` reads.
+    pub flash_options: u64,
+    /// Erases since the data cache was last emptied.
+    pub unforgotten_erases: u64,
 }
 
 impl Outputs {
     /// Share of the supply at the winding, −1 to 1, if the bridge drives: its timer does, and it is enabled.
     pub fn driven(&self) -> Option<f64> {
         self.bridge.filter(|_| self.bridge_enable)
+    }
+
+    /// Whether nothing moves the motor and everything holds it: the timer and the enable have let go of the bridge, and
+    /// the brake is on.
+    pub fn lets_go(&self) -> bool {
+        self.bridge.is_none() && !self.bridge_enable && !self.brake_release
     }
 }
 
@@ -504,12 +516,15 @@ fn outputs(session: &mut Session<Board>, stop: &Stop) -> Outputs {
         flash: [chip.flash.erases, chip.flash.words, chip.flash.set_bits],
         resets,
         flash_access_control: chip.flash_access_control(),
+        flash_options: chip.flash_options().0,
+        unforgotten_erases: chip.flash.unforgotten,
     };
     Outputs {
         said,
         bridge: chip.bridge(),
-        bridge_enable: chip.level(crate::chip::pins::BRIDGE_ENABLE) == Level::High,
-        tracks: chip.dac.outputs(),
+        bridge_enable: chip.level(pins::BRIDGE_ENABLE) == Level::High,
+        brake_release: chip.level(pins::BRAKE_RELEASE) == Level::High,
+        tracks: chip.tracks(),
         current: chip.current_output(),
         debug_freeze: chip.debug_freeze(),
         flash: Vec::new(),
@@ -583,6 +598,7 @@ impl Driver<Board> for Stepping {
         let operations = session.board().chip.flash.operations();
         if let Some(kept) = &mut self.kept
             && operations != self.operations
+            && !session.board().chip.is_stalled()
         {
             self.operations = operations;
             kept.push(parameters(host));

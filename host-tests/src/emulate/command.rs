@@ -21,7 +21,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = CYCLES_PER_INSTRUCTION, value_parser = cycles)]
     cycles_per_instruction: f64,
     /// Cut the power at every operation of a save, not at some, drive the loop for ten minutes, and run the images that
-    /// nobody operates at several cycles an instruction: an hour more
+    /// nobody operates at several cycles an instruction: half an hour more
     #[arg(long)]
     at_length: bool,
     /// Write the result to this file as JSON

@@ -13,7 +13,8 @@ use crate::outputs::write_own;
 use crate::replay_run;
 use crate::toolchain::Toolchain;
 
-/// The images that have a plant interrupt, the longest run first.
+/// The images that have a plant interrupt, the longest run first. Without `verdicts`, which has no other experiments than the
+/// first and calls what that calls.
 const IMAGES: [&str; 4] = [ACTUATORS, ECU, FAILURES, replay_run::PROGRAM];
 
 /// Those of `host-tests/emulation/src/scenario/ticks.rs`.

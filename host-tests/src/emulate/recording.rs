@@ -23,19 +23,25 @@ use crate::record::record;
 use crate::toolchain::clean_command;
 use crate::workspace;
 
-/// What is driven: the sweep of the loop's first drive.
-const SIGNAL: &str = "sweep 0.6 0.4 0.7 4 5";
+/// What is driven, and what its log is called: the sweep of the loop's first drive, which is traced, and the triangle of
+/// its other one, on which that is judged.
+const DRIVES: [(&str, &str); 2] = [
+    ("sweep 0.6 0.4 0.7 4 5", "recorded.csv"),
+    ("triangle 0.55 0.4 1.3", "recorded-validate.csv"),
+];
 
-/// For how long, s.
+/// For how long each, s.
 pub const SECONDS: f64 = 5.0;
 
 /// What came over the line, and what it shows.
 #[derive(Debug)]
 pub struct Recording {
-    /// Rows of the log.
-    pub rows: usize,
-    /// Effects that the tracing finds in it.
+    /// Rows of each log.
+    pub rows: [usize; 2],
+    /// Effects that the tracing finds in the first.
     pub effects: Vec<String>,
+    /// What they leave of the position error on the second.
+    pub remaining: f64,
 }
 
 /// The emulation, and the threads that carry bytes between it and a pseudo-terminal. Dropped, it ends.
@@ -64,25 +70,32 @@ pub fn run(built: &Built, cycles: f64) -> Result<Recording, Failure> {
     drop(far);
     let mut line = serial::open(&port)?;
     let served = serve(built, cycles, near).map_err(system)?;
-    let drive = Drive {
-        mode: "position",
-        signal: Some(SIGNAL.to_owned()),
-        seconds: SECONDS,
-    };
     // Nothing moves in truth: a terminal that is closed ends the program as ever.
     let ending = Ending::watch(&[SIGINT, SIGTERM])?;
-    let recorded = record(&mut line, &drive, &ending, || Ok(()));
+    let recorded = DRIVES.map(|(signal, name)| {
+        let drive = Drive {
+            mode: "position",
+            signal: Some(signal.to_owned()),
+            seconds: SECONDS,
+        };
+        let csv = directory().join(name);
+        write_own(&csv, record(&mut line, &drive, &ending, || Ok(()))?.csv()?)?;
+        Ok::<_, Failure>(Log::read(&csv)?)
+    });
     drop(served);
-    let csv = directory().join("recorded.csv");
-    write_own(&csv, recorded?.csv()?)?;
-    let log = Log::read(&csv)?;
+    let [train, validate] = recorded;
+    let (train, validate) = (train?, validate?);
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
-    let rows = log.samples();
-    let report = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ())?;
+    let rows = [train.samples(), validate.samples()];
+    let report = engine::run(&machine, &[train], || Ok(vec![validate]), |_| ())?;
     let effects = report.outcome.effects.iter();
+    let errors = report.outcome.errors.validate.as_ref();
     Ok(Recording {
         rows,
         effects: effects.map(|effect| effect.id.clone()).collect(),
+        remaining: errors.map_or(f64::NAN, |errors| {
+            errors.after.position_rms / errors.before.position_rms
+        }),
     })
 }
 

@@ -30,6 +30,9 @@ const LONGEST_WATCHDOG_MS: f64 = 38.0;
 /// Where the drive has to be after a step, rad: as far as friction may hold it off, breakaway · R / (k K_p).
 const REACHED: f64 = 0.06;
 
+/// Most that the spring may leave of the position error on the drive that it was not found on.
+const MOST_REMAINING: f64 = 0.1;
+
 /// What the throttle's console is told: its spring, N·m/rad.
 const SPRING: f64 = 0.4;
 
@@ -56,8 +59,9 @@ impl Shortcomings {
         if let Some(faults) = &outcome.faults {
             found.faults(faults);
         }
-        for (cuts, save) in outcome.cuts.iter().flatten().zip(["the first", "a second"]) {
-            found.cuts(save, cuts);
+        let saves = [("the first", 0), ("an erasing", 1)];
+        for (cuts, (save, erases)) in outcome.cuts.iter().flatten().zip(saves) {
+            found.cuts(save, erases, cuts);
         }
         if let Some(healthy) = &outcome.healthy {
             found.healthy(healthy);
@@ -90,13 +94,14 @@ impl Shortcomings {
         let ratio = errors.map_or(f64::NAN, |errors| {
             errors.after.position_rms / errors.before.position_rms
         });
-        found.require(ratio < 0.1, || {
+        found.require(ratio < MOST_REMAINING, || {
             format!("the spring leaves {ratio} of the position error on the other drive")
         });
         found
     }
 
-    /// Of the images that nobody operates, which keep the same deadlines.
+    /// Of the images that nobody operates. Another actuator in the middle of a run costs them more than `throttle` or
+    /// `controller` ever do: up to [`CYCLES_PER_INSTRUCTION`].
     pub fn of_unattended(images: &[AtCycles]) -> Self {
         let mut found = Self::default();
         for AtCycles {
@@ -106,7 +111,7 @@ impl Shortcomings {
             ..
         } in images
         {
-            found.require(*missed == 0 || *cycles > MOST_CYCLES, || {
+            found.require(*missed == 0 || *cycles > CYCLES_PER_INSTRUCTION, || {
                 format!("{image} at {cycles} cycles an instruction: {missed} plant ticks missed")
             });
         }
@@ -117,17 +122,19 @@ impl Shortcomings {
     pub fn of_recording(recording: &Recording) -> Self {
         let mut found = Self::default();
         let least = (recording::SECONDS * f64::from(STEPS_PER_SECOND)) as usize;
-        found.require(recording.rows >= least, || {
-            format!(
-                "the log over the console has {} rows of {least}",
-                recording.rows
-            )
+        let Recording {
+            rows,
+            effects,
+            remaining,
+        } = recording;
+        found.require(rows.iter().all(|rows| *rows >= least), || {
+            format!("the logs over the console have {rows:?} rows of {least}")
         });
-        found.require(recording.effects == ["spring"], || {
-            format!(
-                "the tracing of the log over the console names {:?}; the throttle has an undeclared spring",
-                recording.effects
-            )
+        found.require(*remaining < MOST_REMAINING, || {
+            format!("over the console the spring leaves {remaining} of the position error on the other drive")
+        });
+        found.require(*effects == ["spring"], || {
+            format!("the tracing of the log over the console names {effects:?}; the throttle has an undeclared spring")
         });
         found
     }
@@ -159,6 +166,7 @@ impl Shortcomings {
             counted,
             faults_after_stopped_tick,
             reset_after_ms,
+            faults,
         } = throttle;
         self.says("throttle's greeting", greeting, "throttle: nothing stored");
         self.begins_a_line("throttle's status", status, "armed, position mode");
@@ -179,6 +187,20 @@ impl Shortcomings {
             faults_after_stopped_tick,
             "first: watchdog",
         );
+        let given: Vec<&str> = faults.iter().map(|fault| &*fault.fault).collect();
+        self.require(given == THROTTLE_FAULTS.map(|(fault, _)| fault), || {
+            format!("the throttle's faults are {given:?}")
+        });
+        for (fault, (_, name)) in faults.iter().zip(THROTTLE_FAULTS) {
+            let who = format!("throttle, {}", fault.fault);
+            self.says(&who, &fault.faults, &format!("first: {name} at "));
+            self.require(fault.tracks == [0; 2] && fault.current == 0.0, || {
+                format!(
+                    "{who}: tracks at {:?}, current at {}",
+                    fault.tracks, fault.current
+                )
+            });
+        }
     }
 
     fn store(&mut self, store: &Store) {
@@ -294,6 +316,8 @@ impl Shortcomings {
             edges,
             save_ms,
             clock_lost_ms,
+            unforgotten_erases,
+            flash_options,
         } = controller;
         let count = std::f64::consts::TAU / 16384.0;
         for (who, status, counts) in [
@@ -317,6 +341,14 @@ impl Shortcomings {
                 )
             },
         );
+        self.require(*unforgotten_erases == 0, || {
+            format!("{unforgotten_erases} erases are in the data cache as they were before")
+        });
+        self.require(flash_options & BROWN_OUT_LEVEL == 0, || {
+            format!(
+                "FLASH_OPTCR reads {flash_options:#x}, which is not the highest brown-out reset"
+            )
+        });
     }
 
     fn engine(&mut self, engine: &[Engine]) {
@@ -385,6 +417,12 @@ impl Shortcomings {
                     fault.fault
                 )
             });
+            self.require(fault.held && fault.tracks == [0; 2], || {
+                format!(
+                    "{}: the bridge is off and the brake on for good: {}; the tracks are at {:?}",
+                    fault.fault, fault.held, fault.tracks
+                )
+            });
             self.require(fault.resets == resets, || {
                 format!(
                     "{}: {} starts, expected {resets}",
@@ -430,9 +468,10 @@ impl Shortcomings {
         });
     }
 
-    fn cuts(&mut self, save: &str, cuts: &Cuts) {
+    fn cuts(&mut self, save: &str, expected: usize, cuts: &Cuts) {
         let Cuts {
             operations,
+            erases,
             starts,
             before,
             behind,
@@ -447,6 +486,9 @@ impl Shortcomings {
             format!(
                 "{save} `save`, cut short: {before} starts with the values before it, {behind} behind it; {otherwise:?}"
             )
+        });
+        self.require(*erases == expected, || {
+            format!("{save} `save` erases {erases} used sectors")
         });
         // Only behind its last words it counts; and the cut is seen but where all that
         // there is reads as erased.
@@ -537,10 +579,14 @@ impl Shortcomings {
     }
 }
 
-/// Cycles an instruction up to which both images keep their deadlines: where no line is ever in a cache. A line of 128
+/// Cycles an instruction up to which `throttle` and `controller` keep their deadlines under their own commands, without the
+/// protections that are off unless they are set: where no line is ever in a cache. A line of 128
 /// bits, some five instructions of Thumb-2, then costs five wait states (RM0090, sections 3.5.1 and 3.5.2), which makes
 /// the 1.5 of cached lines 2.5; no program runs so from its beginning to its end. What they do beyond is printed.
 const MOST_CYCLES: f64 = 2.5;
+
+/// `BOR_LEV` of `FLASH_OPTCR`: RM0090, section 3.9.5. Nothing set is the highest level.
+const BROWN_OUT_LEVEL: u64 = 0b1100;
 
 /// The emulation's name for the controller with every protection set.
 const PROTECTED: &str = "protected";
@@ -630,6 +676,14 @@ const FREQUENCIES: [f64; 4] = [400.0, 2e3, 20e3, 40e3];
 /// and half a code of 5 V in each converter.
 const LEARNED: f64 = 4.0 * 5e-3 / 8.0 + 5.0 / 4095.0;
 
+/// What befalls the throttle's chip, and the name that it gets.
+const THROTTLE_FAULTS: [(&str, &str); 4] = [
+    ("panic, by an interrupt that nobody serves", "panic"),
+    ("stack overflow", "stack_overflow"),
+    ("an instruction that is none", "processor_fault"),
+    ("the most urgent interrupt stuck", "watchdog"),
+];
+
 /// Each fault that the throttle may have, and the code that it has to be found by.
 const CODES: [(&str, &str); 17] = [
     ("plate_jammed", "plate_stuck"),
@@ -684,7 +738,7 @@ fn id(effect: &FoundEffect) -> &str {
 
 #[cfg(test)]
 mod tests {
-    use super::super::run::{Fault, Found};
+    use super::super::run::{Fault, Found, ThrottleFault};
     use super::*;
 
     fn counted() -> Counted {
@@ -740,6 +794,15 @@ mod tests {
     const ARMED: &str = "status\narmed, position mode, 1.000 s\nlatched: none\nworst plant 2830, control 1753 \
                          cycles; deadlines missed: 0\ncapture: idle";
 
+    fn throttle_fault((fault, name): (&str, &str)) -> ThrottleFault {
+        ThrottleFault {
+            fault: fault.to_owned(),
+            faults: format!("faults\nfirst: {name} at 0.00000 s"),
+            tracks: [0; 2],
+            current: 0.0,
+        }
+    }
+
     fn throttle(status: &str) -> Vec<String> {
         let throttle = Throttle {
             greeting: "throttle: nothing stored, its own parameters\n> ".to_owned(),
@@ -748,6 +811,7 @@ mod tests {
             counted: counted(),
             faults_after_stopped_tick: "faults\nfirst: watchdog at 0.00000 s".to_owned(),
             reset_after_ms: 20.0,
+            faults: THROTTLE_FAULTS.map(throttle_fault).to_vec(),
         };
         let mut found = Shortcomings::default();
         found.throttle(&throttle);
@@ -818,6 +882,8 @@ mod tests {
                 edges: 400,
                 save_ms,
                 clock_lost_ms,
+                unforgotten_erases: 0,
+                flash_options: 0x0fff_aae1,
             });
             found.0.len()
         };
@@ -879,6 +945,8 @@ mod tests {
         let row = |(fault, name, longest, resets): (&str, &str, f64, usize)| Fault {
             fault: fault.to_owned(),
             let_go_after_us: Some(longest),
+            held: true,
+            tracks: [0; 2],
             resets,
             faults: format!("faults\nfirst: {name} at 0.00000 s"),
             status: "status\ndisarmed, voltage mode, 0.000 s".to_owned(),
@@ -904,8 +972,10 @@ mod tests {
             found.0.len()
         };
         assert_eq!(shortcomings(|_| ()), 0);
-        let spoils: [fn(&mut Faults); 7] = [
+        let spoils: [fn(&mut Faults); 9] = [
             |faults| faults.faults[0].let_go_after_us = None,
+            |faults| faults.faults[1].held = false,
+            |faults| faults.faults[2].tracks = [410, 3686],
             |faults| faults.faults[4].let_go_after_us = Some(1e6),
             |faults| faults.faults[8].faults = "faults\nfirst: watchdog at 0.0 s".to_owned(),
             |faults| faults.faults[10].resets = 0,
@@ -922,6 +992,7 @@ mod tests {
     fn a_save_that_is_torn_is_named() {
         let cuts = || Cuts {
             operations: 188,
+            erases: 1,
             starts: 47,
             before: 45,
             behind: 2,
@@ -930,7 +1001,7 @@ mod tests {
         };
         let shortcomings = |cuts: &Cuts| {
             let mut found = Shortcomings::default();
-            found.cuts("a", cuts);
+            found.cuts("a", 1, cuts);
             found.0.len()
         };
         assert_eq!(shortcomings(&cuts()), 0);
@@ -941,7 +1012,11 @@ mod tests {
             ..cuts()
         };
         let silent = Cuts { named: 0, ..cuts() };
-        for cuts in [mixed, silent] {
+        let blank = Cuts {
+            erases: 0,
+            ..cuts()
+        };
+        for cuts in [mixed, silent, blank] {
             assert_eq!(shortcomings(&cuts), 1, "{cuts:?}");
         }
     }

@@ -57,6 +57,21 @@ pub struct Throttle {
     pub faults_after_stopped_tick: String,
     /// From there to the watchdog's reset, ms.
     pub reset_after_ms: f64,
+    /// What came of each fault of the chip.
+    pub faults: Vec<ThrottleFault>,
+}
+
+/// What came of a fault of the chip, the throttle armed.
+#[derive(Debug, Clone, Deserialize)]
+pub struct ThrottleFault {
+    /// What was wrong.
+    pub fault: String,
+    /// What `faults` says then.
+    pub faults: String,
+    /// Codes of the tracks at the end.
+    pub tracks: [u16; 2],
+    /// Share of the current's output at the end.
+    pub current: f64,
 }
 
 /// The controller by itself: its encoder's inputs, and its clock.
@@ -76,6 +91,10 @@ pub struct Controller {
     pub save_ms: f64,
     /// By how much the clock in `status` is behind then, ms.
     pub clock_lost_ms: f64,
+    /// Erases behind which the data cache was not emptied.
+    pub unforgotten_erases: u64,
+    /// What `FLASH_OPTCR` reads.
+    pub flash_options: u64,
 }
 
 /// The controller's parameters over an end of power.
@@ -124,8 +143,12 @@ pub struct Driven {
 pub struct Fault {
     /// What was wrong.
     pub fault: String,
-    /// From there until the bridge was off, µs.
+    /// From there until the bridge was off and the brake was on, µs.
     pub let_go_after_us: Option<f64>,
+    /// Whether that stayed so.
+    pub held: bool,
+    /// Codes of the tracks at the end.
+    pub tracks: [u16; 2],
     /// Starts that it took.
     pub resets: usize,
     /// What `faults` says then.
@@ -158,6 +181,8 @@ pub struct Faults {
 pub struct Cuts {
     /// Operations that the whole of it takes.
     pub operations: usize,
+    /// Those of them that erase a sector in which something stands.
+    pub erases: usize,
     /// Starts behind a cut.
     pub starts: usize,
     /// Those with the values before the `save`, and those with the values behind it.
@@ -335,7 +360,7 @@ pub enum Extent {
     Loop,
     /// With faults of the chip, power that is lost and instructions of several lengths too: minutes.
     Everything,
-    /// With the power lost at every operation of the flash, faults at any time, and ten minutes of a sound loop: an hour.
+    /// With the power lost at every operation of the flash, faults at any time, and ten minutes of a sound loop: half an hour.
     AtLength,
 }
 

@@ -370,9 +370,12 @@ impl Summary {
             row(
                 "record",
                 format!(
-                    "{} rows over the controller's console at a pseudo-terminal: {}",
-                    recording.rows,
-                    recording.effects.join(", ")
+                    "{} and {} rows over the controller's console at a pseudo-terminal: {}; it leaves {:.1} % of the \
+                     position error on the second",
+                    recording.rows[0],
+                    recording.rows[1],
+                    recording.effects.join(", "),
+                    100.0 * recording.remaining
                 ),
             );
         }

@@ -11,7 +11,7 @@ use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
 use super::source::Source;
 use super::summary;
-use crate::error::{InputError, LARGEST_DATA, read_at_most, read_bytes, unreadable};
+use crate::error::{InputError, LARGEST_DATA, read_at_most, read_bytes, unreadable, warn};
 use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
 use crate::log::{COLUMNS, TIME, quoted};
@@ -127,6 +127,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let sources = recipe.parsed(&raw).map_err(Failure::Usage)?;
     let converted = convert(&args.raw, &raw, &recipe, &sources)
         .map_err(|fault| refusal(args, path, &raw, &recipe, fault))?;
+    let doubt = |fault: &Fault| InputError::new(path, Some(fault.line), &fault.message);
+    warn(&converted.doubts.iter().map(doubt).collect::<Vec<_>>());
     let text = summary::render(&name, &raw, &sources, &converted, &args.out);
     if let Some([index]) = report {
         let html = page::html(&name, &converted.log, &sources, &text);

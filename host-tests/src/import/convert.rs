@@ -15,6 +15,8 @@ use crate::log::{COLUMNS, COMMAND, Columns, Course, Log, POSITION, TIME, quoted,
 pub(super) struct Converted {
     /// The log.
     pub log: Log,
+    /// What can be read but hardly be so.
+    pub doubts: Vec<Fault>,
     /// Rows that were looked at.
     pub rows: usize,
     /// Rows that were left out for want of a number.
@@ -105,10 +107,12 @@ pub(super) fn convert(
     };
     table.check_order()?;
     table.check_length(rows - left_out, table.last_line())?;
+    let doubts = table.doubts();
     let timed = recipe.sources[TIME].is_some();
     let log = Log::of_table(path, table, recipe.rate.filter(|_| timed))?;
     Ok(Converted {
         log,
+        doubts,
         rows,
         left_out,
         sorted,

@@ -4,6 +4,7 @@
 //! `-NUMBER`; a `-` in front reverses the sign at the end. So `duty:%*12` takes per cent to volts of a
 //! supply of 12 V, and `angle-90:deg` takes 90 off before degrees become radians.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use super::raw::Raw;
@@ -189,10 +190,13 @@ fn find<'t>(text: &'t str, raw: &Raw) -> Option<(usize, &'t str)> {
             .iter()
             .map(|name| bracketed(name).map_or("", |(name, _)| name));
         let bare: Vec<&str> = bare.collect();
-        let is_alone = |name: &&str| bare.iter().filter(|other| *other == name).count() == 1;
+        let mut counts: HashMap<&str, usize> = HashMap::new();
+        for name in &bare {
+            *counts.entry(name).or_default() += 1;
+        }
         let alone: Vec<&str> = bare
             .iter()
-            .map(|name| if is_alone(name) { *name } else { "" })
+            .map(|name| if counts[name] == 1 { *name } else { "" })
             .collect();
         named(&alone, |text, name| text == name)
     };

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::layout::{Layout, Reading, number};
+use super::layout::{Delimiter, Layout, Reading, number};
 use super::raw::{Column, Raw};
 use super::unit::Unit;
 use crate::error::InputError;
@@ -56,7 +56,9 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
             continue;
         }
         let fields = rejoined(layout.delimiter.split(line), &layout);
-        push(&mut raw, &fields, at + 1, layout.decimal_comma);
+        let is_open = layout.delimiter != Delimiter::Spaces
+            && line.bytes().filter(|byte| *byte == b'"').count() % 2 == 1;
+        push(&mut raw, (&fields, is_open), at + 1, layout.decimal_comma);
     }
     drop_empty_end(&mut raw);
     if comments > 0 {
@@ -65,7 +67,13 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
     Ok(raw)
 }
 
-fn push(raw: &mut Raw, fields: &[Cow<'_, str>], line: usize, decimal_comma: bool) {
+/// Takes a row: its fields, and whether a quotation mark among them is not closed.
+fn push(
+    raw: &mut Raw,
+    (fields, is_open): (&[Cow<'_, str>], bool),
+    line: usize,
+    decimal_comma: bool,
+) {
     let row = raw.lines.len();
     let width = raw.columns.len();
     // A delimiter at the end of the line adds an empty field.
@@ -73,10 +81,11 @@ fn push(raw: &mut Raw, fields: &[Cow<'_, str>], line: usize, decimal_comma: bool
     for (place, column) in raw.columns.iter_mut().enumerate() {
         let cell = fields.get(place);
         let value = cell.and_then(|cell| number(cell, decimal_comma));
-        let good = value.filter(|value| is_good(*value) && !too_long);
+        let good = value.filter(|value| is_good(*value) && !too_long && !is_open);
         column.values.push(good.unwrap_or(f64::NAN));
         if good.is_none() && column.bad.is_none() {
             let said = match cell {
+                _ if is_open => "in a row with a quotation mark that is not closed".to_owned(),
                 _ if too_long => format!("in a row of {} fields instead of {width}", fields.len()),
                 Some(cell) if cell.is_empty() => "empty".to_owned(),
                 Some(cell) => crate::log::quoted(cell),

@@ -20,6 +20,7 @@ use self::guard::Guard;
 use self::server::Server;
 use crate::board_link::emulated::{EmulatedBoard, Pace};
 use crate::board_link::serial;
+use crate::error::tell;
 use crate::failure::Failure;
 use crate::record::drive::{ENDS, Ending};
 use crate::workspace;
@@ -75,9 +76,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     writeln!(out, "{}", server.address())
         .and_then(|()| out.flush())
         .map_err(|error| Failure::system("standard output", error))?;
-    eprintln!(
-        "open this address in a browser on this computer; Ctrl-C ends it and disarms the drive"
-    );
+    tell("open this address in a browser on this computer; Ctrl-C ends it and disarms the drive");
     let _deferred = crate::outputs::defer_signals();
     let served = server.serve(&board, || ending.is_asked() || board.has_ended());
     let ended = board.end();

@@ -8,7 +8,7 @@ use super::rows::{
     Rows, check_value, describe_fields, describe_step, describe_width, find_columns, parse_number,
 };
 use super::{
-    COLUMNS, CURRENT, Columns, Course, EXPECTED, GRID_MARGIN, JITTER, LONGEST_GAP_S, Log,
+    COLUMNS, CURRENT, Columns, Course, EXPECTED, GRID_MARGIN, INPUT, JITTER, LONGEST_GAP_S, Log,
     MIN_PERIOD_S, MOST_SPIKES, MOST_UNTIMED, POSITION, SLOWER, SPIKE, SPIKE_LEFT, TIME, counted,
     median, rounded,
 };
@@ -141,9 +141,35 @@ impl Table {
         Err(Fault::new(line, message))
     }
 
+    /// What can be read but hardly be so: a sample that is alone in its column.
+    pub fn doubts(&self) -> Vec<Fault> {
+        let mut doubts = self.spikes();
+        doubts.extend(self.alone(INPUT));
+        doubts.extend(self.alone(CURRENT));
+        doubts
+    }
+
+    /// A sample many times as large as every other one of its column: a drive holds what it drives for longer, and
+    /// a winding its current.
+    fn alone(&self, column: usize) -> Option<Fault> {
+        let values = self.columns[column].as_deref()?;
+        let by_size = |a: &(usize, &f64), b: &(usize, &f64)| a.1.abs().total_cmp(&b.1.abs());
+        let (row, largest) = values.iter().enumerate().max_by(by_size)?;
+        let others = values.iter().enumerate().filter(|(at, _)| *at != row);
+        let most = others.map(|(_, value)| value.abs()).fold(0.0, f64::max);
+        (most > 0.0 && largest.abs() > SPIKE * most).then(|| {
+            let message = format!(
+                "`{}` is {largest:?} in this sample alone, and {most:?} at most in all others: correct the sample, \
+                 or remove the row",
+                COLUMNS[column].0
+            );
+            Fault::new(self.lines[row], message)
+        })
+    }
+
     /// Positions that jump for one sample in a log that is smooth otherwise: no machine moves there and
     /// back between two samples, many times as fast as ever else.
-    pub fn spikes(&self) -> Vec<Fault> {
+    fn spikes(&self) -> Vec<Fault> {
         let position = self.columns[POSITION].as_deref().unwrap_or_default();
         let steps: Vec<f64> = position.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
@@ -161,6 +187,18 @@ impl Table {
             let [there, back] = [steps[pair[0]], steps[pair[1]]];
             pair[1] == pair[0] + 1 && (there + back).abs() <= SPIKE_LEFT * there.abs()
         };
+        // The first sample and the last one have one neighbour.
+        if let [only] = large[..]
+            && (only == 0 || only + 1 == steps.len())
+        {
+            let (row, beside) = if only == 0 { (0, 1) } else { (only + 1, only) };
+            let message = format!(
+                "`position` is {:?} in this sample alone, {:?} beside it, and no other steps are nearly as large: \
+                 remove the row",
+                position[row], position[beside]
+            );
+            return vec![Fault::new(self.lines[row], message)];
+        }
         // A jump that stays is an angle that wraps, or a gap: others know better what to say of it.
         let (pairs, rest) = large.as_chunks::<2>();
         if pairs.is_empty() || !rest.is_empty() || !pairs.iter().all(|pair| back(pair)) {

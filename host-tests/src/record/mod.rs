@@ -16,6 +16,7 @@ use crate::board_link::console::Console;
 use crate::board_link::log_transfer::LogTransfer;
 use crate::board_link::serial;
 use crate::board_log::BoardLog;
+use crate::error::tell;
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
 
@@ -230,9 +231,12 @@ fn permitted(args: &Args, drive: &Drive) -> Result<(), Failure> {
         .signal
         .as_deref()
         .unwrap_or("a sweep of 0.2 rad about where it stands");
-    eprint!(
+    // Who cannot read it does not answer.
+    let _ = write!(
+        io::stderr(),
         "The actuator will move: {signal}, {} s, {} mode. Type `arm` to let it: ",
-        drive.seconds, drive.mode
+        drive.seconds,
+        drive.mode
     );
     let mut answer = String::new();
     let read = io::stdin().lock().read_line(&mut answer);
@@ -245,7 +249,7 @@ fn permitted(args: &Args, drive: &Drive) -> Result<(), Failure> {
 /// What goes on, for who looks on.
 fn say(step: &str) {
     if io::stderr().is_terminal() {
-        eprintln!("{step} ...");
+        tell(format_args!("{step} ..."));
     }
 }
 

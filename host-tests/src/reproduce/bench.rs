@@ -5,13 +5,14 @@
 //! topic of the paper and gives a section: its tables, its figures and its entries of the JSON. A
 //! further topic is a module and a line of `TOPICS`.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use self::section::Section;
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs, write_own};
 use crate::page::{self, escape};
+use crate::progress::announce;
 use crate::reproduce::Entry;
 use crate::workspace;
 
@@ -58,12 +59,10 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     outputs.fills(&directory);
     let json = outputs.file(json, Kind::Marked)?;
-    let on_terminal = io::stderr().is_terminal();
+    let announce = announce();
     let mut sections = Vec::new();
     for (step, topic) in TOPICS {
-        if on_terminal {
-            eprintln!("{step} ...");
-        }
+        announce(step);
         sections.push(topic()?);
     }
     let index = directory.join("index.html");

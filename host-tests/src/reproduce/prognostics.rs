@@ -8,7 +8,7 @@
 //! coefficient fell by 53 % at the same time (section VI). What is set beside it here is the Coulomb level:
 //! the sliding friction that a brake adds, which is what the 0.779 N·m are.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::Path;
 use std::time::Instant;
 
@@ -22,6 +22,7 @@ use self::stand::{Friction, Input, Recorded, Stand};
 use super::Entry;
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs, write_own};
+use crate::progress::announce;
 use crate::workspace;
 
 pub mod anti_windup;
@@ -229,12 +230,7 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     outputs.fills(&directory);
     let json = outputs.file(json, Kind::Marked)?;
-    let on_terminal = io::stderr().is_terminal();
-    let results = Results::of(Plan::FULL, |step| {
-        if on_terminal {
-            eprintln!("{step} ...");
-        }
-    })?;
+    let results = Results::of(Plan::FULL, announce())?;
     let file = directory.join("sweep.csv");
     let log = results.case.log.file(&file);
     write_own(&file, log.to_csv())?;

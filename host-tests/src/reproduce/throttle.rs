@@ -4,7 +4,7 @@
 //! From the logs of a test stand to both models, to their errors on data that they had not seen
 //! (Table 1), and onto the chip (Table 2).
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -20,6 +20,7 @@ use crate::identify::{self, Identified, Start, machine_file};
 use crate::log::Log;
 use crate::machine::Machine;
 use crate::outputs::{Kind, Outputs, write_own};
+use crate::progress::announce;
 use crate::pwa;
 use crate::replay_run::{self, OnBoard};
 use crate::toolchain::Toolchain;
@@ -201,12 +202,7 @@ pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     let mut outputs = Outputs::reading([]);
     outputs.fills(&directory);
     let json = outputs.file(json, Kind::Marked)?;
-    let on_terminal = io::stderr().is_terminal();
-    let announce = |step: &str| {
-        if on_terminal {
-            eprintln!("{step} ...");
-        }
-    };
+    let announce = announce();
     announce("recording the throttle on the stand");
     let logs = stand::record(&directory, SEED)?;
     announce("identification, gap loop");

@@ -602,6 +602,44 @@ mod log {
     }
 
     #[test]
+    fn a_first_or_last_position_beside_all_others_is_named() {
+        for (row, line) in [(0, 2), (999, 1001)] {
+            doubted(
+                swing(|it| it[row] -= 1.0),
+                &[line],
+                &["`position`", "remove the row"],
+            );
+        }
+    }
+
+    #[test]
+    fn an_input_of_one_sample_beside_all_others_is_named() {
+        let log = |row: usize, volts: f64| {
+            let input = |at: usize| if at == row { volts } else { (at % 7) as f64 };
+            let rows: Vec<String> = (0..1000)
+                .map(|at| {
+                    format!(
+                        "{:?},{:?},{:?}",
+                        at as f64 * 1e-2,
+                        input(at),
+                        at as f64 * 1e-3
+                    )
+                })
+                .collect();
+            text(HEADER, &rows)
+        };
+        for row in [0, 500, 999] {
+            doubted(
+                log(row, 1e5),
+                &[row + 2],
+                &["`input`", "in this sample alone", "remove the row"],
+            );
+        }
+        // No more than ten times the largest of all others.
+        doubted(log(500, -60.0), &[], &[]);
+    }
+
+    #[test]
     fn what_a_sensor_does_is_no_jump() {
         // An angle that wraps, also there and back.
         doubted(

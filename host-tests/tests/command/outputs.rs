@@ -493,6 +493,60 @@ fn a_header_of_many_columns_is_read() {
 }
 
 #[test]
+fn a_name_that_is_none_of_many_columns_is_refused() {
+    let bench = Bench::new();
+    let names: Vec<String> = (0..300_000)
+        .map(|place| format!("c{}", place % 7))
+        .collect();
+    bench.write("wide.csv", format!("{}\n0,1,2\n", names.join(",")));
+    let output = bench.run("import wide.csv --time absent --position c1 --out log.csv");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).starts_with("error: "));
+}
+
+#[test]
+fn a_file_that_comes_up_during_a_run_is_not_replaced() {
+    let bench = Bench::new();
+    // The log is read behind the outputs' places were looked at, and not before somebody writes it.
+    let output = bench.shell(
+        "mkfifo pipe; $HIL gap --machine machine.toml --train pipe --json out.json & \
+         exec 3>pipe; echo mine > out.json; cat train.csv >&3; exec 3>&-; wait $!",
+    );
+    assert_refused_with(&output, "error: ");
+    assert!(text(&output.stderr).contains("out.json: has come up meanwhile"));
+    assert_eq!(bench.read("out.json"), "mine\n");
+}
+
+#[test]
+fn a_log_is_not_appended_to_itself() {
+    let bench = Bench::new();
+    let before = bench.files();
+    let output = bench.shell("$HIL gap --machine machine.toml --train train.csv >> train.csv");
+    assert_refused_with(
+        &output,
+        "error: standard output goes to a file that this command reads",
+    );
+    assert!(bench.files() == before);
+}
+
+/// Refused, with a line that starts so.
+#[track_caller]
+fn assert_refused_with(output: &Output, start: &str) {
+    let error = text(&output.stderr);
+    assert!(!output.status.success());
+    assert!(error.starts_with(start), "not {start:?}: {error}");
+}
+
+#[test]
+fn an_error_that_nobody_can_read_is_no_panic() {
+    let bench = Bench::new();
+    let output = bench.shell("$HIL gap --machine absent.toml --train train.csv 2> /dev/full");
+    assert_eq!(output.status.code(), Some(2));
+    let output = bench.shell("$HIL gap 2> /dev/full");
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
 fn a_position_that_jumps_for_one_sample_is_said_with_its_line() {
     let bench = Bench::new();
     let log = bench.read(TRAIN);

@@ -76,8 +76,15 @@ pub fn any_command(random: &mut Random) -> (&'static str, String) {
     (mode, line)
 }
 
-/// The image in this flash, that drives it.
+/// The image in this flash, that drives it, and knows where it is.
 pub fn image(flash: &SharedFlash, random: &mut Random) -> OperationOnHost<Motor> {
+    let mut image = started(flash, random);
+    perform(&mut image, &["zero"]);
+    image
+}
+
+/// The same behind its start.
+pub fn started(flash: &SharedFlash, random: &mut Random) -> OperationOnHost<Motor> {
     let actuator = any_actuator(random);
     let mut image = OperationOnHost::controller(flash, &actuator);
     image.plant.noise = Some(Random::new(random.bits().into(), 2));

@@ -123,10 +123,14 @@ impl Outcome {
 /// Whether the encoder reads a position in the reach of a stop, where the actuator may be held by it: what ends
 /// that is the overload.
 fn reads_a_stop(image: &OperationOnHost<Motor>) -> bool {
-    let reading = image.wiring.measurement().position;
     let stroke = EMA.plant.upper_stop - EMA.plant.lower_stop;
-    let reach = EMA.plant.upper_stop - TOLERANCES.stop * stroke;
-    EMA.converters.position.value(reading).abs() >= reach
+    read(image).abs() >= EMA.plant.upper_stop - TOLERANCES.stop * stroke
+}
+
+/// The position as the encoder has it, rad.
+fn read(image: &OperationOnHost<Motor>) -> f32 {
+    let reading = image.wiring.measurement().position;
+    EMA.converters.position.value(reading)
 }
 
 /// Milliseconds with an encoder that counts this share from now on.
@@ -164,17 +168,25 @@ const MOST_CURRENT: f32 = 1.1 * EMA.limits.current_limit;
 #[test]
 fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it_can_hold() {
     const RUNS: u64 = 700;
+    const MILLISECONDS: u32 = 600;
+    let most_way = (1.0 + 2.0 * TOLERANCES.stop) * (EMA.plant.upper_stop - EMA.plant.lower_stop);
     for (name, share) in [("frozen", 0.0), ("backwards", -1.0), ("half", 0.5)] {
         let (mut found, mut worst) = (0, Outcome::default());
+        let (mut driven, mut misread) = (0, 0.0_f32);
         for seed in 0..RUNS {
             let mut random = Random::new(seed, 1);
             let mut image = image(&SharedFlash::new(), &mut random);
             let (mode, line) = any_command(&mut random);
             perform(&mut image, &[mode, "arm", &line]);
             image.run_ms((300.0 * random.uniform()) as u32);
-            let outcome = fail(&mut image, share, 600);
+            let outcome = fail(&mut image, share, MILLISECONDS);
             assert!(
                 outcome.longest <= LONGEST && outcome.peak <= MOST_CURRENT,
+                "{name}, {seed}: {outcome:?}, {mode}, {line}"
+            );
+            let energy = image.plant.supply * MOST_CURRENT * MILLISECONDS as f32 * 1e-3;
+            assert!(
+                outcome.travel <= most_way && outcome.energy <= energy,
                 "{name}, {seed}: {outcome:?}, {mode}, {line}"
             );
             worst.worst(&outcome);
@@ -182,9 +194,15 @@ fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it
                 assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE);
                 assert!(!image.plant.is_driven());
                 found += 1;
+            } else if image.plant.is_driven() {
+                let position = image.plant.state.position.value();
+                misread = misread.max((position - read(&image)).abs());
+                driven += 1;
             }
         }
-        println!("{name}: {found} of {RUNS} found, {worst:?}");
+        println!(
+            "{name}: {found} of {RUNS} found, {driven} driven and {misread} rad off, {worst:?}"
+        );
         assert!(found > 0, "{name}");
     }
 }
@@ -733,9 +751,18 @@ fn an_actuator_that_is_blocked_on_its_way_is_let_go_and_one_at_its_stop_is_not()
     };
     let voltage = 1.2 * most_holding_current() * winding()[0];
     let line = format!("step 0 {voltage}");
-    for (actuator, fault) in [(blocked, Some(Fault::FollowingError)), (EMA.plant, None)] {
+    // Where the stops are is not known before the position is.
+    for (actuator, told, fault) in [
+        (blocked, "zero", Some(Fault::FollowingError)),
+        (EMA.plant, "zero", None),
+        (EMA.plant, "ping", Some(Fault::FollowingError)),
+    ] {
         let mut image = OperationOnHost::controller(&SharedFlash::new(), &actuator);
-        perform(&mut image, &["mode voltage", "arm", &line]);
+        let status = image.line("status");
+        assert!(status.contains("no end stop is trusted"), "{status}");
+        perform(&mut image, &[told, "mode voltage", "arm", &line]);
+        let status = image.line("status");
+        assert_eq!(status.contains("no end stop is trusted"), told != "zero");
         image.run_ms(500);
         assert_eq!(image.wiring.fault(), fault);
     }

@@ -1,6 +1,6 @@
 //! What the drive keeps within its limits whatever it is told, on actuators that are not as declared.
 
-use crate::any_drive::{any_actuator, any_command, either_way, image, perform, winding};
+use crate::any_drive::{any_actuator, any_command, either_way, image, perform, started, winding};
 use firmware::app::capture::QUANTITIES;
 use firmware::app::fault::Fault;
 use firmware::app::fault::monitor::CURRENT_SHARE;
@@ -275,7 +275,7 @@ fn the_speed_stays_at_its_limit_in_every_mode_under_any_load() {
         };
         perform(
             &mut image,
-            &[&format!("set speed_limit {limit}"), mode, "arm"],
+            &[&format!("set speed_limit {limit}"), "zero", mode, "arm"],
         );
         say(&mut image, &line);
         let (mut most, mut last) = (0.0_f32, 0.0_f32);
@@ -545,7 +545,7 @@ const EDGES: [f32; 2] = [-0.9, 0.85];
 
 /// The drive after a start with the actuator anywhere, with its position limited within its switches.
 fn anywhere(random: &mut Random) -> OperationOnHost<Motor> {
-    let mut image = image(&SharedFlash::new(), random);
+    let mut image = started(&SharedFlash::new(), random);
     image.plant.state = State::new(0.97 * either_way(random), 0.0);
     image.plant.edges = EDGES;
     perform(

@@ -256,6 +256,7 @@ fn hottest(maximum: f64, capacity: f64, to_ambient: f64, lag: f64) -> (f64, Opti
         &[
             &set,
             "set continuous_current 20",
+            "zero",
             "mode voltage",
             "arm",
             "step 0 24",

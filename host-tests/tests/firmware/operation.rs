@@ -506,7 +506,7 @@ fn an_over_current_switches_the_bridge_off_in_the_tick_that_reads_it() {
 #[test]
 fn a_motor_that_is_held_at_its_stop_is_an_overload() {
     let mut stuck = controller();
-    perform(&mut stuck, &["mode voltage", "arm", "step 0 15"]);
+    perform(&mut stuck, &["zero", "mode voltage", "arm", "step 0 15"]);
     // 15 A of 6 for (24.5² − 6²)/(15² − 6²) s; another gain does not cool it.
     for gain in ["31", "32", "33", "34", "35"] {
         stuck.run_ms(500);

@@ -87,6 +87,8 @@ pub struct Status {
     pub supply: f32,
     /// Whether the limit switches are open, the lower and the upper one.
     pub switches: [bool; 2],
+    /// Whether the position of a real actuator counts from wherever it was at the start, and no end stop is trusted.
+    pub from_start: bool,
     /// Temperatures of the switches and the motor, of a real actuator.
     pub temperatures: Option<[Told; 2]>,
     /// Plant ticks since the start.
@@ -203,6 +205,12 @@ impl fmt::Display for Status {
             if is_open {
                 write!(formatter, "\nlimit switch open: {}", switch.name())?;
             }
+        }
+        if self.from_start {
+            write!(
+                formatter,
+                "\nposition counts from the start, no end stop is trusted; `home` it, or `zero` it"
+            )?;
         }
         match &self.temperatures {
             Some([switches, motor]) => {

@@ -79,12 +79,13 @@ impl Trials {
             sound = false;
         }
         defmt::info!("end trials={=usize}", TRIALS.len());
+        let missed = WIRING.missed();
         defmt::info!(
             "deadlines ticks={=u32} missed={=u32}",
             WIRING.ticks(),
-            WIRING.missed()
+            missed
         );
-        sound
+        sound && missed == 0
     }
 }
 

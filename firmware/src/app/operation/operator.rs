@@ -157,6 +157,8 @@ pub struct Operator<F, S> {
     home: Option<Home>,
     /// Whether the drive was last told of no limits of the position, for a search.
     unlimited: bool,
+    /// Whether it was last told where the end stops are.
+    trusted: bool,
 }
 
 /// What is joined to an operator, once and for all.
@@ -186,7 +188,7 @@ pub async fn load<F: NorFlash>(
 ) -> Result<(Values, Loaded), Refused> {
     let own = Values::of(&kit.machine)?;
     let loaded = store.load(&own).await;
-    let usable = kit.drive(&loaded.values).is_ok();
+    let usable = kit.drive(&loaded.values, false).is_ok();
     if loaded.problem.is_some() || !loaded.refused.is_empty() || !usable {
         wiring.trip(Fault::StoreCorrupt);
     }
@@ -224,7 +226,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let (plant_sender, plant_receiver) = plant_orders.split();
         let (replaced_sender, replaced_receiver) = replaced.split();
         let mode = kit.modes.first().copied().unwrap_or_default();
-        let setup = kit.drive(values)?;
+        let setup = kit.drive(values, false)?;
         let recorder = Recorder::new(producer, progress);
         let drive = Drive::new(setup, mode, drive_orders, wiring, recorder);
         let receiver = Receiver {
@@ -261,6 +263,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             referenced: false,
             home: None,
             unlimited: false,
+            trusted: false,
         };
         Ok((operator, drive, receiver))
     }
@@ -439,6 +442,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 .of(converters.current.value(measured.current)),
             supply: self.wiring.supply(),
             switches: self.wiring.switches(),
+            from_start: !self.kit.is_emulated && !self.referenced,
             temperatures: (!self.kit.is_emulated).then(|| self.temperatures()),
             ticks: self.wiring.time(),
             missed: self.wiring.missed(),
@@ -510,7 +514,8 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             return Err(Refusal::Unreferenced);
         }
         let was_armed = self.is_armed();
-        if self.unlimited && self.home.is_none() {
+        let is_outdated = self.unlimited || self.trusted != self.referenced;
+        if is_outdated && self.home.is_none() {
             self.order_setup()?;
             self.unlimited = false;
         }
@@ -654,12 +659,20 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 set.map_err(|out| Refusal::NotStored(Rejected::Bounds(out)))?;
             }
         }
-        self.kit.drive(&values).map_err(Refusal::Setup)
+        self.kit
+            .drive(&values, self.referenced)
+            .map_err(Refusal::Setup)
     }
 
     fn order_setup(&mut self) -> Result<(), Refusal> {
         let setup = self.setup(&self.values)?;
-        self.order(drive::Order::Setup(setup))
+        self.order_drive(setup)
+    }
+
+    fn order_drive(&mut self, setup: drive::Setup) -> Result<(), Refusal> {
+        self.order(drive::Order::Setup(setup))?;
+        self.trusted = self.referenced;
+        Ok(())
     }
 
     fn zero(&mut self) -> Result<(), Refusal> {
@@ -727,7 +740,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             *spare = throttle;
             self.order_plant(order::Order::Replace(spare))?;
         }
-        self.order(drive::Order::Setup(setup))?;
+        self.order_drive(setup)?;
         self.order_plant(if self.kit.is_emulated {
             order::Order::Calibrate(converters, self.kit.calibration(values))
         } else {
@@ -805,7 +818,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             Ok(applied) => applied,
             Err(rejected) => return Verdict::Rejected(rejected),
         };
-        match self.kit.drive(&applied) {
+        match self.kit.drive(&applied, self.referenced) {
             Ok(_) => {
                 self.proposal = Some(candidate);
                 Verdict::Proposed

@@ -97,11 +97,11 @@ impl Kit {
         machine
     }
 
-    /// The drive's numbers.
+    /// The drive's numbers. Where the end stops are is trusted only while the position is known.
     ///
     /// # Errors
     /// Values that do not go together.
-    pub fn drive(&self, values: &Values) -> Result<drive::Setup, Refused> {
+    pub fn drive(&self, values: &Values, is_referenced: bool) -> Result<drive::Setup, Refused> {
         let machine = self.machine_with(values);
         machine.plant.check()?;
         let Parameters {
@@ -124,7 +124,15 @@ impl Kit {
                 CONTROL_PERIOD,
             )?,
             torque: following::Coefficients::new(
-                &machine.plant,
+                &if is_referenced {
+                    machine.plant
+                } else {
+                    Parameters {
+                        lower_stop: f32::NEG_INFINITY,
+                        upper_stop: f32::INFINITY,
+                        ..machine.plant
+                    }
+                },
                 Tolerances::INDUSTRIAL,
                 machine.limits.load,
                 resolution,

@@ -8,6 +8,7 @@ use rigless::soc::stm32f427::Stm32f427;
 use rigless::soc::stm32f427::generated::adc1::{self, cr1, sr};
 use rigless::soc::stm32f427::generated::dbg::Register as DbgRegister;
 use rigless::soc::stm32f427::generated::flash::Register as FlashRegister;
+use rigless::soc::stm32f427::generated::gpioa::Register as PortRegister;
 use rigless::soc::stm32f427::generated::rcc::{Register as RccRegister, cir, cr};
 use rigless::soc::stm32f427::generated::{tim1, tim3};
 use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin as PinNumber};
@@ -181,23 +182,61 @@ impl Stm32f405 {
         self.part.bus().slots()[slot].registers().get(register)
     }
 
-    /// Share of the supply that the two half bridges put on the winding, −1 to 1; none while the timer
-    /// has let go of them. From the compare values, without dead time.
-    pub fn bridge(&self) -> Option<f64> {
-        const MASTER_ENABLE: u64 = 1 << 15;
-        let tim1 = |register| self.register(self.slots.tim1, register);
-        let period = tim1(tim1::Register::Arr) as f64;
-        let enabled = tim1(tim1::Register::Bdtr) & MASTER_ENABLE != 0;
-        let difference = tim1(tim1::Register::Ccr1) as f64 - tim1(tim1::Register::Ccr2) as f64;
-        (enabled && period > 0.0).then(|| difference / period)
+    /// The alternate function that a pin carries, if it carries one.
+    fn function(&mut self, pin: Pin) -> Option<u8> {
+        let (_, registers) = self.part.port(pin.port);
+        Gpio::function(pin.number(), registers)
     }
 
-    /// Share of time that the PWM of TIM4's channel 3 is high, 0 to 1: the throttle's current output.
+    /// Share of the supply that the two half bridges put on the winding, −1 to 1; none while the timer
+    /// has let go of them, or where not all four switches are its own, with the dead time that
+    /// `docs/board.md` has. From the compare values, without that.
+    pub fn bridge(&mut self) -> Option<f64> {
+        /// `MOE` of `TIM1_BDTR`, and its dead time.
+        const MASTER_ENABLE: u64 = 1 << 15;
+        const DEAD_TIME: u64 = 0xff;
+        /// Half a microsecond at 168 MHz.
+        const HALF_MICROSECOND: u64 = 84;
+        /// `CC1E`, `CC1NE`, `CC2E`, `CC2NE` of `TIM1_CCER`; and its bits of polarity for these.
+        const SWITCHES: u64 = 0x55;
+        const POLARITY: u64 = 0xaa;
+        let reach_pins = pins::BRIDGE.map(|pin| self.function(pin) == Some(pins::BRIDGE_FUNCTION));
+        let tim1 = |register| self.register(self.slots.tim1, register);
+        let period = tim1(tim1::Register::Arr) as f64;
+        let breaking = tim1(tim1::Register::Bdtr);
+        let enabled = tim1(tim1::Register::Ccer) & (SWITCHES | POLARITY) == SWITCHES
+            && breaking & MASTER_ENABLE != 0
+            && breaking & DEAD_TIME == HALF_MICROSECOND;
+        let difference = tim1(tim1::Register::Ccr1) as f64 - tim1(tim1::Register::Ccr2) as f64;
+        (enabled && reach_pins == [true; 4] && period > 0.0).then(|| difference / period)
+    }
+
+    /// Share of time that the PWM of TIM4's channel 3 is high at its pin, 0 to 1: the throttle's current output.
     pub fn current_output(&mut self) -> f64 {
         const TIM4: usize = 2;
+        /// `CC3E` of `TIM4_CCER`, and its polarity.
+        const ENABLE: u64 = 0x100;
+        const POLARITY: u64 = 0x200;
+        let reaches_pin =
+            self.function(pins::CURRENT_OUTPUT) == Some(pins::CURRENT_OUTPUT_FUNCTION);
         let (_, registers) = self.part.timer(TIM4);
+        if !reaches_pin || registers.get(tim3::Register::Ccer) & (ENABLE | POLARITY) != ENABLE {
+            return 0.0;
+        }
         let compare = registers.get(tim3::Register::Ccr3) as f64;
         compare / (registers.get(tim3::Register::Arr) as f64 + 1.0)
+    }
+
+    /// Codes of the two position tracks at their pins, 0 to 4095: 0 where a pin is not the converter's.
+    pub fn tracks(&mut self) -> [u16; 2] {
+        /// A pin's mode in `GPIOx_MODER` that leaves it to the converter.
+        const ANALOGUE: u64 = 3;
+        let [first, second] = pins::TRACKS.map(|pin| {
+            let (_, registers) = self.part.port(pin.port);
+            registers.get(PortRegister::Moder) >> (2 * pin.index) & ANALOGUE == ANALOGUE
+        });
+        let [one, two] = self.dac.outputs();
+        [if first { one } else { 0 }, if second { two } else { 0 }]
     }
 
     /// Whether the core waits for an operation of the flash.
@@ -344,7 +383,7 @@ impl Mcu for Stm32f405 {
 
 impl Stm32f405 {
     /// The option registers, which a reset keeps. An image writes the level of its brown-out reset there, once.
-    fn flash_options(&self) -> (u64, u64) {
+    pub fn flash_options(&self) -> (u64, u64) {
         (
             self.register(self.slots.flash, FlashRegister::Optcr),
             self.register(self.slots.flash, FlashRegister::Optcr1),

@@ -42,6 +42,19 @@ pub const ENCODER_A: Pin = pin(2, 6);
 pub const ENCODER_B: Pin = pin(2, 7);
 /// All images: bridge enable.
 pub const BRIDGE_ENABLE: Pin = pin(2, 8);
+/// All images: high releases the holding brake.
+pub const BRAKE_RELEASE: Pin = pin(2, 9);
+/// Controller: both switches of each half bridge. As an image has them when its bridge can drive, with the
+/// alternate function of TIM1.
+pub const BRIDGE: [Pin; 4] = [pin(0, 8), pin(1, 13), pin(0, 9), pin(1, 14)];
+/// The alternate function of TIM1 at these.
+pub const BRIDGE_FUNCTION: u8 = 1;
+/// Throttle: motor current as a PWM, by TIM4.
+pub const CURRENT_OUTPUT: Pin = pin(1, 8);
+/// The alternate function of TIM4 there.
+pub const CURRENT_OUTPUT_FUNCTION: u8 = 2;
+/// All images: the two position tracks.
+pub const TRACKS: [Pin; 2] = [pin(0, 4), pin(0, 5)];
 /// Controller: lower limit switch, closed to ground unless reached.
 pub const LOWER_SWITCH: Pin = pin(2, 10);
 /// Controller: upper limit switch.

@@ -1,14 +1,14 @@
-//! Each image by itself. The throttle starts, answers, ticks; and it starts anew when its tick stops. The controller
+//! Each image by itself. The throttle starts, answers, ticks; it starts anew when its tick stops, and suffers faults. The controller
 //! counts its encoder's edges and no spikes, and its clock goes on while it erases its flash.
 
 use rigless::device::Level;
 use serde::Serialize;
 
-use super::faults::Bench;
+use super::faults::{Bench, RECURSION, START, UNDEFINED};
 use super::{Alone, Call, Consoles, Counted, MILLISECOND, write};
 use crate::chip::pins::{ENCODER_A, ENCODER_B, Pin};
 use crate::harness::quadrature;
-use crate::running::{Event, Running};
+use crate::running::{Event, FIRST_INTERRUPT, Running, Vector};
 
 /// What came of it.
 #[derive(Debug, Serialize)]
@@ -24,6 +24,72 @@ pub(super) struct Throttle {
     faults_after_stopped_tick: String,
     /// How long it took from there to the reset, ms.
     reset_after_ms: f64,
+    faults: Vec<Fault>,
+}
+
+/// What came of a fault of the chip, the throttle armed.
+#[derive(Debug, Serialize)]
+struct Fault {
+    /// What was wrong.
+    fault: &'static str,
+    /// What `faults` says then.
+    faults: String,
+    /// Codes of the tracks at the end, and the share of the current's output: 0 is no position's and no current's.
+    tracks: [u16; 2],
+    current: f64,
+}
+
+/// Interrupt of TIM7, the throttle's most urgent one: RM0090, table 61.
+const TIM7: u16 = 55;
+
+/// What befalls the throttle, each with what takes it away again.
+fn causes() -> [(&'static str, Event, Event); 4] {
+    let led = |vector| Event::Vector(TIM7, vector);
+    let own = || led(Vector::Own);
+    [
+        (
+            "panic, by an interrupt that nobody serves",
+            led(Vector::Of(FIRST_INTERRUPT)),
+            own(),
+        ),
+        ("stack overflow", led(Vector::To(RECURSION)), own()),
+        (
+            "an instruction that is none",
+            led(Vector::To(UNDEFINED)),
+            own(),
+        ),
+        (
+            "the most urgent interrupt stuck",
+            Event::StickInterrupt(TIM7, true),
+            Event::StickInterrupt(TIM7, false),
+        ),
+    ]
+}
+
+/// Has something befall the armed throttle, and takes it away again.
+fn suffer(
+    board: &mut Alone,
+    (fault, begin, end): (&'static str, Event, Event),
+) -> Result<Fault, String> {
+    for line in ["disarm", "clear", "arm"] {
+        board.ask((), line)?;
+    }
+    let tracks = board.0.outputs.tracks;
+    if tracks.contains(&0) {
+        return Err(format!("an armed throttle has its tracks at {tracks:?}"));
+    }
+    board.0.next.events.push(begin);
+    board.run_for(100 * MILLISECOND)?;
+    board.0.next.events.push(end);
+    board.run_for(START)?;
+    let faults = board.ask((), "faults")?;
+    let outputs = &board.0.outputs;
+    Ok(Fault {
+        fault,
+        faults,
+        tracks: outputs.tracks,
+        current: outputs.current,
+    })
 }
 
 /// What the throttle's own loop is told.
@@ -63,6 +129,10 @@ pub(super) fn throttle(call: &Call) -> Result<Throttle, String> {
     board.0.next.events.push(Event::StopTick(false));
     board.run_for(300 * MILLISECOND)?;
     let faults_after_stopped_tick = board.ask((), "faults")?;
+    let faults = causes()
+        .into_iter()
+        .map(|cause| suffer(&mut board, cause))
+        .collect::<Result<_, _>>()?;
     let (_, log) = board.0.cut_power()?;
     write(&call.directory, "throttle.defmt", &log)?;
     Ok(Throttle {
@@ -72,6 +142,7 @@ pub(super) fn throttle(call: &Call) -> Result<Throttle, String> {
         counted,
         faults_after_stopped_tick,
         reset_after_ms,
+        faults,
     })
 }
 
@@ -88,6 +159,9 @@ pub(super) struct Controller {
     /// Time that a `save`, which erases a sector, takes; and by how much the clock in `status` is behind then, ms.
     save_ms: f64,
     clock_lost_ms: f64,
+    /// Erases behind which the data cache was not emptied, and what `FLASH_OPTCR` reads.
+    unforgotten_erases: u64,
+    flash_options: u64,
 }
 
 /// Spikes on the encoder's lines, their length and how far the second line's is behind the first one's, ns: without a
@@ -134,7 +208,10 @@ pub(super) fn controller(call: &Call) -> Result<Controller, String> {
     board.order((), "save")?;
     let save_ms = (board.0.now() - began) as f64 * 1e-6;
     let behind = clock(board)?;
+    let counts = board.0.outputs.counts;
     Ok(Controller {
+        unforgotten_erases: counts.unforgotten_erases,
+        flash_options: counts.flash_options,
         status,
         status_behind_spikes,
         status_behind_edges,

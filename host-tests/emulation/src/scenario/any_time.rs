@@ -170,25 +170,26 @@ impl<'a> Drive<'a> {
             Cause::Crystal => self.befall(Event::StopCrystal(true)),
         }
         let began = self.pair.controller.now();
-        while self.drives() && self.pair.controller.now() < began + PATIENCE {
+        while !self.lets_go() && self.pair.controller.now() < began + PATIENCE {
             self.pair.run_for(STEP)?;
         }
         let after = (self.pair.controller.now() - began) as f64 * 1e-3;
         found.latest_us = found.latest_us.max(after);
-        let lets_go = !self.drives();
         // A reset by the watchdog comes behind the safe state.
         self.pair.run_for(2 * MILLISECOND)?;
         self.heal(cause)?;
         let faults = self.ask("faults")?;
+        let outputs = &self.pair.controller.outputs;
+        let is_safe = outputs.lets_go() && outputs.tracks == [0; 2];
         let first = faults.split_once("first: ").and_then(|(_, rest)| {
             let name = rest.split_whitespace().next()?;
             Some(name.to_owned())
         });
         *found.named.entry(first.unwrap_or_default()).or_default() += 1;
-        if !lets_go {
+        if !is_safe {
             found
                 .unsound
-                .push(format!("{state:?}: driven on: {faults}"));
+                .push(format!("{state:?}: not in the safe state: {faults}"));
         }
         if let Cause::Crystal = cause {
             self.restart()?;
@@ -260,6 +261,10 @@ impl<'a> Drive<'a> {
 
     fn drives(&self) -> bool {
         self.pair.controller.outputs.driven().is_some()
+    }
+
+    fn lets_go(&self) -> bool {
+        self.pair.controller.outputs.lets_go()
     }
 
     fn befall(&mut self, event: Event) {

@@ -13,8 +13,11 @@ use crate::running::{ADC, Event, FIRST_INTERRUPT, Running, Setting, Vector};
 pub(super) struct Fault {
     /// What was wrong.
     fault: &'static str,
-    /// From there until both the timer and the enable had let go of the bridge, µs; none if they did not.
+    /// From there until the timer and the enable had let go of the bridge, and the brake was on, µs; none if they did not.
     let_go_after_us: Option<f64>,
+    /// Whether it was so from then on, and the codes of the tracks at the end: 0 is no position's.
+    held: bool,
+    tracks: [u16; 2],
     /// Starts that it took.
     resets: usize,
     /// What `faults` says then.
@@ -105,8 +108,8 @@ impl Bench {
         ];
     }
 
-    fn drives(&mut self) -> bool {
-        self.running().outputs.driven().is_some()
+    fn lets_go(&mut self) -> bool {
+        self.running().outputs.lets_go()
     }
 
     /// Armed, the bridge switching, no voltage at the winding.
@@ -119,7 +122,8 @@ impl Bench {
             self.0.order((), line)?;
         }
         self.0.run_for(2 * MILLISECOND)?;
-        if self.drives() {
+        let outputs = &self.running().outputs;
+        if outputs.driven().is_some() && outputs.brake_release {
             Ok(())
         } else {
             let faults = self.0.ask((), "faults")?;
@@ -140,7 +144,7 @@ impl Bench {
         let mut let_go = None;
         while self.running().now() < began + PATIENCE && let_go.is_none() {
             self.0.run_for(LOOK)?;
-            if !self.drives() {
+            if self.lets_go() {
                 let_go = Some((self.running().now() - began) as f64 * 1e-3);
             }
         }
@@ -148,12 +152,17 @@ impl Bench {
         self.0.run_for(2 * MILLISECOND)?;
         end(self.running());
         self.0.run_for(START)?;
+        let mut held = self.lets_go();
         let faults = self.0.ask((), "faults")?;
         let status = self.0.ask((), "status")?;
-        let resets = self.running().outputs.counts.resets - resets;
+        held &= self.lets_go();
+        let outputs = &self.running().outputs;
+        let (resets, tracks) = (outputs.counts.resets - resets, outputs.tracks);
         Ok(Fault {
             fault,
             let_go_after_us: let_go,
+            held,
+            tracks,
             resets,
             faults,
             status,

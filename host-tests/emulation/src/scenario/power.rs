@@ -17,6 +17,8 @@ use crate::running::{Event, Running};
 pub(super) struct Cuts {
     /// Operations of the flash that the whole of it takes.
     operations: usize,
+    /// Those of them that set bits: erases of a sector in which something stands.
+    erases: usize,
     /// Starts behind a cut, between two operations or within one.
     starts: usize,
     /// Those at which the values were those before the `save`, and those behind it.
@@ -44,10 +46,13 @@ const START: u64 = 60 * MILLISECOND;
 const ENDS: usize = 4;
 const EVERY: usize = 16;
 
+/// More than the saves that the three sectors hold: one of them erases a used sector.
+const MOST_SAVES: usize = 100;
+
 /// An empty flash.
 const ERASED: usize = 3 * 16 * 1024;
 
-/// A `save` in an empty flash, which erases a sector, and one behind it.
+/// The first `save` in an empty flash, and the first that erases a sector in which something stands.
 pub(super) fn cuts(call: &Call) -> Result<[Cuts; 2], String> {
     let place = |number: usize, operations: usize| {
         let is_end = number < ENDS || number + ENDS >= operations;
@@ -68,13 +73,31 @@ fn cut_at(call: &Call, places: Places<'_>, workers: usize) -> Result<[Cuts; 2], 
     let mut board = begin(call)?;
     let empty = vec![0xff; ERASED];
     let first = save(&mut board, &SECOND, empty)?;
-    let whole = first.last().cloned().unwrap_or_default();
-    let second = save(&mut board, &THIRD, whole)?;
+    let mut values = [&SECOND, &THIRD];
+    let mut second = save(&mut board, values[1], last(&first))?;
+    for _ in 0..MOST_SAVES {
+        if second.windows(2).any(erases) {
+            break;
+        }
+        values.swap(0, 1);
+        second = save(&mut board, values[1], last(&second))?;
+    }
     drop(board);
     Ok([
         cut(call, &first, [&FIRST, &SECOND], (places, workers))?,
-        cut(call, &second, [&SECOND, &THIRD], (places, workers))?,
+        cut(call, &second, values, (places, workers))?,
     ])
+}
+
+/// What the flash holds behind the last operation.
+fn last(images: &[Vec<u8>]) -> Vec<u8> {
+    images.last().cloned().unwrap_or_default()
+}
+
+/// Whether an operation sets bits, of what is before and behind it.
+fn erases(operation: &[Vec<u8>]) -> bool {
+    let mut bytes = operation[0].iter().zip(&operation[1]);
+    bytes.any(|(before, behind)| !before & behind != 0)
 }
 
 /// A controller that keeps what its flash holds behind each operation.
@@ -126,6 +149,7 @@ fn cut(
     let parts = side_by_side(workers, work)?;
     let whole = Cuts {
         operations,
+        erases: images.windows(2).filter(|images| erases(images)).count(),
         ..Cuts::default()
     };
     Ok(parts.into_iter().fold(whole, Cuts::with))

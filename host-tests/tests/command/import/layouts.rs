@@ -148,3 +148,37 @@ fn standard_input_is_read() {
     let log = Log::read(&place.path("log.csv")).expect("a log");
     assert_eq!(log.position, reference().position);
 }
+
+#[test]
+fn a_row_with_a_quotation_mark_that_is_not_closed_is_refused_or_left_out() {
+    let content = rows("t,u,x", 250, |k| {
+        let (t, u, x) = value(k);
+        let mark = if k == 100 { "\"" } else { "" };
+        format!("{t:.3},{mark}{u:.6},{x:.6}")
+    });
+    let place = Place::with("raw.csv", content);
+    let call = "raw.csv --time t --input u --position x";
+    place.refuses(
+        &format!("import {call} --out log.csv"),
+        &["quotation mark", "not closed", "--skip-bad"],
+    );
+    let (_, printed) = place.import(&format!("{call} --skip-bad"));
+    assert!(printed.contains("1 row"), "{printed}");
+}
+
+#[test]
+fn a_sample_that_stands_alone_is_said_with_its_line() {
+    let content = rows("t,u,x", 250, |k| {
+        let (t, u, x) = value(k);
+        let x = if k == 100 { 50.0 } else { x };
+        format!("{t:.3},{u:.6},{x:.6}")
+    });
+    let place = Place::with("raw.csv", content);
+    let output = place.run("import raw.csv --time t --input u --position x --out log.csv");
+    assert_eq!(output.status.code(), Some(0));
+    let warning = text(&output.stderr);
+    assert!(
+        warning.starts_with("warning: raw.csv:102: `position` is 50.0"),
+        "{warning}"
+    );
+}
