@@ -108,6 +108,12 @@ unsafe extern "C" fn hard_fault() -> ! {
 /// The beginning of the RAM, below which there is nothing: the stack lies there.
 pub const STACK_END: u32 = 0x2000_0000;
 
+/// Most bytes that one instruction pushes: 32 words, of the floating-point registers.
+const LARGEST_PUSH: u32 = 128;
+
+/// `BFARVALID` in `CFSR`: `BFAR` has the address of a precise bus fault (PM0214, section 4.4.10).
+const ADDRESS_IS_VALID: u32 = 1 << 15;
+
 extern "C" fn end_in_hard_fault(stack: u32) -> ! {
     cortex_m::interrupt::disable();
     make_safe();
@@ -117,7 +123,11 @@ extern "C" fn end_in_hard_fault(stack: u32) -> ! {
     if words.read().is_none() {
         // SAFETY: registers that say what the fault was; reading has no effect.
         let (status, address) = unsafe { ((*SCB::PTR).cfsr.read(), (*SCB::PTR).bfar.read()) };
-        let fault = if stack < STACK_END {
+        // What of the last words that were pushed is below the RAM: behind such a store the stack pointer is where it was
+        // before, and the exception's own words may just have had room.
+        let pushed = STACK_END - LARGEST_PUSH..STACK_END;
+        let is_beyond = status & ADDRESS_IS_VALID != 0 && pushed.contains(&address);
+        let fault = if stack < STACK_END || is_beyond {
             Fault::StackOverflow
         } else {
             Fault::ProcessorFault

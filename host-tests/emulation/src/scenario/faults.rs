@@ -102,10 +102,7 @@ impl Bench {
     }
 
     fn convert(&mut self, current: u32) {
-        self.running().next.analogue = vec![
-            (pins::CURRENT_CHANNEL, current),
-            (pins::SUPPLY_CHANNEL, SUPPLY),
-        ];
+        self.running().next.analogue = analogue(current);
     }
 
     fn lets_go(&mut self) -> bool {
@@ -179,6 +176,19 @@ impl Bench {
         self.arm()?;
         self.suffer(fault, begin, end)
     }
+}
+
+/// The supply, and this at the current's input, mV.
+fn analogue(current: u32) -> Vec<(u8, u32)> {
+    vec![
+        (pins::CURRENT_CHANNEL, current),
+        (pins::SUPPLY_CHANNEL, SUPPLY),
+    ]
+}
+
+/// The same with no current.
+pub(super) fn at_rest() -> Vec<(u8, u32)> {
+    analogue(NO_CURRENT)
 }
 
 fn level(pin: pins::Pin, level: Level) -> impl FnOnce(&mut Running) {

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use rigless::device::Level;
 use serde::Serialize;
 
-use super::{Alone, Call, Consoles, MILLISECOND, cores, side_by_side};
+use super::{Alone, Call, Consoles, MILLISECOND, cores, faults, side_by_side};
 use crate::chip::pins;
 use crate::random::Random;
 use crate::running::{Event, Running};
@@ -104,6 +104,7 @@ fn erases(operation: &[Vec<u8>]) -> bool {
 fn begin(call: &Call) -> Result<Alone, String> {
     let mut running = Running::start(&call.controller)?;
     running.next.levels = vec![(0, pins::EMERGENCY_STOP, Level::Low)];
+    running.next.analogue = faults::at_rest();
     let mut board = Alone(running);
     board.run_for(100 * MILLISECOND)?;
     board.0.next.events.push(Event::KeepFlash);
@@ -202,6 +203,8 @@ fn start(board: &mut Alone, image: Vec<u8>) -> Result<String, String> {
     board.run_for(MILLISECOND)?;
     let heard = board.0.heard.len();
     board.0.next.events.push(Event::PowerOn(image));
+    // A fault that comes between two answers would be taken for one.
+    board.0.next.analogue = faults::at_rest();
     board.run_for(START)?;
     for (name, _) in FIRST {
         board.ask((), &format!("show {name}"))?;
