@@ -7,8 +7,8 @@ use model_core::plant::potentiometer::SPAN;
 
 use super::recording::{self, Recording};
 use super::run::{
-    AnyTime, CYCLES_PER_INSTRUCTION, Controller, Counted, Cuts, Driven, Engine, Faults, Healthy,
-    Outcome, Store, Throttle, Ticks,
+    AnyTime, CYCLES_PER_INSTRUCTION, Controller, Counted, Cuts, Driven, Engine, FRICTION, Faults,
+    Healthy, Outcome, Store, Throttle, Ticks,
 };
 use super::summary::AtCycles;
 use super::tracing::Traced;
@@ -273,6 +273,14 @@ impl Shortcomings {
             }
             self.counted(name, counted);
         }
+        let [declared, worn] = FRICTION;
+        let near = |friction: f64| (friction - worn).abs() < 0.5 * (worn - declared);
+        self.require(driven.friction().is_some_and(near), || {
+            format!(
+                "of a friction that grew from {declared} to {worn} N·m the controller says {:?}",
+                driven.refit
+            )
+        });
     }
 
     /// Up to [`MOST_CYCLES`] no deadline is missed, with every protection up to [`CYCLES_PER_INSTRUCTION`].
@@ -818,7 +826,7 @@ mod tests {
         found.0
     }
 
-    fn driven(controller_status: &str, throttle_status: &str) -> Vec<String> {
+    fn driven([controller_status, throttle_status]: [&str; 2], refit: &str) -> Vec<String> {
         let driven = Driven {
             positions: vec![("step".to_owned(), 0.6, 0.599)],
             controller_status: controller_status.to_owned(),
@@ -826,20 +834,29 @@ mod tests {
             controller: counted(),
             throttle: counted(),
             captures: Vec::new(),
+            refit: refit.to_owned(),
         };
         let mut found = Shortcomings::default();
         found.driven(&driven);
         found.0
     }
 
+    const REFIT: &str = "refit: coulomb 0.30015 N·m, static 0.35 N·m; cost 1.5e-3, before 2.8e-2";
+
     #[test]
     fn a_drive_that_is_disarmed_is_named() {
         let disarmed = ARMED.replace("armed", "disarmed");
         assert_eq!(throttle(ARMED), [""; 0]);
         assert_eq!(throttle(&disarmed).len(), 1);
-        assert_eq!(driven(ARMED, ARMED), [""; 0]);
-        for [controller, throttle] in [[&disarmed, ARMED], [ARMED, &disarmed]] {
-            assert_eq!(driven(controller, throttle).len(), 1);
+        assert_eq!(driven([ARMED; 2], REFIT), [""; 0]);
+        for statuses in [[&*disarmed, ARMED], [ARMED, &disarmed]] {
+            assert_eq!(driven(statuses, REFIT).len(), 1);
+        }
+        for refit in [
+            "no refit: the log is too short",
+            &REFIT.replace("0.30015", "0.26"),
+        ] {
+            assert_eq!(driven([ARMED; 2], refit).len(), 1);
         }
     }
 

@@ -136,6 +136,19 @@ pub struct Driven {
     pub throttle: Counted,
     /// What was driven during each capture in the log.
     pub captures: Vec<String>,
+    /// What the controller estimates from its own log of a worn throttle.
+    pub refit: String,
+}
+
+/// The throttle's friction as the controller knows it, and once it is worn, N·m.
+pub const FRICTION: [f64; 2] = [0.24, 0.3];
+
+impl Driven {
+    /// The friction that the controller estimates, N·m.
+    pub fn friction(&self) -> Option<f64> {
+        let (_, rest) = self.refit.split_once("refit: coulomb ")?;
+        rest.split_whitespace().next()?.parse().ok()
+    }
 }
 
 /// What came of a fault of the chip or of what is at its pins, the drive armed.

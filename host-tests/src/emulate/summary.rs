@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::recording::Recording;
-use super::run::{Counted, Outcome, Ticks, directory};
+use super::run::{Counted, FRICTION, Outcome, Ticks, directory};
 use super::tracing::{MACHINE, Traced};
 use super::unattended::CHIP;
 use crate::workspace;
@@ -379,6 +379,15 @@ impl Summary {
                 ),
             );
         }
+        row(
+            "friction",
+            format!(
+                "{:.4} N·m, estimated by the controller from its own log; it grew from {} to {}",
+                outcome.driven.friction().unwrap_or(f64::NAN),
+                FRICTION[0],
+                FRICTION[1]
+            ),
+        );
         row("took", format!("{:.0} s", outcome.wall_time_s));
         row("files", workspace::shown(&directory()));
         let with = |option: &str, paths: &[std::path::PathBuf]| -> String {

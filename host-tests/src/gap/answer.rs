@@ -127,12 +127,15 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
     }
 }
 
+/// The machine file's own numbers, as a candidate.
+pub(super) const NUMBERS: &str = "numbers";
+
 /// What was looked at, as the answer names it.
 pub(super) fn subject(subject: Subject) -> String {
     match subject {
         Subject::Effect(effect) => effect.description().id.to_owned(),
         Subject::Map(kind) => map_name(kind),
-        Subject::Numbers => "numbers".to_owned(),
+        Subject::Numbers => NUMBERS.to_owned(),
     }
 }
 

@@ -14,7 +14,7 @@ pub use self::layout::LINES;
 pub(super) use self::layout::lines;
 pub use self::next::Step;
 pub(super) use self::next::sentence as next_sentence;
-use super::answer::listed;
+use super::answer::{NUMBERS, listed};
 use super::effect_words::{Workshop, sentence};
 use super::outcome::{Candidate, FoundEffect, Outcome, Report};
 use crate::quantity::{Scale, probability, significant};
@@ -275,19 +275,37 @@ fn alternatives(outcome: &Outcome) -> Option<String> {
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
+/// A candidate by what it is, not by its id where that is no effect's.
+fn candidate_in_words(id: &str) -> String {
+    if id == NUMBERS {
+        return "other values of the machine file's own numbers".to_owned();
+    }
+    let map = id.strip_prefix("map:").and_then(|map| map.split_once(" ("));
+    match map {
+        Some((variable, acts_as)) => {
+            format!(
+                "a {} learned over {variable}",
+                acts_as.trim_end_matches(')')
+            )
+        }
+        None => id.to_owned(),
+    }
+}
+
 /// What came nearest to being found, if anything came near.
 fn best_refused(outcome: &Outcome) -> String {
     let ratio = |candidate: &&Candidate| candidate.held_out_ratio.unwrap_or(f64::INFINITY);
     let best = outcome
         .candidates
         .iter()
+        .filter(|candidate| !candidate.accepted)
         .min_by(|a, b| ratio(a).total_cmp(&ratio(b)))
         .filter(|best| ratio(best) < NEARLY);
     match best {
         Some(best) => format!(
             "Nearest came {}: it would take {:.0} % off the error on data left out of the fit, but is \
              refused: {}.",
-            best.id,
+            candidate_in_words(&best.id),
             100.0 * (1.0 - ratio(&best)),
             best.reason
         ),

@@ -7,8 +7,7 @@ use crate::emulate::summary::{Chip, Loop};
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
 #[derive(Debug, Serialize)]
 pub struct Onboard {
-    /// The products, as they are flashed. What follows their loop is of images that run to their end by
-    /// themselves, on the same chip.
+    /// The chip, and which key is of which image.
     pub target: &'static str,
     /// What ran them.
     pub chip: Chip,

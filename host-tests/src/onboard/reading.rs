@@ -17,7 +17,7 @@ use crate::image::{FLASH, RAM};
 use crate::quantity::decimal;
 
 /// The images that are run as they are flashed, and their chip.
-const TARGET: &str = "throttle and controller, STM32F405";
+const TARGET: &str = "STM32F405; images: throttle and controller (chip, loop), stm32f405 (parity, refit, brake, gap, image, deadlines), verdicts (parity, verdicts), on_target (instructions_per_step)";
 
 /// Clock of the STM32F405, Hz.
 const CLOCK: f64 = 168e6;
@@ -61,7 +61,7 @@ fn at_the_end<T: FromStr>(log: &BoardLog, kind: &str, name: &str) -> Result<T, F
 }
 
 impl Onboard {
-    /// From a run of the images as they are flashed, one of the stand-in, and one of each kind of verdict.
+    /// From a run of the images as they are flashed, one of the demonstration, and one of each kind of verdict.
     ///
     /// # Errors
     /// A log without a result.

@@ -26,11 +26,11 @@ pub(in crate::gap) fn lines(report: &Report, reserved: usize) -> Vec<(String, St
         .iter()
         .map(|line| format!("  {}", printable(line)))
         .collect();
-    let mut blocks = [
-        paragraph(&format!("{name}: {}", headline.finding)),
-        paragraph(&headline.gain),
-        paragraph(&headline.certainty),
-        paragraph(&next),
+    let mut texts = [
+        format!("{name}: {}", headline.finding),
+        headline.gain.clone(),
+        headline.certainty.clone(),
+        next,
     ];
     let note = resampled(&report.outcome, &report.coordinate).unwrap_or_default();
     let note = paragraph(&note);
@@ -38,7 +38,10 @@ pub(in crate::gap) fn lines(report: &Report, reserved: usize) -> Vec<(String, St
     let others = copied.len() + note.len();
     let sentences: Vec<Vec<String>> = headline.details.iter().map(detail).collect();
     let least = LEAST_FOR_DETAILS.min(sentences.iter().map(Vec::len).sum());
-    shorten(&mut blocks, most.saturating_sub(others + least));
+    let room = most.saturating_sub(others + least);
+    leave_sentences_out(&mut texts, room);
+    let mut blocks = texts.map(|text| paragraph(&text));
+    shorten(&mut blocks, room);
     let used: usize = blocks.iter().map(Vec::len).sum();
     let room = most.saturating_sub(others + used);
     let details = details(&headline.details, &sentences, room);
@@ -63,6 +66,33 @@ fn paragraph(text: &str) -> Vec<String> {
         return Vec::new();
     }
     wrapped(&printable(text), 0)
+}
+
+/// Takes whole sentences from the ends of certainty and gain, of which one each stays, until all paragraphs have no more
+/// than `most` lines.
+fn leave_sentences_out(texts: &mut [String; 4], most: usize) {
+    for place in [2, 1] {
+        let used = |texts: &[String; 4]| {
+            texts
+                .iter()
+                .map(|text| paragraph(text).len())
+                .sum::<usize>()
+        };
+        while used(texts) > most
+            && let Some(end) = last_sentence(&texts[place])
+        {
+            texts[place].truncate(end);
+        }
+    }
+}
+
+/// Where the text ends without its last sentence, if it has more than one.
+fn last_sentence(text: &str) -> Option<usize> {
+    let begins = |rest: &str| rest.starts_with(|first: char| first.is_uppercase());
+    let ends = text.match_indices(". ");
+    ends.filter(|(at, end)| begins(&text[at + end.len()..]))
+        .map(|(at, _)| at + 1)
+        .last()
 }
 
 /// Takes lines from the ends of paragraphs until no more than `most` are left in all, or one of each. The
