@@ -56,6 +56,12 @@ const NAMES: [&[&str]; COLUMNS.len()] = [
         "motorposition",
         "positionact",
         "actualposition",
+        "actual",
+        "feedback",
+        "ist",
+        "istwert",
+        "istposition",
+        "istwinkel",
         "winkel",
         "weg",
         "stroke",
@@ -72,6 +78,10 @@ const NAMES: [&[&str]; COLUMNS.len()] = [
         "goal",
         "qg",
         "soll",
+        "sollwert",
+        "sollposition",
+        "sollwinkel",
+        "demand",
     ],
     &[
         "currenta",
@@ -200,6 +210,26 @@ mod tests {
         assert_eq!(
             guessed(["Time [ms]", "Pos_deg", "Duty (%)"], 1e-3),
             ["Time [ms]", "Duty (%)", "Pos_deg"]
+        );
+        // What is asked for stands before what came of it.
+        assert_eq!(
+            guessed(
+                [
+                    "Zeit [ms]",
+                    "Sollwert [°]",
+                    "Istwert [°]",
+                    "PWM [%]",
+                    "Strom [mA]"
+                ],
+                1e-3
+            ),
+            [
+                "Zeit [ms]",
+                "PWM [%]",
+                "Istwert [°]",
+                "Sollwert [°]",
+                "Strom [mA]"
+            ]
         );
         assert_eq!(guessed(["t,u,y", "b", "c"], 1e-3), ["t,u,y", "b", "c"]);
         assert_eq!(

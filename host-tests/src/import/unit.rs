@@ -56,7 +56,11 @@ const UNITS: [(&[&str], Kind, f64); 48] = [
     (&["um", "µm", "μm"], Kind::Length, 1e-6),
     (&["in", "inch"], Kind::Length, 0.0254),
     (&["rad/s"], Kind::AngularVelocity, 1.0),
-    (&["rpm", "1/min", "rev/min"], Kind::AngularVelocity, RPM),
+    (
+        &["rpm", "1/min", "rev/min", "U/min"],
+        Kind::AngularVelocity,
+        RPM,
+    ),
     (&["deg/s", "°/s"], Kind::AngularVelocity, DEGREE),
     (&["rev/s", "rps", "turns/s"], Kind::AngularVelocity, TAU),
     (&["mrad/s"], Kind::AngularVelocity, 1e-3),
