@@ -68,31 +68,30 @@ fn paragraph(text: &str) -> Vec<String> {
     wrapped(&printable(text), 0)
 }
 
-/// Takes whole sentences from the ends of certainty and gain, of which one each stays, until all paragraphs have no more
-/// than `most` lines.
+/// Takes whole sentences from certainty and gain, of which one each stays, until all paragraphs have no more than `most`
+/// lines. What the logs cannot tell apart is the end of the certainty, so that loses its beginning, the gain its end.
 fn leave_sentences_out(texts: &mut [String; 4], most: usize) {
-    for place in [2, 1] {
-        let used = |texts: &[String; 4]| {
-            texts
-                .iter()
-                .map(|text| paragraph(text).len())
-                .sum::<usize>()
-        };
-        while used(texts) > most
-            && let Some(end) = last_sentence(&texts[place])
-        {
-            texts[place].truncate(end);
-        }
+    let used =
+        |texts: &[String; 4]| -> usize { texts.iter().map(|text| paragraph(text).len()).sum() };
+    while used(texts) > most
+        && let Some(&end) = sentence_ends(&texts[2]).first()
+    {
+        texts[2] = texts[2].split_off(end + 1);
+    }
+    while used(texts) > most
+        && let Some(&end) = sentence_ends(&texts[1]).last()
+    {
+        texts[1].truncate(end);
     }
 }
 
-/// Where the text ends without its last sentence, if it has more than one.
-fn last_sentence(text: &str) -> Option<usize> {
+/// Where each sentence but the last one ends.
+fn sentence_ends(text: &str) -> Vec<usize> {
     let begins = |rest: &str| rest.starts_with(|first: char| first.is_uppercase());
     let ends = text.match_indices(". ");
     ends.filter(|(at, end)| begins(&text[at + end.len()..]))
         .map(|(at, _)| at + 1)
-        .last()
+        .collect()
 }
 
 /// Takes lines from the ends of paragraphs until no more than `most` are left in all, or one of each. The
