@@ -15,6 +15,7 @@ use super::tracing::MACHINE;
 use crate::board_link::serial;
 use crate::failure::Failure;
 use crate::gap::engine;
+use crate::gap::outcome::Stages;
 use crate::log::Log;
 use crate::machine::Machine;
 use crate::outputs::write_own;
@@ -93,9 +94,7 @@ pub fn run(built: &Built, cycles: f64) -> Result<Recording, Failure> {
     Ok(Recording {
         rows,
         effects: effects.map(|effect| effect.id.clone()).collect(),
-        remaining: errors.map_or(f64::NAN, |errors| {
-            errors.after.position_rms / errors.before.position_rms
-        }),
+        remaining: errors.map_or(f64::NAN, Stages::remaining),
     })
 }
 

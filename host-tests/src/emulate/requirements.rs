@@ -12,7 +12,7 @@ use super::run::{
 };
 use super::summary::AtCycles;
 use super::tracing::Traced;
-use crate::gap::outcome::FoundEffect;
+use crate::gap::outcome::{FoundEffect, Stages};
 
 /// `FLASH_ACR` with five wait states, which 168 MHz ask for at 3.3 V, prefetch and both caches: RM0090, table
 /// 10 and section 3.9.1.
@@ -91,9 +91,7 @@ impl Shortcomings {
             format!("the tracing finds a stiffness of {stiffness} N·m/rad; it is {SPRING}")
         });
         let errors = traced.report.outcome.errors.validate.as_ref();
-        let ratio = errors.map_or(f64::NAN, |errors| {
-            errors.after.position_rms / errors.before.position_rms
-        });
+        let ratio = errors.map_or(f64::NAN, Stages::remaining);
         found.require(ratio < MOST_REMAINING, || {
             format!("the spring leaves {ratio} of the position error on the other drive")
         });

@@ -115,6 +115,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
     Candidate {
         round: look.round,
         id: subject(look.subject),
+        words: in_words(look.subject),
         score: decimal(look.score),
         identifiability: decimal(look.identifiability),
         held_out_ratio: look.held_out.map(|held_out| held_out.ratio),
@@ -127,15 +128,12 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
     }
 }
 
-/// The machine file's own numbers, as a candidate.
-pub(super) const NUMBERS: &str = "numbers";
-
 /// What was looked at, as the answer names it.
 pub(super) fn subject(subject: Subject) -> String {
     match subject {
         Subject::Effect(effect) => effect.description().id.to_owned(),
         Subject::Map(kind) => map_name(kind),
-        Subject::Numbers => NUMBERS.to_owned(),
+        Subject::Numbers => "numbers".to_owned(),
     }
 }
 

@@ -14,7 +14,7 @@ pub use self::layout::LINES;
 pub(super) use self::layout::lines;
 pub use self::next::Step;
 pub(super) use self::next::sentence as next_sentence;
-use super::answer::{NUMBERS, listed};
+use super::answer::listed;
 use super::effect_words::{Workshop, sentence};
 use super::outcome::{Candidate, FoundEffect, Outcome, Report};
 use crate::quantity::{Scale, probability, significant};
@@ -275,23 +275,6 @@ fn alternatives(outcome: &Outcome) -> Option<String> {
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
-/// A candidate by what it is, not by its id where that is no effect's.
-fn candidate_in_words(id: &str) -> String {
-    if id == NUMBERS {
-        return "other values of the machine file's own numbers".to_owned();
-    }
-    let map = id.strip_prefix("map:").and_then(|map| map.split_once(" ("));
-    match map {
-        Some((variable, acts_as)) => {
-            format!(
-                "a {} learned over {variable}",
-                acts_as.trim_end_matches(')')
-            )
-        }
-        None => id.to_owned(),
-    }
-}
-
 /// What came nearest to being found, if anything came near.
 fn best_refused(outcome: &Outcome) -> String {
     let ratio = |candidate: &&Candidate| candidate.held_out_ratio.unwrap_or(f64::INFINITY);
@@ -305,7 +288,7 @@ fn best_refused(outcome: &Outcome) -> String {
         Some(best) => format!(
             "Nearest came {}: it would take {:.0} % off the error on data left out of the fit, but is \
              refused: {}.",
-            candidate_in_words(&best.id),
+            best.words,
             100.0 * (1.0 - ratio(&best)),
             best.reason
         ),

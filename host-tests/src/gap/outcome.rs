@@ -209,6 +209,13 @@ pub struct Stages {
     pub after: ErrorSet,
 }
 
+impl Stages {
+    /// What the effects leave of the windowed position error.
+    pub fn remaining(&self) -> f64 {
+        self.after.position_rms / self.before.position_rms
+    }
+}
+
 /// Errors of one model on one set of logs. An error that is no number, because the replay diverged,
 /// is null in JSON.
 #[derive(Debug, Clone, Serialize)]
@@ -237,6 +244,9 @@ pub struct Candidate {
     /// The catalogue's id, `map:VARIABLE` for a learned map, or `numbers` for those of the machine file
     /// that `[fit]` leaves out.
     pub id: String,
+    /// What it is in a sentence.
+    #[serde(skip)]
+    pub words: String,
     /// As in [`FoundEffect`], from the screening.
     pub score: f64,
     /// As in [`FoundEffect`], from the screening.

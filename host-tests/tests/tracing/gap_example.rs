@@ -107,6 +107,7 @@ pub fn refused(round: usize, id: &str, score: f64, reason: &str) -> Candidate {
     Candidate {
         round,
         id: id.into(),
+        words: id.into(),
         score,
         identifiability: 0.347,
         held_out_ratio: None,

@@ -151,7 +151,7 @@ pub fn judge_world(world: &World, records: &[Record; 2]) -> (Judged, Option<Foun
     said(&truth, outcome, &mut judged);
     let errors = &outcome.errors.train;
     if !outcome.effects.is_empty() || outcome.unknown.is_some() {
-        judged.after_over_before = Some(errors.after.position_rms / errors.before.position_rms);
+        judged.after_over_before = Some(errors.remaining());
     }
     if judged.judgement == Judgement::Right {
         judged.deviations = deviations(world, &found);
