@@ -1,12 +1,17 @@
-//! Columns of numbers of an MCAP, MDF or Parquet file, for `cargo hil import`.
+//! Columns of numbers of an MCAP, MDF or Parquet file, for `cargo hil import`; lines of a board's defmt log.
 //!
 //! Each format is a feature and a program of its own. It reads the file from standard input; its argument is how
 //! many bytes of numbers there may be. What goes to standard output is one line of JSON,
 //! `{"layout": …, "columns": [{"name", "unit", "length"}]}`, and behind it the columns one after the other, `f64` of
 //! the least significant byte first, NaN where there is no number. What is wrong with a file is said on standard
 //! error, as the end of a sentence, with exit status 2.
+//!
+//! Of the log's program, the argument is the image, of which the same is said. A line of JSON for each frame goes to
+//! standard output as soon as the frame has come.
 
 mod columns;
+#[cfg(feature = "defmt")]
+pub mod defmt;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 #[cfg(feature = "mdf")]
@@ -26,7 +31,12 @@ pub type Reader = fn(Vec<u8>, usize) -> Result<Columns, String>;
 
 /// Runs a program of this package.
 pub fn run(reader: Reader) -> ExitCode {
-    match pass_on(reader) {
+    end(pass_on(reader))
+}
+
+/// The exit status of a program of this package; says what is wrong.
+pub fn end(result: Result<(), String>) -> ExitCode {
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             eprintln!("{reason}");
