@@ -1,31 +1,21 @@
-//! A board's defmt log: raw bytes in, lines and samples out.
+//! A board's defmt log: frames in, lines and samples out.
 //!
 //! defmt sends numbers only; the words are in the image that sent them. A frame reads as a word for
 //! what it is and then, mostly, as `name=value` for each of its fields: [`Line::value`]. A *recording*
 //! is what follows an `experiment` line; its `sample` lines are read into [`Sample`]s.
 
-use std::cell::Cell;
 use std::fmt::{self, Write as _};
-use std::panic::{self, AssertUnwindSafe};
-use std::path::Path;
-use std::sync::Once;
+use std::io::BufRead;
 
-use defmt_decoder::{DecodeError, Encoding, Table};
 use firmware::app::capture::Quantity;
 use firmware::app::conversion::Converters;
 use firmware::app::record;
 use firmware::app::timing::CONTROL_PERIOD_US;
 use firmware::app::wiring::Truth;
-
-use crate::error::{InputError, LARGEST_DATA, read_bytes};
+use serde::Deserialize;
 
 /// What an image should have been, for messages.
 pub(crate) const IMAGE: &str = "the board's image (ELF)";
-
-/// The words of an image's log.
-pub struct Dictionary {
-    table: Table,
-}
 
 /// What a board logs of one control step, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,81 +135,56 @@ pub struct BoardLog {
     pub damaged: usize,
 }
 
-impl Dictionary {
-    /// The words of the image in an ELF file.
-    ///
-    /// # Errors
-    /// No such file, no ELF file, or one without a defmt log that can be read here.
-    pub fn read(elf: &Path) -> Result<Self, InputError> {
-        Self::of_bytes(elf, &read_bytes(elf, IMAGE, LARGEST_DATA)?)
-    }
+/// A frame, as the reader in `host-tests/formats` writes it.
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Frame {
+    Line {
+        time: String,
+        level: String,
+        message: String,
+    },
+    Damaged,
+}
 
-    /// As [`Dictionary::read`], of what a file holds.
-    ///
-    /// # Errors
-    /// As [`Dictionary::read`].
-    pub fn of_bytes(elf: &Path, bytes: &[u8]) -> Result<Self, InputError> {
-        let fault = |message: String| InputError::new(elf, None, message);
-        let table = guarded(|| Table::parse(bytes))
-            .unwrap_or_else(|| Ok(None))
-            .map_err(|error| {
-                fault(format!(
-                    "{error:#}; expected the board's image (ELF) with a defmt log"
-                ))
-            })?
-            .ok_or_else(|| {
-                fault("has no defmt log; expected the image that wrote the log".to_owned())
-            })?;
-        if table.encoding() == Encoding::Rzcobs {
-            Ok(Self { table })
-        } else {
-            Err(fault(
-                "logs in another encoding than defmt's default, rzcobs; expected that".to_owned(),
-            ))
-        }
-    }
-
-    /// Decodes a whole log. Frames end with a zero byte; what follows the last is cut off and
-    /// counted as damaged.
-    pub fn decode(&self, log: &[u8]) -> BoardLog {
-        let mut decoded = BoardLog::default();
-        for frame in log.split_inclusive(|&byte| byte == 0) {
-            // An empty frame is what defmt starts each one with.
-            if frame == [0] {
-                continue;
-            }
-            match self.decode_frame(frame) {
-                Some(line) => decoded.lines.push(line),
-                None => decoded.damaged += 1,
-            }
-        }
-        decoded
-    }
-
-    fn decode_frame(&self, frame: &[u8]) -> Option<Line> {
-        // A fresh decoder for each frame: one for the whole log moves all of what follows each time.
-        let mut decoder = self.table.new_stream_decoder();
-        // The decoder trusts its input in places, and a damaged frame may say anything.
-        let line: Result<Line, DecodeError> = guarded(|| {
-            decoder.received(frame);
-            let frame = decoder.decode()?;
-            let time = frame.display_timestamp();
-            let level = frame.level();
-            let message = frame.display_message().to_string();
-            Ok(Line {
-                time: time.map(|time| time.to_string()).unwrap_or_default(),
-                level: level
-                    .map(|level| level.as_str().to_uppercase())
-                    .unwrap_or_default(),
+/// The frames that the reader writes, a line of JSON each: a line, or none of a damaged one, as is one that no
+/// reader writes.
+pub(crate) fn frames(from: impl BufRead) -> impl Iterator<Item = Option<Line>> {
+    from.lines()
+        .map_while(Result::ok)
+        .map(|written| match serde_json::from_str(&written).ok()? {
+            Frame::Line {
+                time,
+                level,
+                message,
+            } => Some(Line {
+                time,
+                level,
                 sample: parse_sample(&message),
                 message,
-            })
-        })?;
-        line.ok()
-    }
+            }),
+            Frame::Damaged => None,
+        })
 }
 
 impl BoardLog {
+    /// The log of all frames that the reader writes.
+    pub fn of_frames(from: impl BufRead) -> Self {
+        let mut log = Self::default();
+        for frame in frames(from) {
+            log.push(frame);
+        }
+        log
+    }
+
+    /// Takes in the next frame: a line, or none of a damaged one.
+    pub(crate) fn push(&mut self, frame: Option<Line>) {
+        match frame {
+            Some(line) => self.lines.push(line),
+            None => self.damaged += 1,
+        }
+    }
+
     /// The lines that are no samples, in order.
     pub fn messages(&self) -> impl Iterator<Item = &Line> {
         self.lines.iter().filter(|line| line.sample.is_none())
@@ -323,28 +288,6 @@ pub(crate) fn parse_sample(message: &str) -> Option<Sample> {
     words.next().is_none().then_some(sample)
 }
 
-thread_local! {
-    static GUARDED: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Runs code of others that panics on bad input, and says nothing if it does.
-fn guarded<T>(code: impl FnOnce() -> T) -> Option<T> {
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let report = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !GUARDED.get() {
-                report(info);
-            }
-        }));
-    });
-    GUARDED.set(true);
-    // What the code leaves behind after a panic is dropped unseen.
-    let result = panic::catch_unwind(AssertUnwindSafe(code));
-    GUARDED.set(false);
-    result.ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -398,6 +341,22 @@ mod tests {
     }
 
     #[test]
+    fn frames_are_lines_and_samples_or_damaged() {
+        let written = format!(
+            "{{\"line\": {{\"time\": \"0.1\", \"level\": \"INFO\", \"message\": \"{TEXT}\"}}}}\n\"damaged\"\n"
+        );
+        let log = BoardLog::of_frames(written.as_bytes());
+        let [line] = &log.lines[..] else {
+            panic!("one line");
+        };
+        assert_eq!(line.to_string(), format!("0.1 INFO {TEXT}"));
+        assert_eq!(line.sample.map(|sample| sample.sequence), Some(7));
+        assert_eq!(log.damaged, 1);
+        let cut = BoardLog::of_frames(&written.as_bytes()[..20]);
+        assert_eq!((cut.lines.len(), cut.damaged), (0, 1));
+    }
+
+    #[test]
     fn a_value_is_found_in_lines_of_its_kind_alone() {
         let line = line("refit estimate=0.15 estimate_2=7", None);
         assert_eq!(line.value("refit", "estimate"), Some("0.15"));
@@ -446,11 +405,5 @@ mod tests {
              0.000000,-1.5,0.1,0.3,1e-7\n\
              0.001000,-1.5,0.1,0.3,1e-7\n"
         );
-    }
-
-    #[test]
-    fn a_panic_in_others_code_is_an_absent_result() {
-        assert_eq!(guarded(|| 1), Some(1));
-        assert_eq!(guarded(|| -> i32 { panic!("not to be seen") }), None);
     }
 }

@@ -6,6 +6,7 @@ use firmware::app::verdicts;
 
 use crate::board_log::{BoardLog, Line};
 use crate::comparison::{self, Comparison};
+use crate::dictionary;
 use crate::emulate::{self, unattended};
 use crate::failure::Failure;
 use crate::image::Size;
@@ -77,8 +78,8 @@ pub struct Prepared {
     size: Size,
 }
 
-/// Sets up what is missing, builds the image and the emulated chip. `announce` is told each of these before it
-/// begins.
+/// Sets up what is missing, builds the image, the emulated chip and the reader of its log. `announce` is told each
+/// of these before it begins.
 ///
 /// # Errors
 /// What is missing, with the command that brings it; an image that does not build or does not fit.
@@ -93,6 +94,8 @@ pub fn prepare(mut announce: impl FnMut(&str)) -> Result<Prepared, Failure> {
     let size = Size::read(&build.elf)?.fitting()?;
     announce("the emulated chip (built once, which takes minutes)");
     emulate::run::build()?;
+    announce(dictionary::BUILDING);
+    dictionary::build()?;
     Ok(Prepared {
         toolchain,
         build,

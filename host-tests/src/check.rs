@@ -21,8 +21,8 @@ use crate::failure::Failure;
 use crate::figures::{self, Comparison, Figures};
 use crate::fuzz;
 use crate::image::Size;
-use crate::import::foreign::READERS;
 use crate::on_target_run;
+use crate::readers::{BOARD_LOG, READERS};
 use crate::replay_run;
 use crate::toolchain::{Build, Toolchain, set_up_browser};
 use crate::workspace;
@@ -79,6 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         "-D",
         "warnings",
     ])?;
+    READERS.lint(BOARD_LOG)?;
     announce("documentation");
     for package in ["model-core", "rig", "firmware", "host-tests"] {
         cargo(&[
@@ -118,6 +119,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     announce("host tests");
+    READERS.test(BOARD_LOG)?;
     if let Err(reason) = set_up_browser() {
         say(&format!(
             "no browser: the live page is not opened in one; {reason}"

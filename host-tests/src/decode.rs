@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use crate::board_log::{BoardLog, Dictionary, Recording};
+use crate::board_log::{BoardLog, Recording};
+use crate::dictionary::Dictionary;
 use crate::error::{InputError, LARGEST_DATA, one_line, read_bytes, tell};
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
@@ -44,7 +45,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let others = printed.as_ref().map_or(0, |printed| printed.others);
     let log = match printed {
         Some(printed) => printed.log,
-        None => dictionary.decode(&bytes),
+        None => dictionary.decode(&bytes)?,
     };
     let fault = |message: String| Failure::from(InputError::new(&args.log, None, message));
     if log.lines.is_empty() {

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::board_log::Dictionary;
+use crate::board_log::BoardLog;
 use crate::error::InputError;
 use crate::gap::declared;
 use crate::log::Log;
@@ -54,18 +54,17 @@ pub fn machine(bytes: &[u8]) {
     }
 }
 
-/// Decodes bytes as a board's log: each frame is a line or damaged, whatever it says. Reads them as what
-/// probe-rs prints of one, too.
+/// Looks at what bytes were decoded to as a board's log: each frame is a line or damaged, whatever it says. Reads
+/// them as what probe-rs prints of one, too.
 ///
 /// # Panics
 /// If a frame is lost, or counted twice; if an error of the printed log is none that helps.
-pub fn board_log(dictionary: &Dictionary, bytes: &[u8]) {
+pub fn board_log(decoded: &BoardLog, bytes: &[u8]) {
     match printed_log::read(Path::new(FILE), bytes) {
         Ok(Some(printed)) => assert!(printed.log.lines.len() + printed.others <= bytes.len()),
         Ok(None) => {}
         Err(error) => assert_helpful(&error, bytes),
     }
-    let decoded = dictionary.decode(bytes);
     let frames = bytes.split_inclusive(|&byte| byte == 0);
     let sent = frames.filter(|&frame| frame != [0]).count();
     assert_eq!(decoded.lines.len() + decoded.damaged, sent);

@@ -54,9 +54,14 @@ impl Package {
         command.args(self.build_arguments(features));
         command.args(["--bin", program]);
         self.succeed(command, "does not build")?;
+        Ok(self.executable(program))
+    }
+
+    /// Where a program of it is once it is built.
+    pub(crate) fn executable(self, program: &str) -> PathBuf {
         let program = format!("release/{program}{}", std::env::consts::EXE_SUFFIX);
         let target = workspace::root().join("target").join(self.name);
-        Ok(target.join(program))
+        target.join(program)
     }
 
     /// Formatting of its code.
@@ -69,13 +74,24 @@ impl Package {
         self.succeed(format, "is not formatted")
     }
 
-    /// Tests of its code.
+    /// Lints of its code with `features`.
+    ///
+    /// # Errors
+    /// What they say.
+    pub fn lint(self, features: &str) -> Result<(), Failure> {
+        let mut lint = self.cargo("clippy");
+        lint.args(self.build_arguments(features));
+        lint.args(["--all-targets", "--", "-D", "warnings"]);
+        self.succeed(lint, "has lints")
+    }
+
+    /// Tests of its code with `features`.
     ///
     /// # Errors
     /// What fails.
-    pub fn test(self) -> Result<(), Failure> {
+    pub fn test(self, features: &str) -> Result<(), Failure> {
         let mut test = self.cargo("test");
-        test.args(self.build_arguments(""));
+        test.args(self.build_arguments(features));
         self.succeed(test, "has tests that fail")
     }
 

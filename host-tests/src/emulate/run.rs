@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::dictionary;
 use crate::failure::Failure;
 use crate::package::Package;
 use crate::toolchain::{Build, Toolchain, clean_command};
@@ -347,8 +348,8 @@ pub struct Built {
 }
 
 impl Built {
-    /// Builds the emulation and the images, or finds them built. `announce` is told each step before it
-    /// begins.
+    /// Builds the emulation, the images and the reader of their logs, or finds them built. `announce` is told each
+    /// step before it begins.
     ///
     /// # Errors
     /// What the compiler says.
@@ -359,10 +360,10 @@ impl Built {
         ));
         let images = Images::build(toolchain)?;
         announce("the emulated chips (built once, which takes minutes)");
-        Ok(Self {
-            emulation: build()?,
-            images,
-        })
+        let emulation = build()?;
+        announce(dictionary::BUILDING);
+        dictionary::build()?;
+        Ok(Self { emulation, images })
     }
 }
 
@@ -402,7 +403,7 @@ pub fn build() -> Result<PathBuf, Failure> {
 /// What is not in order.
 pub fn check() -> Result<(), Failure> {
     EMULATION.check_format()?;
-    EMULATION.test()
+    EMULATION.test("")
 }
 
 /// Instructions that a core retires in a second, as the emulation is told.

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use super::run::{Images, Outcome, directory};
-use crate::board_log::Dictionary;
+use crate::dictionary::Dictionary;
 use crate::error::{LARGEST_DATA, read_bytes};
 use crate::failure::Failure;
 use crate::gap::engine;
@@ -40,7 +40,7 @@ pub struct Traced {
 pub fn trace(images: &Images, outcome: &Outcome) -> Result<Traced, Failure> {
     let path = directory().join("controller.defmt");
     let dictionary = Dictionary::read(&images.controller.elf)?;
-    let log = dictionary.decode(&read_bytes(&path, "the controller's log", LARGEST_DATA)?);
+    let log = dictionary.decode(&read_bytes(&path, "the controller's log", LARGEST_DATA)?)?;
     let refused = |reason: String| Failure::Other(format!("{}: {reason}", workspace::shown(&path)));
     if log.damaged > 0 {
         return Err(refused(format!("{} damaged frames", log.damaged)));

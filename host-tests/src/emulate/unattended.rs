@@ -2,11 +2,12 @@
 
 use std::io::Read;
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::{Child, ChildStdout, Stdio};
 use std::thread::{self, JoinHandle};
 
 use super::run::{build, rate};
-use crate::board_log::{BoardLog, Dictionary, Line};
+use crate::board_log::{BoardLog, Line};
+use crate::dictionary::Dictionary;
 use crate::failure::Failure;
 use crate::toolchain::clean_command;
 
@@ -18,9 +19,7 @@ const QUOTED_LINES: usize = 5;
 
 /// A run to the image's end.
 pub struct Run {
-    /// What the image sent, byte for byte.
-    pub sent: Vec<u8>,
-    /// The same, decoded.
+    /// What the image sent, decoded.
     pub log: BoardLog,
     /// Whether it says that everything was in order.
     pub sound: bool,
@@ -76,15 +75,15 @@ pub fn run_at(
     let run = read(child.stdout.take(), &dictionary);
     end(&mut child);
     let complaints = complaints.join().unwrap_or_default();
-    match run {
-        (run, Some(sound)) if run.log.damaged == 0 => Ok(Run { sound, ..run }),
-        (run, Some(_)) => {
-            let said = format!("sent {} damaged log frames", run.log.damaged);
-            Err(refused(&said, &run.log, ""))
+    match run? {
+        (log, Some(sound)) if log.damaged == 0 => Ok(Run { log, sound }),
+        (log, Some(_)) => {
+            let said = format!("sent {} damaged log frames", log.damaged);
+            Err(refused(&said, &log, ""))
         }
-        (run, None) => Err(refused(
+        (log, None) => Err(refused(
             "did not end by itself",
-            &run.log,
+            &log,
             &String::from_utf8_lossy(&complaints),
         )),
     }
@@ -92,36 +91,25 @@ pub fn run_at(
 
 /// Reads a log until it says that the image ends, and whether that was in order; none if the stream ended
 /// before.
-fn read(stream: Option<impl Read>, dictionary: &Dictionary) -> (Run, Option<bool>) {
-    let mut run = Run {
-        sent: Vec::new(),
-        log: BoardLog::default(),
-        sound: false,
+fn read(
+    stream: Option<ChildStdout>,
+    dictionary: &Dictionary,
+) -> Result<(BoardLog, Option<bool>), Failure> {
+    let mut log = BoardLog::default();
+    let Some(stream) = stream else {
+        return Ok((log, None));
     };
-    let Some(mut stream) = stream else {
-        return (run, None);
-    };
-    let mut decoded = 0;
-    let mut bytes = [0; 4096];
-    // What was read before an error is as good a log as there is.
-    while let Ok(read @ 1..) = stream.read(&mut bytes) {
-        run.sent.extend(&bytes[..read]);
-        // Frames end with a zero.
-        let whole = run.sent.iter().rposition(|&byte| byte == 0);
-        let Some(whole) = whole.filter(|&whole| whole >= decoded) else {
-            continue;
-        };
-        let part = dictionary.decode(&run.sent[decoded..=whole]);
-        decoded = whole + 1;
+    let mut decoding = dictionary.follow(stream)?;
+    for frame in decoding.frames() {
         let ending = |line: &Line| line.value("exit", "sound")?.parse().ok();
-        let sound = part.messages().find_map(ending);
-        run.log.lines.extend(part.lines);
-        run.log.damaged += part.damaged;
+        let sound = frame.as_ref().and_then(ending);
+        log.push(frame);
         if sound.is_some() {
-            return (run, sound);
+            return Ok((log, sound));
         }
     }
-    (run, None)
+    decoding.end()?;
+    Ok((log, None))
 }
 
 /// Reads a stream to its end, beside what else is going on.
@@ -129,7 +117,7 @@ fn collect(stream: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
     thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut stream) = stream {
-            // As above.
+            // What was read before an error is as good as there is.
             let _ = stream.read_to_end(&mut bytes);
         }
         bytes

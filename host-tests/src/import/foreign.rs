@@ -1,6 +1,4 @@
 //! MCAP, MDF and Parquet: read by programs of `host-tests/formats`, each built when the first such file comes.
-//!
-//! Their readers are other people's, and take longer to build than all the rest of this program.
 
 use std::io::{self, BufRead, Read, Write};
 use std::path::Path;
@@ -12,11 +10,8 @@ use serde::Deserialize;
 use super::raw::{Column, Raw};
 use crate::error::{InputError, LARGEST_DATA};
 use crate::failure::Failure;
-use crate::package::Package;
 use crate::progress::announce;
-
-/// The readers.
-pub const READERS: Package = Package { name: "formats" };
+use crate::readers;
 
 /// A format that a program reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +19,7 @@ pub(super) struct Format {
     /// What a file of it begins with.
     begins: &'static [u8],
     name: &'static str,
-    /// The feature, and the end of the program's name.
+    /// The feature.
     feature: &'static str,
 }
 
@@ -83,15 +78,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], format: Format) -> Result<Raw, Fai
     announce()(&format!(
         "reading {name} (its reader is built once, which takes minutes)"
     ));
-    let program = READERS
-        .build(&format!("read-{feature}"), feature)
-        .map_err(|failure| {
-            Failure::other(format!(
-                "the reader of {name} cannot be built: see that the registry can be reached and try again by \
-                 `cargo build --release --manifest-path host-tests/formats/Cargo.toml --target-dir target/formats \
-                 --features {feature} --bin read-{feature}`, or write the columns as CSV\n{failure}"
-            ))
-        })?;
+    let program = readers::build(feature, name, ", or write the columns as CSV")?;
     let (said, complaint) = run(Command::new(&program), bytes)
         .map_err(|error| Failure::system(program.display(), &error))?;
     match complaint {
@@ -118,17 +105,7 @@ fn run(mut program: Command, bytes: &[u8]) -> io::Result<(Vec<u8>, Option<String
         });
         child.wait_with_output()
     })?;
-    let complaint = (!output.status.success()).then(|| {
-        let said = String::from_utf8_lossy(&output.stderr);
-        let first = said.lines().find(|line| !line.trim().is_empty());
-        match (output.status.code(), first) {
-            (Some(2), Some(reason)) => reason.to_owned(),
-            (_, reason) => format!(
-                "is damaged beyond what its reader bears ({})",
-                reason.unwrap_or("it says nothing")
-            ),
-        }
-    });
+    let complaint = readers::complaint(output.status, &output.stderr);
     Ok((output.stdout, complaint))
 }
 

@@ -1,13 +1,16 @@
 //! `cargo hil decode`, on images and logs made here: a symbol table with defmt's words, and frames
 //! put together by hand.
 
+use std::cell::RefCell;
 use std::fs;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use crate::board_image::{frame, image};
-use host_tests::board_log::{BoardLog, Dictionary};
-use host_tests::exercise;
+use crate::defmt::Dictionary;
+use host_tests::board_log::BoardLog;
+use host_tests::{dictionary, exercise};
 use object::write::Object;
 use object::{Architecture, BinaryFormat, Endianness};
 use proptest::prelude::*;
@@ -47,6 +50,13 @@ fn capture() -> Vec<u8> {
     quantities.extend(0_u64.to_le_bytes());
     quantities.push(0);
     [frame(&head), frame(&quantities)].concat()
+}
+
+/// What the reader makes of a log.
+fn decoded(dictionary: &Dictionary, log: &[u8]) -> BoardLog {
+    let mut said = Vec::new();
+    dictionary.pass_on(log, &mut said).unwrap();
+    BoardLog::of_frames(&said[..])
 }
 
 fn holds(log: &BoardLog, sequence: u32) -> bool {
@@ -259,8 +269,7 @@ fn a_result_that_cannot_be_written_is_status_1() {
 
 #[test]
 fn a_damaged_byte_costs_at_most_the_two_frames_around_it() {
-    let case = Case::new(&image("rzcobs"), &[]);
-    let dictionary = Dictionary::read(&case.path("image")).unwrap();
+    let dictionary = Dictionary::of_bytes(&image("rzcobs")).unwrap();
     let numbers: Vec<u32> = (0..8).map(|number| number * 1_000_003).collect();
     let log: Vec<u8> = numbers.iter().flat_map(|&number| sample(number)).collect();
     for position in 0..log.len() {
@@ -268,8 +277,8 @@ fn a_damaged_byte_costs_at_most_the_two_frames_around_it() {
         for received in [sent ^ 1, sent ^ 0x80, !sent, 0] {
             let mut damaged = log.clone();
             damaged[position] = received;
-            exercise::board_log(&dictionary, &damaged);
-            let decoded = dictionary.decode(&damaged);
+            let decoded = decoded(&dictionary, &damaged);
+            exercise::board_log(&decoded, &damaged);
             let found = numbers
                 .iter()
                 .filter(|&&number| holds(&decoded, number))
@@ -282,9 +291,55 @@ fn a_damaged_byte_costs_at_most_the_two_frames_around_it() {
     }
 }
 
+/// A log that comes byte by byte, and what has been passed on of it.
+struct Live<'a> {
+    log: &'a [u8],
+    passed_on: &'a RefCell<Vec<u8>>,
+    frames: usize,
+}
+
+impl Read for Live<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let lines = self.passed_on.borrow().split(|&byte| byte == b'\n').count() - 1;
+        assert_eq!(lines, self.frames, "before the next byte has come");
+        let read = self.log.read(&mut bytes[..1])?;
+        self.frames += usize::from(bytes[..read] == [0]);
+        Ok(read)
+    }
+}
+
+struct PassedOn<'a>(&'a RefCell<Vec<u8>>);
+
+impl Write for PassedOn<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.borrow_mut().write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_frame_is_passed_on_as_soon_as_it_has_come() {
+    let log = [&sample(0)[..], &warning(23.5), &[7, 0], &sample(1)].concat();
+    let passed_on = RefCell::default();
+    let live = Live {
+        log: &log,
+        passed_on: &passed_on,
+        frames: 0,
+    };
+    let dictionary = Dictionary::of_bytes(&image("rzcobs")).unwrap();
+    dictionary.pass_on(live, PassedOn(&passed_on)).unwrap();
+    let passed_on = BoardLog::of_frames(&passed_on.borrow()[..]);
+    assert_eq!(passed_on, decoded(&dictionary, &log));
+    assert_eq!((passed_on.lines.len(), passed_on.damaged), (3, 1));
+}
+
 #[test]
 fn an_image_that_is_missing_is_named() {
-    let error = Dictionary::read(Path::new("absent")).err().unwrap();
+    let error = dictionary::Dictionary::read(Path::new("absent"))
+        .err()
+        .unwrap();
     assert!(
         error.to_string().starts_with("absent: no such file"),
         "{error}"
@@ -309,8 +364,8 @@ proptest! {
     /// The fuzzer's own check: each frame is a line or damaged, none is lost or counted twice.
     #[test]
     fn whatever_a_board_sends_each_frame_is_a_line_or_damaged(bytes in pieces()) {
-        let dictionary = Dictionary::of_bytes(Path::new("image"), &image("rzcobs"));
-        exercise::board_log(&dictionary.expect("an image with a defmt log"), &bytes);
+        let dictionary = Dictionary::of_bytes(&image("rzcobs")).expect("an image with a defmt log");
+        exercise::board_log(&decoded(&dictionary, &bytes), &bytes);
     }
 
     #[test]
@@ -322,8 +377,8 @@ proptest! {
         let at = at.index(damaged.len());
         let end = (at + patch.len()).min(damaged.len());
         damaged.splice(at..end, patch);
-        if let Err(error) = Dictionary::of_bytes(Path::new("image"), &damaged) {
-            prop_assert!(!error.to_string().is_empty());
+        if let Err(error) = Dictionary::of_bytes(&damaged) {
+            prop_assert!(!error.is_empty());
         }
     }
 }

@@ -7,6 +7,8 @@ mod board_image;
 mod capture;
 mod command_line;
 mod decode;
+#[path = "../../formats/src/defmt.rs"]
+mod defmt;
 mod identify_command;
 mod import;
 mod live;
