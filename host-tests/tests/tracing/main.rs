@@ -13,6 +13,7 @@ mod gap_headline;
 mod gap_report;
 mod identify;
 mod intervals;
+mod late_drive;
 mod log_of_counts;
 mod lost_motion;
 mod machine_out;

@@ -8,7 +8,7 @@
 //! already acts half a sample late in the mean; the replay holds it, so that this is not found here
 //! again. Without a measured current it equals [`sensor_delay`](super::sensor_delay).
 
-use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -41,6 +41,8 @@ impl Effect for InputDelay {
         rotary_only: false,
     };
 
+    const BENDS_BASE: bool = true;
+
     fn new([delay, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self { delay }
     }
@@ -52,6 +54,10 @@ impl Effect for InputDelay {
     /// A delay of many samples is as likely as one of a few.
     fn reach(_scope: &Scope, _index: usize) -> f32 {
         f32::INFINITY
+    }
+
+    fn start(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
+        delay_start(scope, index)
     }
 
     fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {

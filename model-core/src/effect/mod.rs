@@ -97,6 +97,14 @@ pub struct Scope {
 /// Longest delay of a drive or a sensor, s: beyond it a position loop would hardly be stable.
 pub const LONGEST_DELAY: f32 = 0.25;
 
+/// The `index`-th delay that a fit starts from: a sample, and factors of two from there, which lie near enough for a
+/// fit to find the rest. A base that is fitted without a long delay bends to it, and asks for a negative one.
+fn delay_start(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
+    let delays = core::iter::successors(Some(scope.period), |delay| Some(2.0 * delay));
+    let mut delays = delays.take_while(|&delay| delay < LONGEST_DELAY);
+    delays.nth(index).map(|delay| [delay, 0.0, 0.0])
+}
+
 /// What lies before the plant, and behind it up to the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Chain {
@@ -234,6 +242,11 @@ pub trait Effect: Copy {
         None
     }
 
+    /// The `index`-th values that fits start from, where the base bends to it; `None` behind the last.
+    fn start(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
+        Self::trial(scope, index)
+    }
+
     /// Writes its affine part into the plant, and what it puts before or behind it into the chain.
     fn bind(&self, _plant: &mut Parameters, _chain: &mut Chain) {}
 
@@ -331,6 +344,11 @@ macro_rules! catalogue {
             /// one does.
             pub fn trial(self, scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
                 match self { $(Self::$name => $module::$name::trial(scope, index)),* }
+            }
+
+            /// The `index`-th values that fits start from, where the base bends to it; `None` behind the last.
+            pub fn start(self, scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
+                match self { $(Self::$name => $module::$name::start(scope, index)),* }
             }
         }
 

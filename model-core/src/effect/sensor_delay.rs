@@ -9,7 +9,7 @@
 //! must take the inputs of τ ago: without a measured current it equals
 //! [`input_delay`](super::input_delay).
 
-use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -42,6 +42,8 @@ impl Effect for SensorDelay {
         rotary_only: false,
     };
 
+    const BENDS_BASE: bool = true;
+
     fn new([delay, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self { delay }
     }
@@ -53,6 +55,10 @@ impl Effect for SensorDelay {
     /// A delay of many samples is as likely as one of a few.
     fn reach(_scope: &Scope, _index: usize) -> f32 {
         f32::INFINITY
+    }
+
+    fn start(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
+        delay_start(scope, index)
     }
 
     fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {

@@ -16,7 +16,7 @@ use heapless::Vec;
 
 /// Most candidates that one screening returns, however many effects there are: more than are ever
 /// refitted, and what is compared with each other fits the chip's memory.
-pub const MOST_CANDIDATES: usize = 13;
+pub const MOST_CANDIDATES: usize = 15;
 
 /// Strength at which candidates are simulated, as a share of their scale.
 const STRENGTH: f32 = 0.05;

@@ -652,13 +652,13 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(Some(settled.model))
     }
 
-    /// The model with an effect at that of its trial strengths at which it follows the log best. `None` if none
-    /// of them comes near to this cost.
+    /// The model with an effect at that of the strengths that its fits start from at which it follows the log
+    /// best. `None` if none of them comes near to this cost.
     #[inline(never)]
     fn best_strength(&mut self, model: &Model, id: Id, without: f64) -> Option<Model> {
         let mut best: Option<Model> = None;
         let mut least = WORTH_A_FIT * without;
-        for values in (0..).map_while(|index| id.trial(&self.options.scope, index)) {
+        for values in (0..).map_while(|index| id.start(&self.options.scope, index)) {
             let tried = screen::with_effect(model, Active { id, values })?;
             // Beyond the plant's range there is nothing to try.
             let Some(cost) = self.cost(&tried) else {
