@@ -181,8 +181,7 @@ fn trace(case: &Case, machine: &Machine) -> Result<Traced, Failure> {
     let judgement = judgement::judge(&truth, &answer);
     Ok(Traced {
         stepwise_judgement: judgement::judge(&truth, &stepwise),
-        after_over_before: says_something
-            .then(|| errors.after.position_rms / errors.before.position_rms),
+        after_over_before: says_something.then(|| errors.remaining()),
         after_over_oracle: oracle(case, machine, &train, &found)?,
         deviations: if judgement == Judgement::Right {
             deviations(case, outcome)

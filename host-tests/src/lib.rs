@@ -44,7 +44,7 @@ pub mod printed_log;
 mod progress;
 pub mod pwa;
 mod quantity;
-pub mod readers;
+mod readers;
 pub mod real_benchmark;
 pub mod record;
 pub mod remap;

@@ -102,7 +102,7 @@ fn is_named(
             "{case}"
         );
         let errors = &outcome.errors.train;
-        let ratio = errors.after.position_rms / errors.before.position_rms;
+        let ratio = errors.remaining();
         assert!(ratio < 1.0 / 3.0, "error falls to {ratio} only: {case}");
         if named {
             for (name, value) in truth(machine, effect) {
@@ -347,7 +347,7 @@ fn presliding() {
         };
         assert_eq!(found.id, "presliding", "{case}");
         let errors = &outcome.errors.train;
-        let ratio = errors.after.position_rms / errors.before.position_rms;
+        let ratio = errors.remaining();
         assert!(ratio < 0.5, "error falls to {ratio} only on {case}");
         // At this strength the rig's bristles have another damping than the model's. Without a current
         // nothing tells the two apart.
@@ -437,7 +437,7 @@ fn compliance() {
         };
         assert_eq!(found.id, "compliance", "{case}");
         let errors = &outcome.errors.train;
-        let ratio = errors.after.position_rms / errors.before.position_rms;
+        let ratio = errors.remaining();
         assert!(ratio < 0.7, "error falls to {ratio} only: {case}");
         let estimate = found.parameters.iter().find(|p| p.name == "trailing");
         let estimate = estimate.unwrap().value;
@@ -678,7 +678,7 @@ fn an_effect_outside_the_catalogue_is_called_unknown() {
             let unknown = outcome.unknown.unwrap();
             assert_eq!(unknown.depends_on, variable, "{case}");
             let errors = &outcome.errors.train;
-            let ratio = errors.after.position_rms / errors.before.position_rms;
+            let ratio = errors.remaining();
             assert!(ratio < 0.5, "the map leaves {ratio} of the error: {case}");
             // A torque over velocity has as many points for both directions, and shows it coarsely.
             if unknown.map.acts_as == "friction" {
@@ -776,7 +776,7 @@ fn a_hysteresis_is_called_unknown_and_its_loop_is_learned() {
             let unknown = outcome.unknown.unwrap();
             assert_eq!(unknown.depends_on, "position", "{case}");
             let errors = &outcome.errors.train;
-            let ratio = errors.after.position_rms / errors.before.position_rms;
+            let ratio = errors.remaining();
             assert!(ratio < 0.3, "the map leaves {ratio} of the error: {case}");
             let values = &unknown.map.values;
             let loop_width = values[0] - values[values.len() - 1];

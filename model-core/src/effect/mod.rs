@@ -285,6 +285,9 @@ macro_rules! catalogue {
             /// Every effect, in the order in which equal candidates are preferred.
             pub const ALL: &'static [Self] = &[$(Self::$name),*];
 
+            /// How many of them a base bends to that is fitted without.
+            pub const BENDING: usize = 0 $(+ $module::$name::BENDS_BASE as usize)*;
+
             /// What the effect is.
             pub fn description(self) -> &'static Description {
                 match self { $(Self::$name => &$module::$name::DESCRIPTION),* }

@@ -14,9 +14,9 @@ use crate::numeric::triangle::{Triangle, entries};
 use crate::plant::parameters::Drive;
 use heapless::Vec;
 
-/// Most candidates that one screening returns, however many effects there are: more than are ever
-/// refitted, and what is compared with each other fits the chip's memory.
-pub const MOST_CANDIDATES: usize = 15;
+/// Most candidates that one screening returns, however many effects there are: those that are refitted whatever their
+/// score, and more of the others than are ever refitted. What is compared with each other fits the chip's memory.
+pub const MOST_CANDIDATES: usize = 12 + Id::BENDING;
 
 /// Strength at which candidates are simulated, as a share of their scale.
 const STRENGTH: f32 = 0.05;

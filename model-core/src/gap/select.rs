@@ -35,8 +35,8 @@ pub const LEAST_WINDOWS: usize = 4;
 /// Candidates refitted in a round for their scores.
 const SHORTLIST: usize = 8;
 
-/// Room for those that are refitted whatever their score, besides: the play and the two delays.
-const MOST_REFITTED: usize = SHORTLIST + 3;
+/// Room for those that are refitted whatever their score, besides.
+const MOST_REFITTED: usize = SHORTLIST + Id::BENDING;
 
 /// Looks of a round: at the candidates, and at the declared numbers.
 const MOST_LOOKS: usize = MOST_CANDIDATES + 1;
