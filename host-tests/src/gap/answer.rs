@@ -14,7 +14,9 @@ use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
 
 use super::engine::AllCores;
-use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect, Unknown, UnknownMap};
+use super::outcome::{
+    Candidate, Estimate, FittedParameter, FoundEffect, NUMBERS, Unknown, UnknownMap,
+};
 use crate::quantity::decimal;
 use crate::quantity::{probability, significant};
 
@@ -133,7 +135,7 @@ pub(super) fn subject(subject: Subject) -> String {
     match subject {
         Subject::Effect(effect) => effect.description().id.to_owned(),
         Subject::Map(kind) => map_name(kind),
-        Subject::Numbers => "numbers".to_owned(),
+        Subject::Numbers => NUMBERS.to_owned(),
     }
 }
 

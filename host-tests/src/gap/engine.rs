@@ -335,6 +335,7 @@ pub fn trace(
         coordinate: machine.coordinate.unit().to_owned(),
         load_unit: machine.coordinate.load_unit().to_owned(),
         demand,
+        free_motor: free_motor(machine, train),
         train: train_evidence,
         validate: validate_evidence,
     };
@@ -345,6 +346,28 @@ pub fn trace(
         trace,
         looks,
     })))
+}
+
+/// The line of `[fit]` that frees resistance and torque constant too. None where it has both; nor where a log has no
+/// current, for then the scale of all torques is theirs alone.
+fn free_motor(machine: &Machine, train: &[Log]) -> Option<String> {
+    machine.motor.as_ref()?;
+    let named = |name: &&str| machine.fit.iter().any(|fitted| fitted == name);
+    let mut fixed = ["resistance", "torque_constant"]
+        .into_iter()
+        .filter(|name| !named(name))
+        .peekable();
+    fixed.peek()?;
+    let with_current = train.iter().all(|log| log.current.is_some());
+    with_current.then(|| {
+        let all: Vec<&str> = machine
+            .fit
+            .iter()
+            .map(String::as_str)
+            .chain(fixed)
+            .collect();
+        format!("parameters = {all:?}")
+    })
 }
 
 /// Windowed position error, rms, of a model that is refitted to the logs, cut and weighed as a tracing

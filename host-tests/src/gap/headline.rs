@@ -65,7 +65,7 @@ impl Headline {
             details,
             gain: gain(report),
             certainty: certainty(outcome),
-            next: next::steps(outcome, &report.coordinate),
+            next: next::steps(report),
         }
     }
 }
@@ -275,21 +275,23 @@ fn alternatives(outcome: &Outcome) -> Option<String> {
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
+/// The refused candidate that came nearest to being found, if any came near.
+fn nearest(outcome: &Outcome) -> Option<&Candidate> {
+    let ratio = |candidate: &&Candidate| candidate.held_out_ratio.unwrap_or(f64::INFINITY);
+    let refused = outcome.candidates.iter();
+    let refused = refused.filter(|candidate| !candidate.accepted);
+    let best = refused.min_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+    best.filter(|best| ratio(best) < NEARLY)
+}
+
 /// What came nearest to being found, if anything came near.
 fn best_refused(outcome: &Outcome) -> String {
-    let ratio = |candidate: &&Candidate| candidate.held_out_ratio.unwrap_or(f64::INFINITY);
-    let best = outcome
-        .candidates
-        .iter()
-        .filter(|candidate| !candidate.accepted)
-        .min_by(|a, b| ratio(a).total_cmp(&ratio(b)))
-        .filter(|best| ratio(best) < NEARLY);
-    match best {
+    match nearest(outcome) {
         Some(best) => format!(
             "Nearest came {}: it would take {:.0} % off the error on data left out of the fit, but is \
              refused: {}.",
             best.words,
-            100.0 * (1.0 - ratio(&best)),
+            100.0 * (1.0 - best.held_out_ratio.unwrap_or(f64::NAN)),
             best.reason
         ),
         None => "Nothing that was tried lowers the error clearly on data left out of the fit."

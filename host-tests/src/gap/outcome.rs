@@ -236,13 +236,15 @@ pub struct ErrorSet {
     pub free_run_rms: f64,
 }
 
+/// The candidate that frees those numbers of the machine file that `[fit]` leaves out.
+pub(super) const NUMBERS: &str = "numbers";
+
 /// One look at one effect in one round of the selection.
 #[derive(Debug, Clone, Serialize)]
 pub struct Candidate {
     /// Round of the selection, from 1.
     pub round: usize,
-    /// The catalogue's id, `map:VARIABLE` for a learned map, or `numbers` for those of the machine file
-    /// that `[fit]` leaves out.
+    /// The catalogue's id, `map:VARIABLE` for a learned map, or [`NUMBERS`].
     pub id: String,
     /// What it is in a sentence.
     #[serde(skip)]
@@ -347,6 +349,9 @@ pub struct Report {
     pub load_unit: String,
     /// What the training logs ask of the machine.
     pub demand: Demand,
+    /// The line of `[fit]` that frees the motor's numbers too, where it leaves some out that the training logs could
+    /// tell.
+    pub free_motor: Option<String>,
     /// Training logs.
     pub train: Vec<Evidence>,
     /// Validation logs.

@@ -236,6 +236,7 @@ pub fn example() -> Report {
             speed: 0.1,
             ..Demand::default()
         },
+        free_motor: None,
         train: vec![slide("train.csv", 12_000)],
         validate: vec![slide("validate.csv", 9_000)],
     }

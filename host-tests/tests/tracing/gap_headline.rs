@@ -15,6 +15,10 @@ use model_core::gap::verdict::Verdict;
 
 const HINT: &str = "More: --verbose.";
 
+/// A line of `[fit]` that frees the motor's numbers.
+const FREE_MOTOR: &str = "parameters = [\"inertia\", \"viscous\", \"coulomb\", \"static\", \"resistance\", \
+                          \"torque_constant\"]";
+
 /// What a pipe gets, as the program prints it and as the main loop does.
 fn brief(report: &Report) -> [String; 2] {
     [Some(HINT), None].map(|hint| render(report, false, Detail::Brief { hint }))
@@ -95,6 +99,8 @@ fn crowded() -> Report {
     std::mem::swap(&mut stages.before, &mut stages.after);
     let stages = &mut outcome.errors.train;
     std::mem::swap(&mut stages.before, &mut stages.after);
+    report.free_motor = Some(FREE_MOTOR.into());
+    let outcome = &mut report.outcome;
     outcome.resampled = vec![
         Resampled {
             log: "a/directory/".repeat(20) + "log.csv",
@@ -157,8 +163,9 @@ fn every_verdict_says_all_of_it_in_twelve_lines() {
             );
             for line in lines {
                 // What is to be copied is not broken.
-                let copied =
-                    line.starts_with("  declared_effects") || line.starts_with("  cargo hil");
+                let copied = ["  declared_effects", "  parameters", "  cargo hil"]
+                    .iter()
+                    .any(|start| line.starts_with(start));
                 assert!(copied || line.chars().count() <= WIDTH, "{name}: {line:?}");
             }
         }
@@ -333,6 +340,44 @@ fn an_error_that_has_risen_is_said_in_the_headline() {
     let train = &mut report.outcome.errors.train;
     train.after.free_run_rms = 2.0 * train.before.free_run_rms;
     assert!(!Headline::of(&report).finding.contains("rose"));
+}
+
+/// Resistance and torque constant that a data sheet is wrong about look like an effect, or like nothing that can be
+/// proven.
+#[test]
+fn fixed_numbers_of_the_motor_are_to_be_freed_where_they_may_be_what_is_wrong() {
+    let is_advised = |mut report: Report| {
+        report.free_motor = Some(FREE_MOTOR.into());
+        let [text, _] = brief(&report);
+        let advised =
+            words(&report).contains("if resistance and torque constant are a data sheet's");
+        let copied = text.lines().any(|line| line == format!("  {FREE_MOTOR}"));
+        assert_eq!(advised, copied, "{text}");
+        assert_eq!(
+            report::page(&report).unwrap().contains("real motors miss"),
+            advised
+        );
+        advised
+    };
+    for (name, expected) in [
+        ("usual", true),
+        ("unknown", true),
+        ("nothing proven", true),
+        ("no effect", false),
+        // Freed by the tracing itself, which says by how much it is wrong.
+        ("wrong number", false),
+    ] {
+        assert_eq!(is_advised(variant(name)), expected, "{name}");
+    }
+    // Nothing proven to be missing, but the motor's numbers would follow the logs better.
+    let mut report = variant("no effect");
+    let mut numbers = example().outcome.candidates[1].clone();
+    numbers.id = "numbers".into();
+    numbers.held_out_ratio = Some(0.08);
+    report.outcome.candidates.push(numbers);
+    assert!(is_advised(report));
+    // Nothing to free.
+    assert!(!words(&example()).contains("data sheet"));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! not called an effect.
 
 use host_tests::gap::engine;
-use host_tests::gap::outcome::Outcome;
+use host_tests::gap::outcome::{Outcome, Report};
 use host_tests::gap_benchmark::cases::{Case, Group, Motion};
 use host_tests::machine::Machine;
 use model_core::gap::verdict::Verdict;
@@ -12,13 +12,22 @@ use std::fs;
 /// Numbers of the motor for `[fit]`.
 const MOTOR: &str = "\"resistance\", \"torque_constant\", ";
 
-/// A log of a machine, traced with the one that is declared, whose `[fit]` has these numbers besides.
+/// What is found in a log of a machine with the one that is declared, whose `[fit]` has these numbers besides.
 fn trace(
-    (rig, declared): (rig::Machine, &rig::Machine),
+    machines: (rig::Machine, &rig::Machine),
     effects: Vec<Effect>,
     seed: u64,
     fit: &str,
 ) -> Outcome {
+    report(machines, effects, seed, fit).outcome
+}
+
+fn report(
+    (rig, declared): (rig::Machine, &rig::Machine),
+    effects: Vec<Effect>,
+    seed: u64,
+    fit: &str,
+) -> Report {
     let case = Case {
         group: Group::WrongNumbers,
         rig,
@@ -35,8 +44,7 @@ fn trace(
     let listed = format!("parameters = [{fit}");
     fs::write(&path, text.replace("parameters = [", &listed)).unwrap();
     let machine = Machine::read(&path).unwrap();
-    let report = engine::run(&machine, &[case.log()], || Ok(Vec::new()), |_| ()).unwrap();
-    report.outcome
+    engine::run(&machine, &[case.log()], || Ok(Vec::new()), |_| ()).unwrap()
 }
 
 /// The machine with another motor, as shares of its own.
@@ -130,10 +138,29 @@ fn else_what_may_be_the_motor_says_so() {
     let rig = rig::Machine::rotary_ema();
     let brushes = Effect::nominal(EffectKind::BrushDrop, &rig);
     for (fit, presumed) in [("", &["resistance", "torque_constant"][..]), (MOTOR, &[])] {
-        let outcome = trace((rig.clone(), &rig), vec![brushes], 72_810, fit);
+        let report = report((rig.clone(), &rig), vec![brushes], 72_810, fit);
+        let outcome = report.outcome;
         let [found] = &outcome.effects[..] else {
             panic!("{outcome:?}");
         };
+        // The line to put into the file frees both.
+        let line = report.free_motor;
+        assert_eq!(line.is_some(), fit.is_empty(), "{line:?}");
+        if let Some(line) = line {
+            let lines = rig.to_toml();
+            let lines = lines
+                .lines()
+                .map(|old| match old.starts_with("parameters = [") {
+                    true => line.as_str(),
+                    false => old,
+                });
+            let text = lines.collect::<Vec<_>>().join("\n");
+            let freed = Machine::of_bytes("machine.toml".as_ref(), text.into_bytes()).unwrap();
+            let declared = Machine::of_bytes("machine.toml".as_ref(), rig.to_toml().into_bytes());
+            let mut expected = declared.unwrap().fit;
+            expected.extend(["resistance", "torque_constant"].map(str::to_owned));
+            assert_eq!(freed.fit, expected);
+        }
         assert_eq!(&*found.id, "brush_drop");
         assert_eq!(found.presumes, presumed);
         assert_eq!(outcome.freed().count(), 0);

@@ -78,6 +78,7 @@ pub(in crate::gap) fn report(
         coordinate: machine.coordinate.unit().to_owned(),
         load_unit: machine.coordinate.load_unit().to_owned(),
         demand: Demand::default(),
+        free_motor: None,
         train: Vec::new(),
         validate: Vec::new(),
     })

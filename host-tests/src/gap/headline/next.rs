@@ -3,9 +3,10 @@
 use model_core::gap::verdict::Verdict;
 
 use super::gain::is_worse;
+use super::nearest;
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
-use crate::gap::outcome::{Outcome, Stages};
+use crate::gap::outcome::{NUMBERS, Outcome, Report, Stages};
 use crate::quantity::{Scale, given};
 
 /// A part of what to do.
@@ -17,8 +18,10 @@ pub enum Step {
     Copy(String),
 }
 
-/// What to do, the most useful first. `unit`: that of positions.
-pub(super) fn steps(outcome: &Outcome, unit: &str) -> Vec<Step> {
+/// What to do, the most useful first.
+pub(super) fn steps(report: &Report) -> Vec<Step> {
+    let outcome = &report.outcome;
+    let unit = report.coordinate.as_str();
     match outcome.verdict {
         Verdict::LogAndMachineDisagree => remedies(outcome),
         Verdict::EffectsFound | Verdict::NoMissingEffect => {
@@ -36,6 +39,7 @@ pub(super) fn steps(outcome: &Outcome, unit: &str) -> Vec<Step> {
                     "record a second log, not for the fit, and give it with --validate",
                 ));
             }
+            steps.extend(free_motor(report));
             steps.extend(declare(outcome));
             if steps.is_empty() {
                 steps.push(said(
@@ -50,14 +54,14 @@ pub(super) fn steps(outcome: &Outcome, unit: &str) -> Vec<Step> {
             let mut steps = vec![said(&format!(
                 "see the learned law with --report DIR; {hint}"
             ))];
+            steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             steps.extend(declare(outcome));
             steps
         }
         Verdict::NothingProven => {
-            let mut steps: Vec<Step> = experiment(outcome.next_experiment.as_ref(), unit)
-                .into_iter()
-                .collect();
+            let mut steps = free_motor(report);
+            steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             steps.push(said(
                 "record a longer log, slow and fast, both ways and with many reversals, with current_a and \
                  velocity if they can be measured, and give it with another --train",
@@ -128,6 +132,27 @@ fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
         "play {file} in open loop from rest at {start} ({seconds}), and give its log with another --train: \
          it {may} this doubt",
     )))
+}
+
+/// To free the motor's numbers, where an effect or an error that is left may stand for one of them that is off. Where the
+/// tracing freed one itself, it says its value.
+fn free_motor(report: &Report) -> Vec<Step> {
+    let outcome = &report.outcome;
+    let is_complete = outcome.verdict == Verdict::NoMissingEffect
+        && nearest(outcome).is_none_or(|nearest| nearest.id != NUMBERS);
+    let Some(line) = &report.free_motor else {
+        return Vec::new();
+    };
+    if is_complete || outcome.freed().next().is_some() {
+        return Vec::new();
+    }
+    vec![
+        said(
+            "if resistance and torque constant are a data sheet's, which real motors miss by 10 to 20 %, have them \
+             fitted too: put this line into [fit] of the machine file, and run it again",
+        ),
+        Step::Copy(line.clone()),
+    ]
 }
 
 /// How the machine file takes what was found.
