@@ -26,6 +26,9 @@ pub const COLUMNS: &str = "--time t:ms --position pos:deg --input duty:%*12 --cu
 /// What is asked of the logs.
 pub const GAP: &str = "gap --machine machine.toml --train a.csv --validate b.csv --report report";
 
+/// The page of that report, from where it is called.
+const PAGE: &str = "report/index.html";
+
 /// The answer, as a user who types these calls gets it. What they leave is in `target/hil/example`.
 ///
 /// # Errors
@@ -50,7 +53,13 @@ pub fn trace() -> Result<String, Failure> {
         import.extend(["--out", log]);
         call(&place, &import)?;
     }
-    call(&place, &words(GAP))
+    Ok(seen_from_here(&call(&place, &words(GAP))?))
+}
+
+/// The answer with the report's place as it is from where the user stands: the call ran in another directory.
+fn seen_from_here(answer: &str) -> String {
+    let page = workspace::shown(&directory().join(PAGE));
+    answer.replace(&format!("Plots: {PAGE}."), &format!("Plots: {page}."))
 }
 
 /// Where the calls run.
@@ -85,6 +94,19 @@ fn call(place: &Path, words: &[&str]) -> Result<String, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_page_of_the_report_is_named_from_where_the_user_stands() {
+        let said =
+            seen_from_here("All numbers: --verbose. Plots: report/index.html. More: --json FILE.");
+        let shown = said
+            .split(' ')
+            .find(|word| word.contains("index.html"))
+            .unwrap();
+        let page = shown.trim_end_matches('.');
+        assert!(page.ends_with("hil/example/report/index.html"), "{said}");
+        assert!(said.ends_with(". More: --json FILE."), "{said}");
+    }
 
     #[test]
     fn the_calls_are_those_that_the_readme_shows() {

@@ -29,9 +29,8 @@ pub fn run() -> Result<(), Failure> {
         let building = scope.spawn(|| Built::new(&Toolchain::set_up()?, &mut announce));
         let first = first_result::trace().and_then(|answer| {
             print(&format!(
-                "A gearmotor of which there are a data sheet and two logs, in {}\n{answer}report       {}\n\n",
-                workspace::shown(&first_result::directory()),
-                workspace::shown(&first_result::directory().join("report"))
+                "A gearmotor of which there are a data sheet and two logs, in {}\n{answer}\n",
+                workspace::shown(&first_result::directory())
             ))
         });
         let built = building

@@ -33,3 +33,5 @@ mod measure;
 mod rules;
 mod sheet;
 mod text;
+
+pub(crate) use self::text::{UNSURE, WITHIN};

@@ -158,11 +158,17 @@ impl File {
     }
 }
 
+/// What says how sure a number is, before the number of per cent.
+pub(crate) const WITHIN: &str = "±";
+
+/// The same before a factor.
+pub(crate) const UNSURE: &str = "unsure by a factor of ";
+
 fn sureness(sure: Sure) -> String {
     match sure {
         Sure::Told => String::new(),
-        Sure::Within(part) => format!(", ±{:.0} %", 100.0 * part),
-        Sure::Guess(factor) => format!(", unsure by a factor of {factor:.1}"),
+        Sure::Within(part) => format!(", {WITHIN}{:.0} %", 100.0 * part),
+        Sure::Guess(factor) => format!(", {UNSURE}{factor:.1}"),
     }
 }
 

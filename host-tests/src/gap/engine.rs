@@ -20,7 +20,9 @@ use super::demand::Demand;
 use super::disagreement;
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, torque_balance};
-use super::outcome::{Candidate, Cost, Errors, Outcome, Report, Resampled, Residual, Stages};
+use super::outcome::{
+    Candidate, Cost, Errors, MOTOR, Outcome, Report, Resampled, Residual, Stages,
+};
 use super::series::Series;
 use super::whiteness::whiteness;
 use crate::error::InputError;
@@ -212,7 +214,16 @@ pub fn trace(
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
     let disagree = |logs: &[Log]| disagreement::report(machine, &declared, train, logs, started);
-    if let Some(report) = disagree(train) {
+    if let Some(mut report) = disagree(train) {
+        // They most likely need the same call. What else is wrong with them is said once this is mended.
+        if let Ok(held_back) = validate()
+            && !held_back.is_empty()
+        {
+            report
+                .outcome
+                .disagreement
+                .extend(disagreement::look(machine, &held_back));
+        }
         return Ok(Answer::Disagree(Box::new(report)));
     }
     let refused = |error: ParameterError| InputError::new(&machine.path, None, error.to_string());
@@ -353,10 +364,7 @@ pub fn trace(
 fn free_motor(machine: &Machine, train: &[Log]) -> Option<String> {
     machine.motor.as_ref()?;
     let named = |name: &&str| machine.fit.iter().any(|fitted| fitted == name);
-    let mut fixed = ["resistance", "torque_constant"]
-        .into_iter()
-        .filter(|name| !named(name))
-        .peekable();
+    let mut fixed = MOTOR.into_iter().filter(|name| !named(name)).peekable();
     fixed.peek()?;
     let with_current = train.iter().all(|log| log.current.is_some());
     with_current.then(|| {

@@ -239,6 +239,25 @@ impl NextExperiment {
         doubts.join(" ")
     }
 
+    /// What is in doubt, as a part of a sentence.
+    pub(super) fn question(&self) -> String {
+        if !self.absorbed.is_empty() {
+            let ids: Vec<String> = self.absorbed.iter().map(|one| one.id.clone()).collect();
+            return format!("whether {} acts unseen", any_of(&ids));
+        }
+        let rivals = self.equivalent.iter().chain(&self.near);
+        let mut rivals: Vec<String> = rivals.map(|rival| self.in_words(rival)).collect();
+        if rivals.is_empty() {
+            rivals.push("fitted numbers that are off".to_owned());
+        }
+        let named = self.candidates.first().map(|named| self.in_words(named));
+        format!(
+            "whether it is {} or {}",
+            named.unwrap_or_default(),
+            any_of(&rivals)
+        )
+    }
+
     /// What beside its equivalents may be true instead of what was named, a sentence each.
     pub(super) fn rivals(&self) -> Vec<String> {
         let mut doubts = Vec::new();

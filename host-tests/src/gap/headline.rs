@@ -90,11 +90,9 @@ fn finding(outcome: &Outcome) -> String {
     };
     match (outcome.verdict, &outcome.unknown) {
         (Verdict::LogAndMachineDisagree, _) => {
-            let found = outcome.disagreement.iter();
-            let whats: Vec<&str> = found.map(|found| found.what.as_str()).collect();
             format!(
                 "the log and the machine file do not belong together: {}.",
-                whats.join("; ")
+                outcome.disagreements().join("; ")
             )
         }
         (Verdict::NoMissingEffect, _) => match wrong {

@@ -12,6 +12,7 @@ use super::effect_words::DEVIATIONS;
 use super::engine::Found;
 use super::outcome::{FittedParameter, FoundEffect, Outcome};
 use super::terminal::wrapped;
+use crate::data_sheet::{UNSURE, WITHIN};
 use crate::error::one_line;
 use crate::failure::Failure;
 use crate::machine::{Machine, Parameter};
@@ -215,13 +216,31 @@ fn append_comment(value: &mut Value, name: Option<&str>, note: &str, wider: isiz
                 Some(name) => without_note_of(name, comment),
                 None => without_note(comment).to_owned(),
             };
-            let kept = kept.trim_end();
+            let kept = if note.contains(INTERVAL) {
+                without_sureness(kept.trim_end())
+            } else {
+                kept.trim_end().to_owned()
+            };
             let between = if kept.is_empty() { " " } else { "; " };
             format!("{}#{kept}{between}{of}{note}", " ".repeat(space))
         }
         None => format!("{BEFORE_COMMENT}# {of}{note}"),
     };
     value.decor_mut().set_suffix(comment);
+}
+
+/// A comment without how sure `cargo hil machine` was of the number that stood there: of the fitted one its interval says
+/// so.
+fn without_sureness(comment: &str) -> String {
+    let is_said = |part: &str| {
+        let within = part
+            .strip_prefix(WITHIN)
+            .and_then(|rest| rest.strip_suffix(" %"));
+        let number = within.or_else(|| part.strip_prefix(UNSURE));
+        number.is_some_and(|number| number.parse::<f64>().is_ok())
+    };
+    let kept = comment.split(", ").filter(|part| !is_said(part.trim_end()));
+    kept.collect::<Vec<_>>().join(", ")
 }
 
 /// A comment without the [`note`] that it ends with, if it does.
@@ -416,6 +435,25 @@ mod tests {
             "motor = { resistance = 1.21, inductance = 0.0 } # of the sheet; resistance was 1.0; 95 %: \
              1.180 to 1.240\n"
         );
+    }
+
+    #[test]
+    fn the_tolerance_of_a_data_sheet_gives_way_to_the_interval() {
+        for (comment, kept) in [
+            ("Ω, ±10 %", "Ω"),
+            ("N·m, unsure by a factor of 1.3", "N·m"),
+            ("Ω, ±10 % of mine", "Ω, ±10 % of mine"),
+        ] {
+            let text = format!("[motor]\nresistance = 1.2 # {comment}\n");
+            let fitted = with_number(&text, "resistance", 1.21, Some(0.0153));
+            assert!(
+                fitted.contains(&format!("# {kept}; was 1.2; 95 %: 1.180 to 1.240")),
+                "{fitted}"
+            );
+            // What the logs do not determine is as sure as before.
+            let left = with_number(&text, "resistance", 1.2, None);
+            assert!(left.contains(&format!("# {comment}; was 1.2")), "{left}");
+        }
     }
 
     #[test]

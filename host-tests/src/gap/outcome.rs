@@ -150,6 +150,17 @@ pub struct FittedParameter {
 }
 
 impl Outcome {
+    /// What logs and machine file disagree in, each once though several logs need it mended.
+    pub fn disagreements(&self) -> Vec<&str> {
+        let mut whats = Vec::new();
+        for found in &self.disagreement {
+            if !whats.contains(&found.what.as_str()) {
+                whats.push(found.what.as_str());
+            }
+        }
+        whats
+    }
+
     /// Names of the numbers of the machine file that are wrong although `[fit]` leaves them out.
     pub fn freed(&self) -> impl Iterator<Item = &str> {
         let freed = self.fit.iter().filter(|parameter| parameter.freed);
@@ -235,6 +246,9 @@ pub struct ErrorSet {
     /// Root mean square position error of one replay without restarts, rad or m.
     pub free_run_rms: f64,
 }
+
+/// The numbers of a motor that a data sheet has with a tolerance, and a log with a current tells.
+pub(super) const MOTOR: [&str; 2] = ["resistance", "torque_constant"];
 
 /// The candidate that frees those numbers of the machine file that `[fit]` leaves out.
 pub(super) const NUMBERS: &str = "numbers";

@@ -14,7 +14,8 @@ use super::summary;
 use crate::error::{InputError, LARGEST_DATA, read_at_most, read_bytes, unreadable, warn};
 use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
-use crate::log::{COLUMNS, TIME, quoted};
+use crate::log::{COLUMNS, Log, TIME, quoted};
+use crate::machine::Machine;
 use crate::outputs::{Kind, Outputs};
 
 /// What `cargo hil import` takes.
@@ -87,6 +88,9 @@ pub struct Args {
     /// Write the log to this file, which must not be there yet
     #[arg(long, value_name = "LOG.csv")]
     pub out: PathBuf,
+    /// Check the log against this machine file: units, signs, counts a turn and supply that contradict it are named
+    #[arg(long, value_name = "M.toml")]
+    pub machine: Option<PathBuf>,
     /// Draw the columns into index.html of this directory, which must not be there yet
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
@@ -116,9 +120,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     } else {
         args.raw.clone()
     };
-    let mut outputs = Outputs::reading([&input]).replacing_nothing();
+    let mut outputs =
+        Outputs::reading([&input].into_iter().chain(&args.machine)).replacing_nothing();
     let out = outputs.file(Some(&args.out), Kind::Log)?;
     let report = outputs.directory(args.report.as_deref(), [("index.html", Kind::Marked)])?;
+    let machine = args.machine.as_deref().map(Machine::read).transpose()?;
     let (name, bytes) = read(&args.raw)?;
     let path = Path::new(&name);
     let raw = Raw::read(path, &bytes, &reading(args)?)?;
@@ -129,7 +135,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|fault| refusal(args, path, &raw, &recipe, fault))?;
     let doubt = |fault: &Fault| InputError::new(path, Some(fault.line), &fault.message);
     warn(&converted.doubts.iter().map(doubt).collect::<Vec<_>>());
-    let text = summary::render(&name, &raw, &sources, &converted, &args.out);
+    let mut text = summary::render(&name, &raw, &sources, &converted, &args.out);
+    if let Some(machine) = &machine {
+        // The log as it will lie there: what is printed is a call that imports it.
+        let log = Log {
+            path: args.out.clone(),
+            ..converted.log.clone()
+        };
+        text += &summary::compared(machine, &log);
+    }
     if let Some([index]) = report {
         let html = page::html(&name, &converted.log, &sources, &text);
         outputs.stage(

@@ -162,6 +162,10 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
         let unit = unit.or_else(|| (!told).then(steps)?.map(|(_, unit)| unit));
         let name = raw.name(column);
         recipe.sources[index] = Some(match unit {
+            // Of what it is a share, or how much a count is, the file does not say: as it stands, and to be seen.
+            Some(unit) if Unit::find(unit).is_some_and(|unit| unit.needs_size()) => {
+                format!("{name}:{unit}*1")
+            }
             Some(unit) => format!("{name}:{unit}"),
             None => name,
         });

@@ -76,6 +76,7 @@ impl Source {
             });
             rest = &after[end..];
         }
+        source.require_size()?;
         if reversed {
             source.steps.push(Step::Times(-1.0));
         }
@@ -122,6 +123,30 @@ impl Source {
         self.unit_at = Some(self.steps.len());
         self.steps.push(Step::Times(unit.factor));
         Ok(&after[end..])
+    }
+
+    /// Refuses a share of nothing and counts of no size: such a log passes as one in volts or radians.
+    fn require_size(&self) -> Result<(), String> {
+        let Some((name, unit)) = &self.unit else {
+            return Ok(());
+        };
+        let mut steps = self.steps.iter().enumerate();
+        let is_sized = steps
+            .any(|(place, step)| Some(place) != self.unit_at && matches!(step, Step::Times(_)));
+        let text = quoted(&self.text);
+        let column = self.text.split(':').next().unwrap_or_default();
+        match unit.kind {
+            _ if is_sized => Ok(()),
+            Kind::Share => Err(format!(
+                "{text} is a share of the supply, whose voltage is missing; expected as in \"{column}:{name}*12\" for \
+                 one of 12 V (or *1, where `gain` of the machine file is the supply's voltage)"
+            )),
+            Kind::Counts => Err(format!(
+                "{text} does not say how much a count is; expected as in {column}:counts/4096 for an angle of so many \
+                 counts a turn, or \"{column}:counts*0.001\" for so much a count"
+            )),
+            _ => Ok(()),
+        }
     }
 
     /// A value of the file as the log has it.

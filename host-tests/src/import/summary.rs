@@ -1,6 +1,7 @@
 //! What an import has found and done, for the terminal.
 
 use std::path::Path;
+use std::slice;
 
 use super::convert::Converted;
 use super::raw::Raw;
@@ -8,9 +9,11 @@ use super::source::Source;
 use super::suspect::suspicions;
 use super::unit::Kind;
 use crate::cells::{self, Cells, row};
+use crate::gap::disagreement;
 use crate::gap::outcome::Resampled;
 use crate::gap::table::resampled_line;
-use crate::log::{COLUMNS, POSITION, TIME, counted};
+use crate::log::{COLUMNS, Log, POSITION, TIME, counted};
+use crate::machine::Machine;
 use crate::page::series::extent;
 use crate::quantity::{Scale, given, significant};
 
@@ -83,6 +86,25 @@ pub(super) fn render(
         text += &format!("Look again: {suspicion}.\n");
     }
     text
+}
+
+/// What the log says of a machine file.
+pub(super) fn compared(machine: &Machine, log: &Log) -> String {
+    let (file, path) = (machine.path.display(), log.path.display());
+    let found = disagreement::look(machine, slice::from_ref(log));
+    if found.is_empty() {
+        return format!("Nothing in the log contradicts {file}.\n");
+    }
+    let found = found.into_iter().map(|found| {
+        format!(
+            "{}.\n  Evidence: {}.\n  Remedy: {}\n",
+            found.what, found.evidence, found.remedy
+        )
+    });
+    format!(
+        "\n{path} and {file} do not belong together:\n{}",
+        found.collect::<String>()
+    )
 }
 
 fn table(raw: &Raw, sources: &[(usize, Source)], converted: &Converted) -> Cells {

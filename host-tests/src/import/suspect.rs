@@ -2,7 +2,7 @@
 
 use super::raw::Raw;
 use super::source::Source;
-use super::unit::{Unit, unit_of_time};
+use super::unit::{Kind, Unit, unit_of_time};
 use crate::log::{COLUMNS, CURRENT, Columns, INPUT, POSITION, TIME, VELOCITY};
 use crate::page::series::extent;
 use crate::quantity::significant;
@@ -39,11 +39,21 @@ pub(super) fn suspicions(raw: &Raw, sources: &[(usize, Source)], columns: &Colum
         };
         let flag = super::recipe::FLAGS[*index];
         said.push(format!(
-            "`{}` may be in {unit}, for {why}: then {flag} \"{name}:{unit}\"",
-            COLUMNS[*index].0
+            "`{}` may be in {unit}, for {why}: then {flag} \"{name}:{unit}{}",
+            COLUMNS[*index].0,
+            size(&unit)
         ));
     }
     said
+}
+
+/// What a unit needs beside its name, by example.
+fn size(unit: &str) -> &'static str {
+    match Unit::find(unit).map(|unit| unit.kind) {
+        Some(Kind::Share) => "*12\" (12 V being the supply)",
+        Some(Kind::Counts) => "*0.001\" (so much a count)",
+        _ => "\"",
+    }
 }
 
 /// The unit that the values look like, and why.

@@ -115,6 +115,11 @@ impl Unit {
             .or_else(|| Self::per_turn(text))
     }
 
+    /// Whether it says nothing without a factor: a share of something, counts of some size.
+    pub fn needs_size(&self) -> bool {
+        matches!(self.kind, Kind::Share | Kind::Counts)
+    }
+
     fn per_turn(text: &str) -> Option<Self> {
         let counts: f64 = text.strip_prefix(PER_TURN)?.parse().ok()?;
         (counts.is_finite() && counts > 0.0).then_some(Self {

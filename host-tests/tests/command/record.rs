@@ -70,6 +70,134 @@ fn text(bytes: &[u8]) -> &str {
     str::from_utf8(bytes).unwrap()
 }
 
+/// What probe-rs prints of a board that was asked for another recording, then for its log of so many rows.
+fn printed(rows: usize, lost: Option<usize>) -> String {
+    let head = |name: &str, steps: usize| {
+        format!(
+            "0.001040 [INFO ] experiment name={name} plant_period_us=50 control_period_us=1000 steps={steps} (firmware \
+             src/app/capture.rs:426)\n"
+        )
+    };
+    let row = |name: f32, k: usize| {
+        format!(
+            "{k}.001040 [INFO ] sample sequence={k} time_us={} input={name} position=0.25 command=NaN current_a=-0.5 \
+             true_position=NaN true_velocity=NaN true_current_a=NaN (firmware src/app/record.rs:221)\n",
+            1000 * k
+        )
+    };
+    let mut text = head("capture", 2) + &row(7.0, 0) + &row(7.0, 1) + &head("log", rows);
+    text += "0.001040 [INFO ] capture quantities=input,position,current_a trigger_row=0 (firmware src/app/capture.rs:432)\n";
+    for k in (0..rows).filter(|k| lost != Some(*k)) {
+        text += &row(1.5, k);
+    }
+    text
+}
+
+/// A program of the name probe-rs that prints this text and then does `end`; what `hil` with it on its path says.
+fn listen(directory: &Path, text: &str, end: &str, arguments: &[&str]) -> Output {
+    use std::os::unix::fs::PermissionsExt;
+    let programs = directory.join("bin");
+    fs::create_dir_all(&programs).unwrap();
+    fs::write(directory.join("printed.txt"), text).unwrap();
+    fs::write(directory.join("controller"), "an image").unwrap();
+    let program = programs.join("probe-rs");
+    let script = format!(
+        "#!/bin/sh\n[ \"$*\" = 'attach --chip STM32F405RGTx controller' ] || exit 3\ncat printed.txt\n{end}\n"
+    );
+    fs::write(&program, script).unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
+    Command::new(env!("CARGO_BIN_EXE_hil"))
+        .current_dir(directory)
+        .env("PATH", path)
+        .args(["record", "--probe", "controller"])
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+/// probe-rs goes on for as long as nobody ends it.
+const GOES_ON: &str = "exec sleep 1000";
+
+#[test]
+fn what_a_probe_hears_of_dump_log_becomes_a_log() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = listen(
+        directory.path(),
+        &printed(500, None),
+        GOES_ON,
+        &["--out", "recorded"],
+    );
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let log = Log::read(&directory.path().join("recorded/log.csv")).unwrap();
+    assert_eq!((log.samples(), log.period_s), (500, 1e-3));
+    // The other recording is none of it.
+    assert!(log.input.iter().all(|input| *input == 1.5));
+    assert_eq!(log.current.unwrap()[0], -0.5);
+    assert!(text(&output.stdout).contains("recorded/log.csv: 500 rows"));
+    assert!(
+        text(&output.stderr).contains("`dump log`")
+            && text(&output.stderr).contains("cargo hil machine")
+    );
+    assert!(!directory.path().join("recorded/machine.toml").exists());
+}
+
+#[test]
+fn a_probe_that_hears_too_little_leaves_nothing() {
+    for (printed, end, said) in [
+        (printed(500, Some(99)), GOES_ON, "1 of 500 rows were lost"),
+        (
+            printed(500, Some(499)),
+            "exit 1",
+            "probe-rs ended after 499 of 500 rows",
+        ),
+        (String::new(), "exit 1", "probe-rs ended after 0 of 0 rows"),
+    ] {
+        let directory = tempfile::tempdir().unwrap();
+        let output = listen(directory.path(), &printed, end, &["--out", "log.csv"]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(
+            text(&output.stderr).contains(said),
+            "{}",
+            text(&output.stderr)
+        );
+        assert!(!directory.path().join("log.csv").exists());
+    }
+}
+
+/// A probe has no way to the console: it neither drives nor asks.
+#[test]
+fn what_a_probe_cannot_do_is_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["--arm"][..],
+        &["--signal", SWEEP],
+        &["--seconds", "5"],
+        &["--machine-out", "m.toml"],
+        &["--port", "/dev/null"],
+    ] {
+        let arguments = [arguments, &["--out", "log.csv"]].concat();
+        let output = listen(directory.path(), "", GOES_ON, &arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(
+            text(&output.stderr).contains("--probe"),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+    let mine = directory.path().join("mine.csv");
+    fs::write(&mine, "mine").unwrap();
+    let output = listen(
+        directory.path(),
+        &printed(500, None),
+        GOES_ON,
+        &["--out", "mine.csv"],
+    );
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert_eq!(fs::read_to_string(mine).unwrap(), "mine");
+}
+
 /// A sweep that turns round often; about where the motor stands.
 const SWEEP: &str = "sweep 0 0.3 0.3 3 10";
 

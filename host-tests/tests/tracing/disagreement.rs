@@ -38,7 +38,27 @@ fn wrap(values: &mut [f64], turn: f64) {
         .for_each(|value| *value = value.rem_euclid(turn));
 }
 
-const FAULTS: [(&str, &str, Spoil); 22] = [
+const FAULTS: [(&str, &str, Spoil); 26] = [
+    (
+        "too few counts",
+        "position is 4 times too large",
+        |log, _| scale(&mut log.position, 4.0),
+    ),
+    (
+        "too many counts",
+        "position is 4 times too small",
+        |log, _| scale(&mut log.position, 0.25),
+    ),
+    (
+        "too high a supply",
+        "input is 2 times too large",
+        |log, _| scale(&mut log.input, 2.0),
+    ),
+    (
+        "too low a supply",
+        "input is 2 times too small",
+        |log, _| scale(&mut log.input, 0.5),
+    ),
     (
         "degrees",
         "position is in degrees|position is in millimetres|position is in centimetres",
@@ -132,6 +152,18 @@ const FAULTS: [(&str, &str, Spoil); 22] = [
     }),
 ];
 
+/// What no log without a current shows.
+const NEED_CURRENT: [&str; 8] = [
+    "milliamperes",
+    "current sign",
+    "swap",
+    "mH",
+    "too few counts",
+    "too many counts",
+    "too high a supply",
+    "too low a supply",
+];
+
 fn applies(name: &str, case: &Case) -> bool {
     let rotary = case.rig.coordinate == rig::Coordinate::Radian;
     let winding = matches!(case.rig.motor, rig::Motor::Winding { .. });
@@ -139,7 +171,8 @@ fn applies(name: &str, case: &Case) -> bool {
         "degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
         "wrap 2 pi" | "wrap 360" => rotary && case.rig.stroke.1 - case.rig.stroke.0 > 7.0,
         "per cent of 24" | "per cent of 12" | "duty of 24" | "milliamperes" | "current sign"
-        | "swap" | "mN m/A" | "mH" => winding,
+        | "swap" | "mN m/A" | "mH" | "too few counts" | "too many counts" | "too high a supply"
+        | "too low a supply" => winding,
         _ => true,
     }
 }
@@ -197,9 +230,7 @@ fn rates() {
                     ));
                 }
                 for (name, words, spoil) in FAULTS {
-                    if !applies(name, case)
-                        || (bare && ["milliamperes", "current sign", "swap", "mH"].contains(&name))
-                    {
+                    if !applies(name, case) || (bare && NEED_CURRENT.contains(&name)) {
                         continue;
                     }
                     let mut machine = misdeclared(declared(&case.rig), case.seed * 10 + 7);

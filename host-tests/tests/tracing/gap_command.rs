@@ -360,6 +360,39 @@ mod bad_logs {
         );
     }
 
+    /// Each log needs its own call: also those of which nothing is read for the fit.
+    #[test]
+    fn in_milliseconds_for_validation_too() {
+        let bench = Bench::new();
+        let rows = log().lines().skip(1).enumerate();
+        let rows: Vec<String> = rows
+            .map(|(index, row)| with_field(row, 0, &index.to_string()))
+            .collect();
+        let logs = ["a.csv", "b.csv", "c.csv"];
+        for name in logs {
+            bench.write(name, format!("{HEADER}\n{}\n", rows.join("\n")));
+        }
+        let given = [
+            "--train",
+            "a.csv",
+            "--train",
+            "b.csv",
+            "--validate",
+            "c.csv",
+        ];
+        let output = bench.run(&[&["--machine", MACHINE], &given[..]].concat());
+        let said = text(&output.stdout);
+        for name in logs {
+            let call = format!("\n  cargo hil import {name} --time time_s:ms ");
+            assert_eq!(said.matches(&call).count(), 1, "{name}: {said}");
+        }
+        assert_eq!(
+            said.matches("time_s is in milliseconds").count(),
+            1,
+            "{said}"
+        );
+    }
+
     #[test]
     fn with_a_current_of_the_wrong_sign() {
         let machine = Machine::rotary_ema();

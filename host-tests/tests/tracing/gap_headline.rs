@@ -376,6 +376,20 @@ fn fixed_numbers_of_the_motor_are_to_be_freed_where_they_may_be_what_is_wrong() 
     numbers.held_out_ratio = Some(0.08);
     report.outcome.candidates.push(numbers);
     assert!(is_advised(report));
+    // Where the tracing freed one of them, what it found beside that may still stand for the other.
+    for (freed, expected) in [(1, true), (2, false)] {
+        let mut report = example();
+        let fit = &mut report.outcome.fit;
+        for (parameter, name) in fit
+            .iter_mut()
+            .zip(["resistance", "torque_constant"])
+            .take(freed)
+        {
+            parameter.name = name.into();
+            parameter.freed = true;
+        }
+        assert_eq!(is_advised(report), expected, "{freed}");
+    }
     // Nothing to free.
     assert!(!words(&example()).contains("data sheet"));
 }

@@ -86,15 +86,9 @@ pub(in crate::gap) fn report(
 
 /// What those say who can do nothing with such files.
 pub(in crate::gap) fn failure(report: &Report) -> Failure {
-    let whats = report
-        .outcome
-        .disagreement
-        .iter()
-        .map(|found| found.what.as_str());
-    let whats: Vec<&str> = whats.collect();
     Failure::other(format!(
         "the log and the machine file do not belong together: {}",
-        whats.join("; ")
+        report.outcome.disagreements().join("; ")
     ))
 }
 

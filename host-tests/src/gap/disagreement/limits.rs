@@ -12,6 +12,9 @@ pub const FITTED_FACTOR: f64 = 3.0;
 /// for a winding that is hot and a magnet that is weak.
 pub const STATED_FACTOR: f64 = 1.5;
 
+/// How far a data sheet's number is off at most, as a factor either way, where another explanation of it is at hand.
+pub const SHEET: f64 = 1.2;
+
 /// Standard deviation of the logarithm of a number in `[fit]` beyond that factor: a number that was
 /// guessed is as likely off by two as not.
 pub const FITTED_DEVIATION: f64 = std::f64::consts::LN_2;

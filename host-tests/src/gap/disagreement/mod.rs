@@ -11,6 +11,7 @@
 mod answer;
 mod balance;
 mod channels;
+mod factor;
 pub mod limits;
 mod measure;
 mod reading;
@@ -47,6 +48,10 @@ pub struct Disagreement {
 pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
     let channels: Vec<Channels> = logs.iter().map(Channels::of).collect();
     let declared = Reading::declared(machine, channels);
+    let mended = factor::readings(&declared);
+    if let Some(best) = mended.first().cloned() {
+        return words::corrections(logs, &declared, &[mended], &best);
+    }
     if declared.cost < IMPLAUSIBLE {
         return if is_too_slow(&declared.logs) {
             vec![words::too_slow(&logs[0], SAMPLES_A_PERIOD)]
@@ -60,7 +65,7 @@ pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
     }
     let (steps, best) = explain(&declared);
     if !steps.is_empty() {
-        return words::corrections(&logs[0], &declared, &steps, &best);
+        return words::corrections(logs, &declared, &steps, &best);
     }
     let unexplained = |clue: &&Clue| match clue.subject {
         Subject::Number(name) => {

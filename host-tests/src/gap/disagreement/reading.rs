@@ -18,6 +18,8 @@ pub enum Correction {
     Counts(f64),
     /// The input is a share of the supply's voltage: whether in per cent, and the volts of the supply.
     Duty(bool, f64),
+    /// A column is to be multiplied by a small whole number, or divided by it.
+    Factor(Column, f64),
     /// The velocity is that of the other side of a gear.
     Geared(f64),
     /// A column has the wrong sign.
@@ -78,12 +80,13 @@ impl Reading {
     }
 
     /// With one more correction, which is that unusual.
-    fn with(&self, correction: Correction, rarity: f64) -> Self {
+    pub fn with(&self, correction: Correction, rarity: f64) -> Self {
         let mut machine = self.machine.clone();
         let mut logs = self.logs.clone();
         for log in &mut logs {
             match correction {
                 Correction::Unit(column, _, _, factor) => log.scale(column, factor),
+                Correction::Factor(column, factor) => log.scale(column, factor),
                 Correction::Counts(size) => log.scale(Column::Position, size),
                 Correction::Duty(percent, volts) => {
                     let gain = volts * if percent { 0.01 } else { 1.0 };

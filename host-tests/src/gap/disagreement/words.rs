@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::Disagreement;
 use super::channels::Column;
+use super::factor;
 use super::limits::LONGEST_PERIOD;
 use super::measure::{Clue, Subject};
 use super::reading::{Correction, Reading};
@@ -12,8 +13,26 @@ use crate::log::{BRAKE, COLUMNS, ENABLED, LOAD_TORQUE, Log, rounded};
 use crate::machine::{Machine, PARAMETERS};
 use crate::quantity::significant;
 
-/// What the corrections say, one entry each. The remedy of a log is one command for all of them.
+/// What the corrections say, one entry each and for each log. The remedy of a log is one command for all of them, that of
+/// the machine file a line.
 pub(super) fn corrections(
+    logs: &[Log],
+    declared: &Reading,
+    steps: &[Vec<Reading>],
+    best: &Reading,
+) -> Vec<Disagreement> {
+    let mut all: Vec<Disagreement> = Vec::new();
+    for log in logs {
+        for found in corrections_of(log, declared, steps, best) {
+            if !all.contains(&found) {
+                all.push(found);
+            }
+        }
+    }
+    all
+}
+
+fn corrections_of(
     log: &Log,
     declared: &Reading,
     steps: &[Vec<Reading>],
@@ -121,6 +140,7 @@ fn what(declared: &Reading, correction: Correction) -> String {
             "position is in counts of the sensor, of {} {coordinate} each",
             significant(size, 4)
         ),
+        Correction::Factor(column, factor) => scaled(column, factor),
         Correction::Duty(true, volts) => {
             format!("input is in per cent of a supply of about {volts} V, not in volts")
         }
@@ -150,8 +170,51 @@ fn what(declared: &Reading, correction: Correction) -> String {
     }
 }
 
+/// `half` or `4 times`, of factors of two.
+fn share(factor: f64) -> &'static str {
+    match factor {
+        4.0 => "4 times",
+        2.0 => "twice",
+        0.5 => "half",
+        _ => "a quarter of",
+    }
+}
+
+/// A column that is off as a whole, and what it may have been imported with.
+fn scaled(column: Column, factor: f64) -> String {
+    let off = if factor > 1.0 {
+        format!("{factor} times too small")
+    } else {
+        format!("{} times too large", 1.0 / factor)
+    };
+    match column {
+        // More counts a turn make less of each.
+        Column::Position => format!(
+            "position is {off}: the encoder has {} the counts a turn that it was taken to have (one of 500 lines \
+             counts 500, 1000 or 2000)",
+            share(1.0 / factor)
+        ),
+        _ => format!(
+            "{} is {off}: the supply has {} the voltage that it was taken to have",
+            column.name(),
+            share(factor)
+        ),
+    }
+}
+
 /// What speaks against the reading before, and what the correction leaves of it.
 fn evidence(before: &Reading, after: &Reading) -> String {
+    if let (Some(Correction::Factor(..)), Some([constant, resistance])) =
+        (after.corrections.last(), factor::ratios(before))
+    {
+        let middle = |(low, high): (f64, f64)| significant(0.5 * (low + high), 2);
+        return format!(
+            "voltage, current and speed of the log ask for {} times the torque constant and {} times the resistance of \
+             the machine file; corrected, for the declared ones",
+            middle(constant),
+            middle(resistance)
+        );
+    }
     let is_mended = |clue: &&Clue| {
         let same = |left: &&Clue| {
             std::mem::discriminant(&left.subject) == std::mem::discriminant(&clue.subject)
@@ -320,6 +383,7 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
                     unit = import;
                 }
             }
+            Correction::Factor(changed, size) if changed == column => factor *= size,
             Correction::Counts(size) if column == Column::Position => factor *= size,
             Correction::Duty(percent, volts) if column == Column::Input => {
                 unit = if percent { "%" } else { "" };

@@ -6,8 +6,11 @@ use super::gain::is_worse;
 use super::nearest;
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
-use crate::gap::outcome::{NUMBERS, Outcome, Report, Stages};
+use crate::gap::outcome::{MOTOR, NUMBERS, Outcome, Report, Stages};
 use crate::quantity::{Scale, given};
+
+/// Most remedies that the answer shows, so that it keeps to its lines.
+const MOST_REMEDIES: usize = 5;
 
 /// A part of what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,13 +36,13 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
                      another --train",
                 ));
             }
+            steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             if validate.is_none() {
                 steps.push(said(
                     "record a second log, not for the fit, and give it with --validate",
                 ));
             }
-            steps.extend(free_motor(report));
             steps.extend(declare(outcome));
             if steps.is_empty() {
                 steps.push(said(
@@ -95,30 +98,39 @@ fn said(words: &str) -> Step {
 
 /// What mends the files; a command that mends several things is said once.
 fn remedies(outcome: &Outcome) -> Vec<Step> {
-    let mut steps = vec![said("mend this, then run it again")];
+    let mut remedies: Vec<&str> = Vec::new();
     for found in &outcome.disagreement {
-        let remedy = Step::Copy(found.remedy.clone());
-        if !steps.contains(&remedy) {
-            steps.push(remedy);
+        if !remedies.contains(&found.remedy.as_str()) {
+            remedies.push(&found.remedy);
         }
     }
-    steps
+    let more = remedies.len().saturating_sub(MOST_REMEDIES);
+    remedies.truncate(MOST_REMEDIES);
+    let mend = match more {
+        0 => "mend this, then run it again".to_owned(),
+        _ => format!("mend this, and {more} more that --verbose lists, then run it again"),
+    };
+    let copied = remedies
+        .into_iter()
+        .map(|remedy| Step::Copy(remedy.to_owned()));
+    [Step::Do(mend)].into_iter().chain(copied).collect()
 }
 
 /// The experiment that settles a doubt: to be played, to be looked for, or none.
 fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
     let next = next?;
+    let doubt = next.question();
     if !next.looked {
-        return Some(said(
-            "run it again with --experiment FILE, which looks for an input that settles this doubt",
-        ));
+        return Some(said(&format!(
+            "run it again with --experiment FILE, which looks for an input that settles {doubt}"
+        )));
     }
     let (Some(_), Some(start), Some(duration)) =
         (&next.excitation, next.start_position, next.duration_s)
     else {
-        return Some(said(
-            "no input was found that settles this doubt; wider limits, another sensor or a brake may",
-        ));
+        return Some(said(&format!(
+            "no input was found that settles {doubt}; wider limits, another sensor or a brake may"
+        )));
     };
     let file = next.file.as_deref().unwrap_or("the input of the report");
     let seconds = Scale::of("s", [duration]).quantity(duration);
@@ -130,29 +142,30 @@ fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
     };
     Some(said(&format!(
         "play {file} in open loop from rest at {start} ({seconds}), and give its log with another --train: \
-         it {may} this doubt",
+         it {may} {doubt}",
     )))
 }
 
-/// To free the motor's numbers, where an effect or an error that is left may stand for one of them that is off. Where the
-/// tracing freed one itself, it says its value.
+/// To free the motor's numbers, where an effect or an error that is left may stand for one of them that is off: with one
+/// that is 3 % off, a load that hangs was taken for a disc off its centre and a cogging. Where the tracing freed both itself,
+/// it says their values.
 fn free_motor(report: &Report) -> Vec<Step> {
     let outcome = &report.outcome;
     let is_complete = outcome.verdict == Verdict::NoMissingEffect
         && nearest(outcome).is_none_or(|nearest| nearest.id != NUMBERS);
-    let Some(line) = &report.free_motor else {
-        return Vec::new();
-    };
-    if is_complete || outcome.freed().next().is_some() {
-        return Vec::new();
+    let are_freed = MOTOR
+        .iter()
+        .all(|name| outcome.freed().any(|freed| freed == *name));
+    match &report.free_motor {
+        Some(line) if !is_complete && !are_freed => vec![
+            said(
+                "if resistance and torque constant are a data sheet's, which real motors miss by 10 to 20 %, have \
+                 them fitted too: put this line into [fit] of the machine file, and run it again",
+            ),
+            Step::Copy(line.clone()),
+        ],
+        _ => Vec::new(),
     }
-    vec![
-        said(
-            "if resistance and torque constant are a data sheet's, which real motors miss by 10 to 20 %, have them \
-             fitted too: put this line into [fit] of the machine file, and run it again",
-        ),
-        Step::Copy(line.clone()),
-    ]
 }
 
 /// How the machine file takes what was found.

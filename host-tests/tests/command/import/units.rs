@@ -1,6 +1,7 @@
 //! Units, factors, signs.
 
 use super::*;
+use rig::{Experiment, Trajectory};
 
 /// Every column of a log at once, each with a unit of its own.
 #[test]
@@ -112,7 +113,7 @@ fn a_column_that_looks_like_another_unit_is_pointed_out() {
     for hint in [
         "--time \"t:ms\"",
         "--position \"pos:deg\"",
-        "--input \"u:%\"",
+        "--input \"u:%*12\" (12 V being the supply)",
         "--current \"i:mA\"",
     ] {
         assert!(said.contains(hint), "{hint}: {said}");
@@ -139,6 +140,102 @@ fn a_column_that_looks_like_another_unit_is_pointed_out() {
     // What was given a unit is not doubted.
     let (_, said) = place.import(&format!("{given}:rpm"));
     assert!(!said.contains("Look again"), "{said}");
+}
+
+/// A share of nothing and counts of no size would pass as volts and radians.
+#[test]
+fn a_share_needs_its_supply_and_counts_need_a_size() {
+    let place = Place::with(
+        "raw.csv",
+        rows("t,x,u", 200, |k| format!("{k},{},{}", 8 * k, k % 7)),
+    );
+    let call = |position: &str, input: &str| {
+        format!("import raw.csv --time t:ms --position {position} --input {input} --out log.csv")
+    };
+    for input in ["u:%", "u:duty", "-u:%", "u:%+3"] {
+        place.refuses(
+            &call("x:deg", input),
+            &["--input", "voltage is missing", ":", "*12"],
+        );
+    }
+    place.refuses(
+        &call("x:counts", "u:V"),
+        &["--position", "x:counts/4096", "x:counts*0.001"],
+    );
+    place.refuses(&call("x:deg", "u:counts"), &["--input", "u:counts*0.001"]);
+    for (position, input) in [
+        ("x:counts/4096", "u:%*12"),
+        ("x:counts*0.5", "u/255:duty*24"),
+        ("x", "u:%*1"),
+    ] {
+        let output = place.run(&call(position, input));
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        fs::remove_file(place.path("log.csv")).unwrap();
+    }
+}
+
+/// The log is compared with the machine file that is given.
+#[test]
+fn a_log_is_checked_against_the_machine() {
+    let machine = Machine::rotary_ema();
+    let moves = Trajectory::moves(&machine);
+    let log = Experiment::tracking(machine.clone(), moves)
+        .lasting(4.0)
+        .run()
+        .to_csv();
+    let place = Place::with("raw.csv", log);
+    place.write("m.toml", machine.to_toml());
+    let columns = "--time time_s --current current_a --machine m.toml";
+    let (_, said) = place.import(&format!(
+        "raw.csv --position position --input input {columns}"
+    ));
+    assert!(
+        said.ends_with("Nothing in the log contradicts m.toml.\n"),
+        "{said}"
+    );
+    for (spoilt, what, mended) in [
+        (
+            "--position position*0.25 --input input",
+            "position is 4 times too small",
+            "position:rad*4",
+        ),
+        (
+            "--position position*4 --input input",
+            "position is 4 times too large",
+            "position:rad*0.25",
+        ),
+        (
+            "--position position --input input*2",
+            "input is 2 times too large",
+            "input:V*0.5",
+        ),
+        (
+            "--position position*57.29578 --input input",
+            "position is in degrees",
+            "position:deg",
+        ),
+    ] {
+        let output = place.run(&format!("import raw.csv {spoilt} {columns} --out a.csv"));
+        let said = text(&output.stdout);
+        assert!(
+            said.contains("a.csv and m.toml do not belong together"),
+            "{said}"
+        );
+        assert!(said.contains(what) && said.contains(mended), "{said}");
+        // The call that it prints mends the log.
+        let call = said
+            .lines()
+            .find_map(|line| line.strip_prefix("  Remedy: "))
+            .unwrap();
+        place.follow(call);
+        let words =
+            "a-corrected.csv --time time_s --position position --input input --current current_a";
+        let (_, said) = place.import(&format!("{words} --machine m.toml"));
+        assert!(said.contains("Nothing in the log contradicts"), "{said}");
+        for name in ["a.csv", "a-corrected.csv"] {
+            fs::remove_file(place.path(name)).unwrap();
+        }
+    }
 }
 
 /// A name with its unit in brackets may be given without, where it means one column alone; and where a time
