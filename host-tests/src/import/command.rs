@@ -142,7 +142,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             path: args.out.clone(),
             ..converted.log.clone()
         };
-        text += &summary::compared(machine, &log);
+        // A column that is to be looked at again would make the machine file look wrong.
+        text += &if text.contains(summary::LOOK_AGAIN) {
+            format!(
+                "Not compared with {} before that.\n",
+                machine.path.display()
+            )
+        } else {
+            summary::compared(machine, &log)
+        };
     }
     if let Some([index]) = report {
         let html = page::html(&name, &converted.log, &sources, &text);

@@ -17,6 +17,9 @@ use crate::machine::Machine;
 use crate::page::series::extent;
 use crate::quantity::{Scale, given, significant};
 
+/// What a suspicion begins with.
+pub(super) const LOOK_AGAIN: &str = "Look again: ";
+
 /// The unit of a column of the log, as far as it is known.
 pub(super) fn unit_of(index: usize, sources: &[(usize, Source)]) -> &'static str {
     let kind = |index: usize| {
@@ -83,7 +86,7 @@ pub(super) fn render(
         text += &format!("Columns that were not asked for: {}.\n", others.join(", "));
     }
     for suspicion in suspicions(raw, sources, &converted.columns) {
-        text += &format!("Look again: {suspicion}.\n");
+        text += &format!("{LOOK_AGAIN}{suspicion}.\n");
     }
     text
 }

@@ -36,13 +36,14 @@ const SHORTEST: f64 = 0.5;
 
 /// What `cargo hil record` takes.
 #[derive(Debug, clap::Args)]
+#[command(group(clap::ArgGroup::new("board").required(true).args(["port", "probe"])))]
 pub struct Args {
     /// Serial port of the board's console, such as /dev/ttyUSB0
-    #[arg(long, value_name = "DEV", required_unless_present = "probe")]
+    #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
     /// Without a serial port: listen to a debug probe, by probe-rs, for the log that `dump log` sends; ELF is the image
     /// on the board. Nothing is driven, and no machine file is written: a probe has no way to the console
-    #[arg(long, value_name = "ELF", conflicts_with_all = ["port", "mode", "signal", "seconds", "arm", "machine_out"])]
+    #[arg(long, value_name = "ELF", conflicts_with_all = ["mode", "signal", "seconds", "arm", "machine_out"])]
     probe: Option<PathBuf>,
     /// What the signal is: a position of the loop, or a voltage without a loop
     #[arg(long, value_name = "MODE", default_value = "position", value_parser = ["position", "voltage"])]

@@ -160,7 +160,7 @@ fn free_motor(report: &Report) -> Vec<Step> {
         Some(line) if !is_complete && !are_freed => vec![
             said(
                 "if resistance and torque constant are a data sheet's, which real motors miss by 10 to 20 %, have \
-                 them fitted too: put this line into [fit] of the machine file, and run it again",
+                 them fitted too: set `parameters` in [fit] of the machine file as below, and run it again",
             ),
             Step::Copy(line.clone()),
         ],

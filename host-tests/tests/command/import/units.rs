@@ -183,7 +183,7 @@ fn a_log_is_checked_against_the_machine() {
         .lasting(4.0)
         .run()
         .to_csv();
-    let place = Place::with("raw.csv", log);
+    let place = Place::with("raw.csv", &log);
     place.write("m.toml", machine.to_toml());
     let columns = "--time time_s --current current_a --machine m.toml";
     let (_, said) = place.import(&format!(
@@ -191,6 +191,20 @@ fn a_log_is_checked_against_the_machine() {
     ));
     assert!(
         said.ends_with("Nothing in the log contradicts m.toml.\n"),
+        "{said}"
+    );
+    // Where a column may be in another unit, the machine file is not blamed.
+    let degrees = log.replacen("position", "position [deg]", 1);
+    place.write("degrees.csv", degrees);
+    let (_, said) = place.import(&format!(
+        "degrees.csv --position position --input input {columns}"
+    ));
+    assert!(
+        said.contains("Look again: `position` may be in deg"),
+        "{said}"
+    );
+    assert!(
+        said.ends_with("Not compared with m.toml before that.\n"),
         "{said}"
     );
     for (spoilt, what, mended) in [
