@@ -258,7 +258,8 @@ pub(super) const NUMBERS: &str = "numbers";
 pub struct Candidate {
     /// Round of the selection, from 1.
     pub round: usize,
-    /// The catalogue's id, `map:VARIABLE` for a learned map, or [`NUMBERS`].
+    /// The catalogue's id, `map:VARIABLE` for a learned map, or `numbers`: those of the machine file
+    /// that `[fit]` leaves out.
     pub id: String,
     /// What it is in a sentence.
     #[serde(skip)]
