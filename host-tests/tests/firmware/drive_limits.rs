@@ -714,6 +714,59 @@ fn a_cable_of_the_switches_that_is_cut_ends_a_search_and_tells_no_position() {
     }
 }
 
+/// One of the switches sticks at any time, open or closed. The set point goes over the stroke at most, away from the switch and back
+/// to it, so the search has an end; where the switch did not open there is none but a fault or "no switch".
+#[test]
+fn a_switch_that_sticks_during_a_search_leaves_nothing_driven() {
+    let stroke = EMA.plant.upper_stop - EMA.plant.lower_stop;
+    let (mut named, mut misled, mut missed) = (0, 0, 0);
+    for seed in 0..200 {
+        let mut random = Random::new(seed, 13);
+        let mut image = anywhere(&mut random);
+        let speed = 0.5 + 0.5 * random.uniform();
+        let sought = usize::from(random.uniform() < 0.5);
+        let home = ["home lower -0.9", "home upper 0.85"][sought];
+        perform(&mut image, &[&format!("{home} {speed}"), "arm"]);
+        image.run_ms((1000.0 * random.uniform()) as u32);
+        let stuck = usize::from(random.uniform() < 0.5);
+        let opens = random.uniform() < 0.5;
+        let was_found = image.said.contains("switch is at");
+        if opens {
+            image.plant.switches[stuck] = true;
+        } else {
+            image.plant.edges[stuck] = [f32::NEG_INFINITY, f32::INFINITY][stuck];
+        }
+        // And a poll of the operator's.
+        let longest = 2.0 * stroke / speed + 0.05;
+        let current = peak(&mut image, (1e3 * longest).ceil() as u32);
+        let case = format!("{seed}: {home} {speed}, {stuck} stuck, open {opens}");
+        assert!(
+            current <= 1.1 * EMA.limits.current_limit,
+            "{case}: {current} A"
+        );
+        assert!(!image.plant.is_driven(), "{case}");
+        let fault = image.wiring.fault();
+        let found = image.said.contains("switch is at");
+        if let Some(fault) = fault {
+            let of_the_way = [
+                Fault::StopReached,
+                Fault::FollowingError,
+                Fault::EncoderLost,
+            ];
+            assert!(of_the_way.contains(&fault), "{case}: {fault}");
+            named += 1;
+        }
+        assert!(fault.is_some() || image.said.contains("home: "), "{case}");
+        if !opens && stuck == sought && !was_found {
+            assert!(!found, "{case}");
+            missed += 1;
+        }
+        misled += u32::from(opens && stuck == sought && !was_found && found);
+    }
+    println!("{named} faults, {missed} not found, {misled} found where they stuck");
+    assert!(named > 0 && missed > 0);
+}
+
 /// What an encoder did not count while it failed is missing afterwards.
 #[test]
 fn after_a_fault_of_the_encoder_the_position_has_to_be_told_anew() {
