@@ -349,14 +349,11 @@ fn fixed_numbers_of_the_motor_are_to_be_freed_where_they_may_be_what_is_wrong() 
     let is_advised = |mut report: Report| {
         report.free_motor = Some(FREE_MOTOR.into());
         let [text, _] = brief(&report);
-        let advised =
-            words(&report).contains("if resistance and torque constant are a data sheet's");
+        let advice = "fit resistance and torque constant too";
+        let advised = words(&report).contains(advice);
         let copied = text.lines().any(|line| line == format!("  {FREE_MOTOR}"));
         assert_eq!(advised, copied, "{text}");
-        assert_eq!(
-            report::page(&report).unwrap().contains("real motors miss"),
-            advised
-        );
+        assert_eq!(report::page(&report).unwrap().contains(advice), advised);
         advised
     };
     for (name, expected) in [

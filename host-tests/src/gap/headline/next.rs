@@ -159,8 +159,7 @@ fn free_motor(report: &Report) -> Vec<Step> {
     match &report.free_motor {
         Some(line) if !is_complete && !are_freed => vec![
             said(
-                "if resistance and torque constant are a data sheet's, which real motors miss by 10 to 20 %, have \
-                 them fitted too: set `parameters` in [fit] of the machine file as below, and run it again",
+                "fit resistance and torque constant too if they are a data sheet's, with `parameters` in [fit] as below",
             ),
             Step::Copy(line.clone()),
         ],
