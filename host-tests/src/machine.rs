@@ -261,6 +261,11 @@ impl Machine {
         Ok(Self::read_with_text(path)?.0)
     }
 
+    /// Whether `[fit]` names this parameter.
+    pub fn fits(&self, parameter: &str) -> bool {
+        self.fit.iter().any(|fitted| fitted == parameter)
+    }
+
     /// As [`Machine::read`], with the file's text, which a pipe gives only once.
     pub(crate) fn read_with_text(path: &Path) -> Result<(Self, String), InputError> {
         let text = read_text(path, EXPECTED, LARGEST_DECLARATION)?;

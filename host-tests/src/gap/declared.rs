@@ -136,7 +136,7 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
 pub fn base_parameters(machine: &Machine) -> Vec<Base> {
     Base::ALL
         .into_iter()
-        .filter(|base| machine.fit.iter().any(|name| name == base.name()))
+        .filter(|base| machine.fits(base.name()))
         .collect()
 }
 

@@ -363,8 +363,10 @@ pub fn trace(
 /// current, for then the scale of all torques is theirs alone.
 fn free_motor(machine: &Machine, train: &[Log]) -> Option<String> {
     machine.motor.as_ref()?;
-    let named = |name: &&str| machine.fit.iter().any(|fitted| fitted == name);
-    let mut fixed = MOTOR.into_iter().filter(|name| !named(name)).peekable();
+    let mut fixed = MOTOR
+        .into_iter()
+        .filter(|name| !machine.fits(name))
+        .peekable();
     fixed.peek()?;
     let with_current = train.iter().all(|log| log.current.is_some());
     with_current.then(|| {

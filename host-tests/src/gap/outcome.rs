@@ -152,13 +152,12 @@ pub struct FittedParameter {
 impl Outcome {
     /// What logs and machine file disagree in, each once though several logs need it mended.
     pub fn disagreements(&self) -> Vec<&str> {
-        let mut whats = Vec::new();
-        for found in &self.disagreement {
-            if !whats.contains(&found.what.as_str()) {
-                whats.push(found.what.as_str());
-            }
-        }
-        whats
+        distinct(self.disagreement.iter().map(|found| &*found.what))
+    }
+
+    /// What mends them, each once though it mends several things.
+    pub fn remedies(&self) -> Vec<&str> {
+        distinct(self.disagreement.iter().map(|found| &*found.remedy))
     }
 
     /// Names of the numbers of the machine file that are wrong although `[fit]` leaves them out.
@@ -245,6 +244,17 @@ pub struct ErrorSet {
     pub torque_rel: f64,
     /// Root mean square position error of one replay without restarts, rad or m.
     pub free_run_rms: f64,
+}
+
+/// Texts, each where it comes first.
+fn distinct<'t>(texts: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
+    let mut distinct = Vec::new();
+    for text in texts {
+        if !distinct.contains(&text) {
+            distinct.push(text);
+        }
+    }
+    distinct
 }
 
 /// The numbers of a motor that a data sheet has with a tolerance, and a log with a current tells.

@@ -11,6 +11,7 @@ use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
 use super::source::Source;
 use super::summary;
+use super::suspect::suspicions;
 use crate::error::{InputError, LARGEST_DATA, read_at_most, read_bytes, unreadable, warn};
 use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
@@ -135,7 +136,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|fault| refusal(args, path, &raw, &recipe, fault))?;
     let doubt = |fault: &Fault| InputError::new(path, Some(fault.line), &fault.message);
     warn(&converted.doubts.iter().map(doubt).collect::<Vec<_>>());
-    let mut text = summary::render(&name, &raw, &sources, &converted, &args.out);
+    let suspicions = suspicions(&raw, &sources, &converted.columns);
+    let mut text = summary::render(&name, &raw, &sources, &converted, &suspicions, &args.out);
     if let Some(machine) = &machine {
         // The log as it will lie there: what is printed is a call that imports it.
         let log = Log {
@@ -143,13 +145,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             ..converted.log.clone()
         };
         // A column that is to be looked at again would make the machine file look wrong.
-        text += &if text.contains(summary::LOOK_AGAIN) {
+        text += &if suspicions.is_empty() {
+            summary::compared(machine, &log)
+        } else {
             format!(
                 "Not compared with {} before that.\n",
                 machine.path.display()
             )
-        } else {
-            summary::compared(machine, &log)
         };
     }
     if let Some([index]) = report {

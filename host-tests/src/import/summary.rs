@@ -6,7 +6,6 @@ use std::slice;
 use super::convert::Converted;
 use super::raw::Raw;
 use super::source::Source;
-use super::suspect::suspicions;
 use super::unit::Kind;
 use crate::cells::{self, Cells, row};
 use crate::gap::disagreement;
@@ -16,9 +15,6 @@ use crate::log::{COLUMNS, Log, POSITION, TIME, counted};
 use crate::machine::Machine;
 use crate::page::series::extent;
 use crate::quantity::{Scale, given, significant};
-
-/// What a suspicion begins with.
-pub(super) const LOOK_AGAIN: &str = "Look again: ";
 
 /// The unit of a column of the log, as far as it is known.
 pub(super) fn unit_of(index: usize, sources: &[(usize, Source)]) -> &'static str {
@@ -55,6 +51,7 @@ pub(super) fn render(
     raw: &Raw,
     sources: &[(usize, Source)],
     converted: &Converted,
+    suspicions: &[String],
     out: &Path,
 ) -> String {
     let log = &converted.log;
@@ -85,8 +82,8 @@ pub(super) fn render(
     if !others.is_empty() {
         text += &format!("Columns that were not asked for: {}.\n", others.join(", "));
     }
-    for suspicion in suspicions(raw, sources, &converted.columns) {
-        text += &format!("{LOOK_AGAIN}{suspicion}.\n");
+    for suspicion in suspicions {
+        text += &format!("Look again: {suspicion}.\n");
     }
     text
 }

@@ -8,18 +8,8 @@ use super::limits::{IMPLAUSIBLE, SHEET};
 use super::reading::{Correction, Reading};
 use crate::gap::outcome::MOTOR;
 
-/// A column, what it is to be multiplied by, and what the log asks for until then: times the declared torque constant,
-/// and times the declared resistance.
-const CASES: [(Column, f64, [f64; 2]); 8] = [
-    (Column::Position, 4.0, [4.0, 1.0]),
-    (Column::Position, 2.0, [2.0, 1.0]),
-    (Column::Position, 0.5, [0.5, 1.0]),
-    (Column::Position, 0.25, [0.25, 1.0]),
-    (Column::Input, 4.0, [0.25, 0.25]),
-    (Column::Input, 2.0, [0.5, 0.5]),
-    (Column::Input, 0.5, [2.0, 2.0]),
-    (Column::Input, 0.25, [4.0, 4.0]),
-];
+/// What a column may have to be multiplied by.
+const FACTORS: [f64; 4] = [4.0, 2.0, 0.5, 0.25];
 
 /// The readings of logs and machine file that mend that. None where `[fit]` has the motor's numbers, which may be
 /// guesses then.
@@ -28,8 +18,13 @@ pub(super) fn readings(declared: &Reading) -> Vec<Reading> {
         return Vec::new();
     };
     let reach = |ratio: f64| (ratio / SHEET, ratio * SHEET);
-    CASES
+    // With each, what the log asks for until then: times the declared torque constant, and times the declared
+    // resistance. Too small a position makes the speed too small, too small an input the whole voltage.
+    let positions = FACTORS.map(|factor| (Column::Position, factor, [factor, 1.0]));
+    let inputs = FACTORS.map(|factor| (Column::Input, factor, [1.0 / factor; 2]));
+    positions
         .into_iter()
+        .chain(inputs)
         .filter(|(_, _, [of_constant, of_resistance])| {
             let (low, high) = reach(*of_constant);
             let is_it = low <= constant.0 && constant.1 <= high;
@@ -46,11 +41,7 @@ pub(super) fn readings(declared: &Reading) -> Vec<Reading> {
 pub(super) fn ratios(declared: &Reading) -> Option<[(f64, f64); 2]> {
     let winding = declared.balances.winding.as_ref()?;
     let motor = declared.machine.motor.as_ref()?;
-    let fit = &declared.machine.fit;
-    if MOTOR
-        .iter()
-        .any(|name| fit.iter().any(|fitted| fitted == name))
-    {
+    if MOTOR.iter().any(|name| declared.machine.fits(name)) {
         return None;
     }
     let ratio = |follows, declared: f64| {

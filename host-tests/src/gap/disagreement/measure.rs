@@ -67,7 +67,7 @@ impl Allowed {
 
     fn number(machine: &Machine, name: &str) -> Self {
         let declared = machine.parameter(name).unwrap_or(0.0);
-        if machine.fit.iter().any(|fitted| fitted == name) {
+        if machine.fits(name) {
             Self::within(declared, FITTED_FACTOR, FITTED_DEVIATION)
         } else {
             Self::within(declared, STATED_FACTOR, STATED_DEVIATION)
@@ -181,7 +181,7 @@ fn weighed(clue: Clue, name: &str, machine: &Machine) -> Option<Clue> {
     if is_elastic && !(0.0..1.0).contains(&clue.ratio) {
         return None;
     }
-    let is_guess = is_elastic || machine.fit.iter().any(|fitted| fitted == name);
+    let is_guess = is_elastic || machine.fits(name);
     // So is more friction that grows with the speed.
     let is_drag = name == "viscous" && clue.ratio > 1.0;
     let is_near = clue.ratio > 0.0 && clue.excess < FAR_OFF.ln();

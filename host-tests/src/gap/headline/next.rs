@@ -98,12 +98,7 @@ fn said(words: &str) -> Step {
 
 /// What mends the files; a command that mends several things is said once.
 fn remedies(outcome: &Outcome) -> Vec<Step> {
-    let mut remedies: Vec<&str> = Vec::new();
-    for found in &outcome.disagreement {
-        if !remedies.contains(&found.remedy.as_str()) {
-            remedies.push(&found.remedy);
-        }
-    }
+    let mut remedies = outcome.remedies();
     let more = remedies.len().saturating_sub(MOST_REMEDIES);
     remedies.truncate(MOST_REMEDIES);
     let mend = match more {
