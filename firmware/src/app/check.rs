@@ -3,10 +3,11 @@
 
 use heapless::Vec;
 use model_core::effect::{Active, MOST_PARAMETERS};
+use model_core::gap::lengths;
 use model_core::gap::log::Log;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, InOrder};
-use model_core::gap::select::{self, LEAST_WINDOWS, ROUNDS};
+use model_core::gap::select::{LEAST_WINDOWS, ROUNDS};
 use model_core::gap::verdict::{Trace, Verdict};
 use model_core::gap::workbench::Options;
 
@@ -89,7 +90,7 @@ pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
     }
     let options = Options::new(&data, &declared, &BASE, true).ok_or(Failed::Machine)?;
     // Read where it is: a copy would lie on the stack as long as the tracing does.
-    match &select::trace(&data, &InOrder, &declared, &options, |_| ()) {
+    match &lengths::trace(&data, &InOrder, &declared, &options, |_| ()) {
         Some(trace) => finding(&data, trace),
         None => Err(Failed::Machine),
     }

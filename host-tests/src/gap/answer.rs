@@ -85,6 +85,10 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         (Decision::Refused(Refusal::WorseElsewhere), _) => {
             "over shorter or longer predictions the error is clearly larger with it".to_owned()
         }
+        (Decision::Refused(Refusal::OverOneLength), _) => {
+            "found where the model predicts over one length of time, not found over another"
+                .to_owned()
+        }
         (Decision::Refused(Refusal::GainNotCommon), _) => {
             "the gain comes from few of the held-out blocks".to_owned()
         }

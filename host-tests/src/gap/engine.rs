@@ -5,10 +5,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use model_core::gap::held_out::LARGEST_RATIO;
+use model_core::gap::lengths;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Job, MARGIN, Schedule, Settings};
-use model_core::gap::select::{self, LEAST_WINDOWS};
+use model_core::gap::select::LEAST_WINDOWS;
 use model_core::gap::verdict::{Consideration, Subject, Trace};
 use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
@@ -241,13 +242,13 @@ pub fn trace(
     let schedule = AllCores;
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut looks = Vec::new();
-    let mut trace = select::trace(&data, &schedule, &declared, &options, |look| {
+    let mut trace = lengths::trace(&data, &schedule, &declared, &options, |look| {
         looks.push(*look);
         let entry = candidate(look);
-        // An effect that was taken in an earlier round and is not any more: that look gets the last
-        // word on it.
+        // An effect or a map that was taken in an earlier round and is not any more: that look gets the
+        // last word on it.
         let taken = |known: &&mut Candidate| known.accepted && known.id == entry.id;
-        if matches!(look.subject, Subject::Effect(_))
+        if look.subject != Subject::Numbers
             && !entry.accepted
             && let Some(taken) = candidates.iter_mut().find(taken)
         {
@@ -322,6 +323,7 @@ pub fn trace(
             position_rms: trace.residual.position_rms,
             floor: trace.residual.floor,
             implausible: trace.farthest.map(Base::name),
+            unconfirmed: trace.unconfirmed,
         }),
         effects: found(&trace, &spread, &declared, rotary),
         unknown: unknown(&trace, rotary),

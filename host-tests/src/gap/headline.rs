@@ -125,6 +125,15 @@ fn nothing_proven(outcome: &Outcome) -> String {
         return "nothing is proven".to_owned();
     };
     match residual.implausible {
+        _ if residual.unconfirmed => {
+            let window = outcome.errors.train.before.window_s;
+            let time = |seconds: f64| Scale::of("s", [seconds]).quantity(seconds);
+            format!(
+                "nothing is proven: what was found where the model predicts over {} is not found over {}",
+                time(window),
+                time(0.5 * window)
+            )
+        }
         Some(number) => format!(
             "nothing is proven: to follow the logs, `{number}` had to go where no data sheet would let \
              it, and no effect was found that explains why"

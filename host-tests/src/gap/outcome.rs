@@ -88,6 +88,10 @@ pub struct Residual {
     /// A fitted number that has surely gone where no data sheet would let it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub implausible: Option<&'static str>,
+    /// Whether something was found over predictions of one length and not over those of another, so that
+    /// nothing is said to be missing or complete.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub unconfirmed: bool,
 }
 
 /// A verdict is its name.

@@ -17,9 +17,9 @@ use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
 use host_tests::machine::{DeclaredEffect, Machine};
 use host_tests::workspace;
+use model_core::gap::lengths;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, InOrder, Schedule};
-use model_core::gap::select;
 use model_core::gap::verdict::{Consideration, Trace, Verdict};
 use model_core::gap::workbench::Options;
 use model_core::plant::parameters::Drive;
@@ -185,7 +185,7 @@ fn looks(experiment: &Experiment, schedule: &impl Schedule) -> (Vec<Consideratio
     let options = Options::new(&data, &declared, &check::BASE, true).unwrap();
     let mut looks = Vec::new();
     let observe = |look: &Consideration| looks.push(*look);
-    let trace = select::trace(&data, schedule, &declared, &options, observe).unwrap();
+    let trace = lengths::trace(&data, schedule, &declared, &options, observe).unwrap();
     (looks, trace)
 }
 

@@ -127,6 +127,7 @@ pub fn example() -> Report {
             position_rms: 4e-6,
             floor: 1e-6,
             implausible: None,
+            unconfirmed: false,
         }),
         effects: vec![
             FoundEffect {

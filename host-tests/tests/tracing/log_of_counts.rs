@@ -7,10 +7,10 @@ use host_tests::gap::declared;
 use host_tests::gap::engine::{self, AllCores};
 use host_tests::log::Log;
 use host_tests::machine::Machine;
+use model_core::gap::lengths;
 use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::model::Base;
 use model_core::gap::replay::{Data, InOrder, Schedule, total_error};
-use model_core::gap::select;
 use model_core::gap::workbench::Options;
 use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
 
@@ -64,7 +64,7 @@ fn traced(
     let base = [Base::Inertia, Base::Viscous, Base::Coulomb, Base::Static];
     let options = Options::new(&data, &model, &base, true).unwrap();
     let mut looks = Vec::new();
-    let trace = select::trace(&data, schedule, &model, &options, |look| looks.push(*look));
+    let trace = lengths::trace(&data, schedule, &model, &options, |look| looks.push(*look));
     let trace = trace.unwrap();
     assert!(!trace.accepted.is_empty(), "{looks:?}");
     let judged = Data {

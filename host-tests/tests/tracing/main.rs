@@ -14,6 +14,7 @@ mod gap_report;
 mod identify;
 mod intervals;
 mod late_drive;
+mod light_machine;
 mod log_of_counts;
 mod lost_motion;
 mod machine_out;

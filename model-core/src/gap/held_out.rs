@@ -67,6 +67,8 @@ pub enum Refusal {
     Implausible,
     /// Over shorter or longer predictions the model is clearly worse with it.
     WorseElsewhere,
+    /// It is found over predictions of one length, and not over those of another.
+    OverOneLength,
 }
 
 impl Comparison {

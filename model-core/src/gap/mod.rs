@@ -16,7 +16,8 @@
 //! * [`workbench`]: data, schedule and declared model, as the steps below use them;
 //! * [`judging`]: whether a model is better with an effect;
 //! * [`select`]: rounds of screening, refitting and judging, to the [`verdict`];
-//! * [`unknown`]: which variable carries what no effect of the catalogue explains.
+//! * [`unknown`]: which variable carries what no effect of the catalogue explains;
+//! * [`lengths`]: what of it is found over predictions of another length too: what is said.
 //!
 //! Choices that a reader may look for in vain:
 //!
@@ -39,6 +40,7 @@ pub mod fit;
 pub mod held;
 pub mod held_out;
 pub mod judging;
+pub mod lengths;
 pub mod log;
 pub mod model;
 pub mod replay;

@@ -15,6 +15,7 @@ use super::judging::{
     Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, is_rounding, judge,
     judge_effect, wins_on_its_restarts,
 };
+use super::lengths::{confirms, confirms_map};
 use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule};
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
@@ -106,16 +107,17 @@ const MAPS_BESIDE_EFFECTS: usize = 3;
 /// the catalogue's best guess is then not what the machine has.
 const CLEARLY_BETTER: f64 = 0.5;
 
-/// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every
-/// candidate, round by round.
+/// Traces the gap between `model` and the logs of `data`, over windows of one length. `observe` is told of every look
+/// at every candidate, round by round.
 ///
 /// `None` if the model cannot be built or there is no whole window.
-pub fn trace<S: Schedule>(
+#[inline(never)]
+pub(super) fn trace_over<S: Schedule>(
     data: &Data,
     schedule: &S,
     model: &Model,
     options: &Options,
-    mut observe: impl FnMut(&Consideration),
+    observe: &mut dyn FnMut(&Consideration),
 ) -> Option<Trace> {
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
     let mut before = fit_base(&mut workbench)?;
@@ -125,28 +127,25 @@ pub fn trace<S: Schedule>(
         held_out: None,
         left: 1.0,
     };
-    found.search(&mut workbench, 1, &mut observe)?;
+    found.search(&mut workbench, 1, observe)?;
     if found.is_more(&workbench) {
         // Both models are judged on the same restarts, so the first is fitted to these too.
         let fitted = workbench.hold_freed();
         before = workbench.best_fit(&[&before.model, model])?;
         workbench.base = fitted;
     }
-    let mut unknown = look_beneath(&mut workbench, &before.model, &mut found, &mut observe)?;
+    let mut unknown = look_beneath(&mut workbench, &before.model, &mut found, observe)?;
     if let Some(learned) = &mut unknown {
-        for effect in &found.accepted {
-            let by = Subject::Map(learned.kind);
-            observe(&effect.candidate.look(1, Decision::Outdone { by }));
-        }
+        found.outdone_by(learned, observe);
         take_map(&mut workbench, learned, &mut found)?;
-        if look_again(&mut workbench, &mut found, &mut observe)? {
+        if look_again(&mut workbench, &mut found, observe)? {
             observe(&learned.dropped());
             unknown = None;
         } else {
             take_map_again(&mut workbench, learned, &mut found)?;
         }
     }
-    if !stands(&mut workbench, &before.model, &mut found, &mut observe)? {
+    if !stands(&mut workbench, &before.model, &mut found, observe)? {
         unknown = None;
         found.after = before.clone();
     }
@@ -175,7 +174,91 @@ pub fn trace<S: Schedule>(
         after: found.after,
         accepted: found.accepted,
         unknown,
+        unconfirmed: false,
     })
+}
+
+/// What a tracing is given: data, schedule, declared model and options.
+pub(super) type Given<'g, 'd, 'o, S> = (&'g Data<'d>, &'d S, &'d Model, &'d Options<'o>);
+
+/// Takes out of a tracing what another one does not confirm, and fits the rest anew. `data`: the log as it was cut and
+/// weighed for the former.
+///
+/// `None` if the model cannot be built.
+#[inline(never)]
+pub(super) fn keep<S: Schedule>(
+    (data, schedule, model, options): Given<'_, '_, '_, S>,
+    trace: &mut Trace,
+    other: &Trace,
+    observe: &mut dyn FnMut(&Consideration),
+) -> Option<()> {
+    let fixed = options.base.len();
+    let freed = |number: &Base| other.base[fixed..].contains(number);
+    let map = trace.unknown.as_ref();
+    let map = map.is_none_or(|it| confirms_map(other, it.kind));
+    let confirmed = |accepted: &Accepted| confirms(other, accepted);
+    if map && trace.base[fixed..].iter().all(freed) && trace.accepted.iter().all(confirmed) {
+        return Some(());
+    }
+    let mut workbench = Workbench::new(*data, schedule, model, options)?;
+    let mut found = Found {
+        after: trace.after.clone(),
+        accepted: trace.accepted.clone(),
+        held_out: None,
+        left: 1.0,
+    };
+    let first = model.effects.len();
+    for place in (0..found.accepted.len()).rev() {
+        if !confirmed(&found.accepted[place]) {
+            observe(&found.accepted.remove(place).refused());
+            found.after.model.effects.remove(first + place);
+        }
+    }
+    for number in &trace.base[fixed..] {
+        if freed(number) {
+            let _ = workbench.base.push(*number);
+        } else {
+            found.after.model.set(*number, model.get(*number));
+        }
+    }
+    if let Some(unknown) = trace.unknown.take() {
+        observe(&Consideration {
+            decision: Decision::Refused(Refusal::OverOneLength),
+            ..unknown.dropped()
+        });
+    }
+    let before = &trace.before.model;
+    let mut unknown = None;
+    let stands = found.is_more(&workbench) && {
+        found.after = workbench.fit(&found.after.model)?;
+        // What is left without the others may be the law of something else.
+        let beneath = look_beneath(&mut workbench, before, &mut found, observe)?;
+        unknown = beneath.filter(|it| confirms_map(other, it.kind));
+        if let Some(learned) = &mut unknown {
+            found.outdone_by(learned, observe);
+            take_map(&mut workbench, learned, &mut found)?;
+        }
+        stands(&mut workbench, before, &mut found, observe)?
+    };
+    if !stands {
+        unknown = None;
+        workbench.hold_freed();
+        found.accepted.clear();
+        found.after = trace.before.clone();
+    }
+    let End { residual, farthest } = end_at(&mut workbench, &mut found)?;
+    if !stands {
+        trace.before = found.after.clone();
+    }
+    trace.unknown = unknown;
+    trace.unconfirmed = !stands;
+    trace.residual = residual;
+    trace.farthest = farthest;
+    trace.base = workbench.base.clone();
+    trace.simulated += workbench.simulated;
+    trace.accepted = found.accepted;
+    trace.after = found.after;
+    Some(())
 }
 
 /// What the final model leaves.
@@ -218,7 +301,7 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
     // that are wrong. Then short windows: far from the truth, they are the smoother problem.
     workbench.restart(declared)?;
     let mut fitted = declared.clone();
-    for window in [workbench.options.screen_window, window, window] {
+    for window in [workbench.screen_window(), window, window] {
         workbench.weigh(&fitted, window)?;
         fitted = workbench.fit_windows(&fitted, window)?.model;
     }
@@ -377,6 +460,14 @@ impl Found {
             let others = &self.accepted[place + 1..];
             map(one).is_some() && others.iter().any(|other| map(one) == map(other))
         })
+    }
+
+    /// Tells that a learned map explains more than all effects.
+    fn outdone_by(&self, learned: &Unknown, observe: &mut dyn FnMut(&Consideration)) {
+        let by = Subject::Map(learned.kind);
+        for effect in &self.accepted {
+            observe(&effect.candidate.look(1, Decision::Outdone { by }));
+        }
     }
 
     /// Whether there is more in it than the base.
@@ -825,6 +916,14 @@ fn structure(workbench: &Workbench<impl Schedule>) -> f64 {
     let sensor = STRUCTURED_COUNTS * f64::from(workbench.data.settings.resolution);
     let stroke = STRUCTURED_STROKE * f64::from(workbench.options.scope.stroke);
     sensor.max(stroke)
+}
+
+impl Accepted {
+    /// A look at it that says that it is found over predictions of one length alone.
+    pub(super) fn refused(&self) -> Consideration {
+        let decision = Decision::Refused(Refusal::OverOneLength);
+        self.candidate.look(1, decision)
+    }
 }
 
 impl Candidate {

@@ -173,6 +173,8 @@ pub struct Trace {
     pub base: Numbers,
     /// Structure that none of the catalogue explains, where nothing was accepted.
     pub unknown: Option<Unknown>,
+    /// Whether something was found over predictions of one length, and nothing of it over those of another.
+    pub unconfirmed: bool,
     /// How the log was cut and weighed in the end.
     pub settings: Settings,
     /// Windows of the judging length simulated.
@@ -195,7 +197,7 @@ impl Trace {
             Verdict::EffectsFound
         } else if self.unknown.is_some() {
             Verdict::UnknownEffect
-        } else if self.residual.is_unexplained() || self.farthest.is_some() {
+        } else if self.residual.is_unexplained() || self.farthest.is_some() || self.unconfirmed {
             Verdict::NothingProven
         } else {
             Verdict::NoMissingEffect

@@ -50,6 +50,9 @@ const SCREEN_WINDOW: f32 = 0.04;
 /// Least windows for screening in one for judging: 0.2 s over 0.04 s, as where a log is long.
 const SHORTER: usize = 5;
 
+/// Fewest samples in a window for screening.
+const LEAST_SCREENED: usize = 4;
+
 /// A tried strength whose error, before anything is fitted to it, is beyond this multiple of what the
 /// model has without is hopeless. Large, for a base that has settled without it has bent to that.
 const WORTH_A_FIT: f64 = 10.0;
@@ -95,7 +98,7 @@ pub struct Options<'a> {
     pub scope: Scope,
     /// Ranges to lay learned maps over.
     pub ranges: Ranges,
-    /// Samples in a window for screening.
+    /// Most samples in a window for screening.
     pub screen_window: usize,
     /// Samples that a block of held-out windows should have.
     pub block: usize,
@@ -112,9 +115,7 @@ impl<'a> Options<'a> {
             base,
             scope,
             ranges,
-            screen_window: samples(SCREEN_WINDOW, scope.period, 4)
-                .min(data.settings.window / SHORTER)
-                .max(4),
+            screen_window: samples(SCREEN_WINDOW, scope.period, LEAST_SCREENED),
             block: samples(BLOCK, scope.period, 1),
         })
     }
@@ -159,6 +160,12 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             schedule,
             block: windows_per_block(&data, options.block),
         })
+    }
+
+    /// Samples in a window for screening.
+    pub fn screen_window(&self) -> usize {
+        let shorter = self.data.settings.window / SHORTER;
+        self.options.screen_window.min(shorter).max(LEAST_SCREENED)
     }
 
     /// What a fit of the model may move.
@@ -318,7 +325,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         blocks: &mut HeldOut,
     ) -> Option<()> {
         let chosen = self.data;
-        let window = self.options.screen_window;
+        let window = self.screen_window();
         self.weigh(model, window)?;
         let data = self.data.with_window(window);
         self.data = chosen;
@@ -368,7 +375,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         // A log that holds fewer than two dozen long windows is cut into shorter ones.
         let window = self.data.settings.window;
         let long = (LONG * window).min(longest / 24).max(window);
-        for window in [self.options.screen_window, long] {
+        for window in [self.screen_window(), long] {
             let (mut own, mut others) = (HeldOut::new(), HeldOut::new());
             self.errors_over(window, model, &mut own)?;
             self.errors_over(window, other, &mut others)?;
@@ -725,7 +732,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     // A fit, which is not to lie below the rest of the tracing.
     #[inline(never)]
     pub fn approach(&mut self, start: &Model) -> Option<Model> {
-        let fit = self.fit_with(start, self.options.screen_window, ROUGH)?;
+        let fit = self.fit_with(start, self.screen_window(), ROUGH)?;
         let model = fit.model;
         // A breakaway level has no slope where nothing sticks.
         if !self.base.contains(&Base::Static) {
@@ -748,7 +755,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         if cost <= self.cost(without)? {
             return Some(larger);
         }
-        let moved = self.fit_with(&larger, self.options.screen_window, ROUGH);
+        let moved = self.fit_with(&larger, self.screen_window(), ROUGH);
         let follows = |moved: &Model| self.cost(moved).is_some_and(|moved| moved < cost);
         Some(moved.map(|fit| fit.model).filter(follows).unwrap_or(larger))
     }
@@ -903,7 +910,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         model: &Model,
         passed_over: impl FnMut(&Candidate),
     ) -> Option<Screening> {
-        let window = self.options.screen_window;
+        let window = self.screen_window();
         let data = self.data.with_window(window);
         let scope = &self.options.scope;
         let variables = self.variables(model);
@@ -915,7 +922,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
 
     /// Scores the flat map of a model, on short windows.
     pub fn map_score(&mut self, model: &Model) -> Option<f32> {
-        let window = self.options.screen_window;
+        let window = self.screen_window();
         let data = self.data.with_window(window);
         let variables = self.variables(model);
         let (score, simulated) = screen::map_score(&data, self.schedule, model, &variables)?;
@@ -926,7 +933,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Restarts replays from the state that short ones of the model follow best: a quiet sensor
     /// wants little smoothing, a coarse one much. Then weighs the channels.
     pub fn restart(&mut self, model: &Model) -> Option<()> {
-        let window = self.options.screen_window;
+        let window = self.screen_window();
         let measured = self.data.logs.iter().all(|log| log.velocity.is_some());
         let sources: &[bool] = if measured { &[false, true] } else { &[false] };
         let mut best: Option<(Data<'a>, f64)> = None;

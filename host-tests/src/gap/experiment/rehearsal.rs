@@ -8,10 +8,10 @@
 //! them.
 
 use model_core::effect::Id;
+use model_core::gap::lengths;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::Model;
 use model_core::gap::replay::Data;
-use model_core::gap::select;
 use model_core::gap::verdict::{Subject, Trace};
 use model_core::gap::workbench::Options;
 
@@ -156,7 +156,7 @@ fn traced(bench: &Bench, logs: &[CoreLog]) -> Option<Trace> {
     let data = Data::new(logs, resolution)?;
     let declared = workbench.declared;
     let options = Options::new(&data, declared, &workbench.base, known.scope.rotary)?;
-    select::trace(&data, &AllCores, declared, &options, |_| ())
+    lengths::trace(&data, &AllCores, declared, &options, |_| ())
 }
 
 /// An accepted effect and those that the log cannot tell from it.

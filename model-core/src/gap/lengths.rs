@@ -1,0 +1,122 @@
+//! What a log shows over predictions of one length it has to show over another length too.
+//!
+//! A model is judged by how well it predicts a log over windows of one length, and nothing says which: over 0.2 s
+//! friction shows well, over 0.05 s what acts on a light rotor does, before it has left the measured way. An effect
+//! that the machine has lowers the error over either. What only makes up for something else (a wrong number, a
+//! late channel, a law of another form) does so over the length that it was fitted to. So a log is traced over
+//! two neighbouring lengths, and what is found over both is said: stability selection (N. Meinshausen, P. Bühlmann,
+//! *Stability selection*, 2010), with lengths of prediction in the place of random halves of the data.
+
+use super::model::Model;
+use super::replay::{Data, Schedule};
+use super::select::{keep, trace_over};
+use super::verdict::{Accepted, Consideration, Trace, Verdict};
+use super::workbench::Options;
+use crate::effect::learned_map::Kind;
+
+/// Fewest samples in a window: as many as a restart with the narrowest smoothing takes in.
+const LEAST_SAMPLES: usize = 5;
+
+/// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every
+/// candidate, round by round.
+///
+/// What is found over the windows of `data` is said if it is found over windows half as long too. Where nothing is
+/// proven over the windows of `data`, though the model does not follow the log, what is found over half and over
+/// a quarter of them is said. An effect over a variable on the one hand, and on the other a law over it that no effect of
+/// the catalogue is, are an unknown effect that depends on that variable. A log so coarse that the shorter window has fewer than five samples is traced over
+/// one length.
+///
+/// `None` if the model cannot be built or there is no whole window.
+pub fn trace<S: Schedule>(
+    data: &Data,
+    schedule: &S,
+    model: &Model,
+    options: &Options,
+    mut observe: impl FnMut(&Consideration),
+) -> Option<Trace> {
+    let mut last = 0;
+    let mut data = *data;
+    let mut said = trace_over(&data, schedule, model, options, &mut |look| {
+        last = last.max(look.round);
+        observe(look);
+    })?;
+    if said.verdict() == Verdict::NothingProven && shorten(&mut data) {
+        let mut simulated = said.simulated;
+        let shorter = trace_over(&data, schedule, model, options, &mut |look| {
+            let round = last + look.round;
+            observe(&Consideration { round, ..*look });
+        })?;
+        simulated += shorter.simulated;
+        if has_found(&shorter, options) {
+            said = shorter;
+        }
+        said.simulated = simulated;
+    }
+    if !has_found(&said, options) || !shorten(&mut data) {
+        return Some(said);
+    }
+    let mut other = trace_over(&data, schedule, model, options, &mut |_| ())?;
+    let simulated = said.simulated + other.simulated;
+    if says_more_than(&said, &other) {
+        // A law over that variable is what both have in common.
+        for accepted in &said.accepted {
+            observe(&accepted.refused());
+        }
+        core::mem::swap(&mut said, &mut other);
+    } else {
+        data.settings = said.settings;
+        keep(
+            (&data, schedule, model, options),
+            &mut said,
+            &other,
+            &mut observe,
+        )?;
+    }
+    said.simulated += simulated;
+    Some(said)
+}
+
+/// Cuts a log into windows half as long, if these are long enough. Whether they are.
+fn shorten(data: &mut Data) -> bool {
+    let half = data.settings.window / 2;
+    let long_enough = half >= LEAST_SAMPLES;
+    if long_enough {
+        *data = data.with_window(half);
+    }
+    long_enough
+}
+
+/// Whether a tracing has found anything: an effect, structure that none explains, or wrong numbers.
+fn has_found(trace: &Trace, options: &Options) -> bool {
+    !trace.accepted.is_empty() || trace.unknown.is_some() || trace.base.len() > options.base.len()
+}
+
+/// Whether a tracing names an effect where the other one has learned a law over the variable of that effect, which
+/// none of the catalogue is.
+fn says_more_than(said: &Trace, other: &Trace) -> bool {
+    let of = |effect: &Accepted| effect.candidate.effect.id.map();
+    other.unknown.as_ref().is_some_and(|unknown| {
+        let mut maps = said.accepted.iter().filter_map(of);
+        maps.any(|map| map.variable() == unknown.kind.variable())
+    })
+}
+
+/// Whether a tracing has found an effect too, or one that its log does not tell from it.
+pub(super) fn confirms(trace: &Trace, effect: &Accepted) -> bool {
+    let id = |accepted: &Accepted| accepted.candidate.effect.id;
+    trace.accepted.iter().any(|own| {
+        id(own) == id(effect)
+            || own.equivalent.contains(&id(effect))
+            || effect.equivalent.contains(&id(own))
+    })
+}
+
+/// Whether a tracing has found a law over the variable of a map: a map, or an effect.
+pub(super) fn confirms_map(trace: &Trace, map: Kind) -> bool {
+    let own = trace.unknown.as_ref().map(|unknown| unknown.kind);
+    let effects = trace.accepted.iter();
+    let laws = effects.filter_map(|accepted| accepted.candidate.effect.id.map());
+    own.into_iter()
+        .chain(laws)
+        .any(|law| law.variable() == map.variable())
+}
