@@ -704,35 +704,43 @@ fn behind_a_soft_loop(proportional: f64) -> RigMachine {
     machine
 }
 
-/// What is one model with what was found is said to be.
+/// What is one model with what was found is said to be. Of what sticks and slips all the time a model may be found over
+/// predictions of one length alone, which is not said.
 #[test]
 fn behind_a_soft_loop_what_is_one_model_is_said_to_be() {
+    let mut found = 0;
     for (proportional, seed) in SOFT_LOOPS {
         let machine = behind_a_soft_loop(proportional);
-        let class = |kind: EffectKind| {
+        let mut class = |kind: EffectKind| {
             let effect = Effect::nominal(kind, &machine).scaled(1.3);
             let motion = Trajectory::sines(&machine);
             let outcome = trace(&machine, &machine, motion, &[effect], seed);
-            let [found] = &outcome.effects[..] else {
-                panic!("{effect:?}: {:?}, {:?}", outcome.verdict, outcome.effects);
+            let [named] = &outcome.effects[..] else {
+                let (verdict, effects) = (outcome.verdict, &outcome.effects);
+                assert_eq!(verdict, Verdict::NothingProven, "{effect:?}: {effects:?}");
+                return None;
             };
-            let mut class = vec![found.id.clone()];
-            class.extend(found.equivalent.clone());
-            class
+            found += 1;
+            let mut class = vec![named.id.clone()];
+            class.extend(named.equivalent.clone());
+            Some(class)
         };
         let has = |class: &[String], id: &str| class.iter().any(|other| other == id);
-        let offset = class(EffectKind::OffsetTorque);
-        assert!(has(&offset, "offset_torque"), "{offset:?}");
-        // In every motion one model: whichever is found, the other is beside it.
-        if offset[0] == "offset_torque" || offset[0] == "asymmetric_coulomb" {
-            assert!(has(&offset, "asymmetric_coulomb"), "{offset:?}");
+        if let Some(offset) = class(EffectKind::OffsetTorque) {
+            assert!(has(&offset, "offset_torque"), "{offset:?}");
+            // In every motion one model: whichever is found, the other is beside it.
+            if offset[0] == "offset_torque" || offset[0] == "asymmetric_coulomb" {
+                assert!(has(&offset, "asymmetric_coulomb"), "{offset:?}");
+            }
         }
-        let spring = class(EffectKind::Spring);
-        // Over 40° a load that hangs is a spring.
-        for id in ["spring", "gravity"] {
-            assert!(has(&spring, id), "{spring:?}");
+        if let Some(spring) = class(EffectKind::Spring) {
+            // Over 40° a load that hangs is a spring.
+            for id in ["spring", "gravity"] {
+                assert!(has(&spring, id), "{spring:?}");
+            }
         }
     }
+    assert!(found >= 4, "{found} of 6 found");
 }
 
 #[test]

@@ -20,11 +20,11 @@ const LEAST_SAMPLES: usize = 5;
 /// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every
 /// candidate, round by round.
 ///
-/// What is found over the windows of `data` is said if it is found over windows half as long too. Where nothing is
-/// proven over the windows of `data`, though the model does not follow the log, what is found over half and over
-/// a quarter of them is said. An effect over a variable on the one hand, and on the other a law over it that no effect of
-/// the catalogue is, are an unknown effect that depends on that variable. A log so coarse that the shorter window has fewer than five samples is traced over
-/// one length.
+/// What is found over the windows of `data` is said if it is found over windows half as long too, or if it predicts
+/// clearly better over these than what is found there instead. Where nothing is proven over the windows of `data`, though
+/// the model does not follow the log, the same is asked of half and a quarter of them. An effect over a variable on
+/// the one hand, and on the other a law over it that no effect of the catalogue is, are an unknown effect
+/// that depends on that variable. A log of which the shorter window has fewer than five samples is traced over one length.
 ///
 /// `None` if the model cannot be built or there is no whole window.
 pub fn trace<S: Schedule>(
@@ -56,12 +56,13 @@ pub fn trace<S: Schedule>(
         return Some(said);
     }
     let mut other = trace_over(&data, schedule, model, options, &mut |_| ())?;
-    let simulated = said.simulated + other.simulated;
+    said.simulated += other.simulated;
     if says_more_than(&said, &other) {
         // A law over that variable is what both have in common.
         for accepted in &said.accepted {
             observe(&accepted.refused());
         }
+        other.simulated = said.simulated;
         core::mem::swap(&mut said, &mut other);
     } else {
         data.settings = said.settings;
@@ -72,7 +73,6 @@ pub fn trace<S: Schedule>(
             &mut observe,
         )?;
     }
-    said.simulated += simulated;
     Some(said)
 }
 
@@ -87,7 +87,7 @@ fn shorten(data: &mut Data) -> bool {
 }
 
 /// Whether a tracing has found anything: an effect, structure that none explains, or wrong numbers.
-fn has_found(trace: &Trace, options: &Options) -> bool {
+pub(super) fn has_found(trace: &Trace, options: &Options) -> bool {
     !trace.accepted.is_empty() || trace.unknown.is_some() || trace.base.len() > options.base.len()
 }
 

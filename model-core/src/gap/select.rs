@@ -15,7 +15,7 @@ use super::judging::{
     Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, is_rounding, judge,
     judge_effect, wins_on_its_restarts,
 };
-use super::lengths::{confirms, confirms_map};
+use super::lengths::{confirms, confirms_map, has_found};
 use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule};
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
@@ -181,8 +181,27 @@ pub(super) fn trace_over<S: Schedule>(
 /// What a tracing is given: data, schedule, declared model and options.
 pub(super) type Given<'g, 'd, 'o, S> = (&'g Data<'d>, &'d S, &'d Model, &'d Options<'o>);
 
-/// Takes out of a tracing what another one does not confirm, and fits the rest anew. `data`: the log as it was cut and
-/// weighed for the former.
+/// Whether what one tracing has found is clearly better than what another one has found over the windows of that other
+/// one, too.
+#[inline(never)]
+fn beats<S: Schedule>(
+    (data, schedule, model, options): Given<'_, '_, '_, S>,
+    trace: &Trace,
+    other: &Trace,
+) -> Option<bool> {
+    let settings = other.settings;
+    let mut workbench = Workbench::new(Data { settings, ..*data }, schedule, model, options)?;
+    workbench.base = other.base.clone();
+    let others = workbench.held_out(&other.after.model)?;
+    workbench.base = trace.base.clone();
+    let fit = workbench.fit(&trace.after.model)?;
+    let own = workbench.held_out(&fit.model)?;
+    Some(compare(&others, &own).refusal(1).is_none())
+}
+
+/// Takes out of a tracing what another one does not confirm, and fits the rest anew; nothing, where both have found
+/// something and that of the former is clearly better over the windows of either: the other has missed it. `data`: the
+/// log as it was cut and weighed for the former.
 ///
 /// `None` if the model cannot be built.
 #[inline(never)]
@@ -198,6 +217,10 @@ pub(super) fn keep<S: Schedule>(
     let map = map.is_none_or(|it| confirms_map(other, it.kind));
     let confirmed = |accepted: &Accepted| confirms(other, accepted);
     if map && trace.base[fixed..].iter().all(freed) && trace.accepted.iter().all(confirmed) {
+        return Some(());
+    }
+    let both = has_found(other, options);
+    if both && beats((data, schedule, model, options), trace, other)? {
         return Some(());
     }
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
