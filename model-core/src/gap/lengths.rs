@@ -36,43 +36,47 @@ pub fn trace<S: Schedule>(
 ) -> Option<Trace> {
     let mut last = 0;
     let mut data = *data;
-    let mut said = trace_over(&data, schedule, model, options, &mut |look| {
+    let mut samples = 0;
+    let mut over = |data: &Data, observe: &mut dyn FnMut(&Consideration)| {
+        let trace = trace_over(data, schedule, model, options, observe)?;
+        samples += trace.simulated * data.settings.window as u64;
+        Some(trace)
+    };
+    let mut said = over(&data, &mut |look| {
         last = last.max(look.round);
         observe(look);
     })?;
     if said.verdict() == Verdict::NothingProven && shorten(&mut data) {
-        let mut simulated = said.simulated;
-        let shorter = trace_over(&data, schedule, model, options, &mut |look| {
+        let shorter = over(&data, &mut |look| {
             let round = last + look.round;
             observe(&Consideration { round, ..*look });
-        })?;
-        simulated += shorter.simulated;
-        if has_found(&shorter, options) {
+        });
+        if let Some(shorter) = shorter.filter(|shorter| has_found(shorter, options)) {
             said = shorter;
         }
-        said.simulated = simulated;
     }
-    if !has_found(&said, options) || !shorten(&mut data) {
-        return Some(said);
+    let mut other = None;
+    if has_found(&said, options) && shorten(&mut data) {
+        other = over(&data, &mut |_| ());
     }
-    let mut other = trace_over(&data, schedule, model, options, &mut |_| ())?;
-    said.simulated += other.simulated;
-    if says_more_than(&said, &other) {
-        // A law over that variable is what both have in common.
-        for accepted in &said.accepted {
-            observe(&accepted.refused());
+    // Where the shorter windows cannot be replayed at all, they speak for nothing and against nothing.
+    if let Some(mut other) = other {
+        if says_more_than(&said, &other) {
+            // A law over that variable is what both have in common.
+            for accepted in &said.accepted {
+                observe(&accepted.refused());
+            }
+            core::mem::swap(&mut said, &mut other);
+            said.simulated = 0;
+        } else {
+            data.settings = said.settings;
+            said.simulated = 0;
+            let given = (&data, schedule, model, options);
+            keep(given, &mut said, &other, &mut observe)?;
         }
-        other.simulated = said.simulated;
-        core::mem::swap(&mut said, &mut other);
-    } else {
-        data.settings = said.settings;
-        keep(
-            (&data, schedule, model, options),
-            &mut said,
-            &other,
-            &mut observe,
-        )?;
+        samples += said.simulated * said.settings.window as u64;
     }
+    said.simulated = samples / said.settings.window as u64;
     Some(said)
 }
 

@@ -183,6 +183,8 @@ pub(super) type Given<'g, 'd, 'o, S> = (&'g Data<'d>, &'d S, &'d Model, &'d Opti
 
 /// Whether what one tracing has found is clearly better than what another one has found over the windows of that other
 /// one, too.
+///
+/// `None` if a model cannot be built.
 #[inline(never)]
 fn beats<S: Schedule>(
     (data, schedule, model, options): Given<'_, '_, '_, S>,
@@ -220,7 +222,7 @@ pub(super) fn keep<S: Schedule>(
         return Some(());
     }
     let both = has_found(other, options);
-    if both && beats((data, schedule, model, options), trace, other)? {
+    if both && beats((data, schedule, model, options), trace, other).unwrap_or(false) {
         return Some(());
     }
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
