@@ -224,8 +224,7 @@ impl NextExperiment {
         if !self.absorbed.is_empty() {
             let absorbed: Vec<String> = self.absorbed.iter().map(Absorbed::in_words).collect();
             return format!(
-                "No effect is missing that the logs can show, but they would not show {}: the fitted \
-                 parameters absorb it.",
+                "These logs would not show {}: the fitted parameters absorb it.",
                 any_of(&absorbed)
             );
         }

@@ -248,8 +248,7 @@ impl Proposal {
         let sentences = next.sentences("rad");
         let (missing, _) = sentences.split_once(':').unwrap();
         assert!(
-            missing.starts_with("No effect is missing that the logs can show, but they would not")
-                && missing.contains(id),
+            missing.starts_with("These logs would not show") && missing.contains(id),
             "{case}: {sentences}"
         );
         proposal
