@@ -124,16 +124,16 @@ fn nothing_proven(outcome: &Outcome) -> String {
     let Some(residual) = &outcome.residual else {
         return "nothing is proven".to_owned();
     };
+    if residual.unconfirmed {
+        let window = outcome.errors.train.before.window_s;
+        let time = |seconds: f64| Scale::of("s", [seconds]).quantity(seconds);
+        return format!(
+            "nothing is proven: what was found where the model predicts over {} is not found over {}",
+            time(window),
+            time(0.5 * window)
+        );
+    }
     match residual.implausible {
-        _ if residual.unconfirmed => {
-            let window = outcome.errors.train.before.window_s;
-            let time = |seconds: f64| Scale::of("s", [seconds]).quantity(seconds);
-            format!(
-                "nothing is proven: what was found where the model predicts over {} is not found over {}",
-                time(window),
-                time(0.5 * window)
-            )
-        }
         Some(number) => format!(
             "nothing is proven: to follow the logs, `{number}` had to go where no data sheet would let \
              it, and no effect was found that explains why"

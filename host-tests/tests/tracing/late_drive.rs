@@ -8,6 +8,8 @@ use host_tests::gap::engine;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 
+use crate::stepped::Stepped;
+
 /// The machine file: what a data sheet says.
 const DECLARED: &str = r#"
 name = "gearmotor"
@@ -36,60 +38,44 @@ fn gearmotor() -> Machine {
     Machine::of_bytes(Path::new("gearmotor.toml"), DECLARED.into()).unwrap()
 }
 
-/// Steps of the simulation in a row of the log, and a row's time, s.
-const STEPS: usize = 20;
-const PERIOD: f64 = 0.002;
+/// The motor that it is, in steps of 0.1 ms; friction and inertia at its shaft.
+const MOTOR: Stepped<4> = Stepped {
+    inertia: 0.09,
+    viscous: 0.02,
+    coulomb: 0.34,
+    breakaway: 0.40,
+    count: 2.0 * PI / 56_000.0,
+    period: 0.002,
+    steps: 20,
+    rows: 6000,
+    frequencies: [0.15, 0.37, 0.81, 1.43],
+    amplitudes: [0.55, 0.4, 0.3, 0.25],
+    gains: [40.0, 30.0, 0.8],
+    limit: 24.0,
+};
 
-const ROWS: usize = 6000;
+const RESISTANCE: f64 = 4.7;
+const TORQUE_CONSTANT: f64 = 1.316;
 
-/// The motor that it is, in explicit steps of 0.1 ms, driven by a PID over four sines; `current`: whether its current
-/// is logged.
+/// `current`: whether its current is logged.
 fn log(delay: f64, phases: [f64; 4], current: bool) -> Log {
-    let (resistance, constant, inertia, viscous) = (4.7, 1.316, 0.09, 0.02);
-    let (coulomb, breakaway) = (0.34, 0.40);
-    let step = PERIOD / STEPS as f64;
-    let count = 2.0 * PI / 56_000.0;
-    let mut acting = vec![0.0; (delay / step).round() as usize];
-    let (mut position, mut velocity) = (0.0_f64, 0.0_f64);
-    let (mut integral, mut last) = (0.0, 0.0);
-    let (mut input, mut positions, mut currents) = (Vec::new(), Vec::new(), Vec::new());
-    let mut amperes = 0.0;
-    for row in 0..ROWS {
-        let time = row as f64 * PERIOD;
-        let wave = |(place, phase): (usize, &f64)| {
-            let frequency = [0.15, 0.37, 0.81, 1.43][place];
-            [0.55, 0.4, 0.3, 0.25][place] * (2.0 * PI * frequency * time + phase).sin()
-        };
-        let command: f64 = phases.iter().enumerate().map(wave).sum();
-        let measured = (position / count).round() * count;
-        let error = command - measured;
-        integral += error * PERIOD;
-        let told = 40.0 * error + 30.0 * integral + 0.8 * (error - last) / PERIOD;
-        last = error;
-        input.push(told.clamp(-24.0, 24.0));
-        positions.push(measured);
-        currents.push(amperes);
-        for _ in 0..STEPS {
-            acting.push(input[row]);
-            amperes = (acting.remove(0) - constant * velocity) / resistance;
-            let torque = constant * amperes;
-            if velocity == 0.0 && torque.abs() < breakaway {
-                continue;
-            }
-            let direction = if velocity == 0.0 { torque } else { velocity }.signum();
-            let moved =
-                velocity + step * (torque - viscous * velocity - coulomb * direction) / inertia;
-            let stops = velocity * moved < 0.0 && torque.abs() < breakaway;
-            velocity = if stops { 0.0 } else { moved };
-            position += step * velocity;
-        }
-    }
+    let mut acting = vec![0.0; (delay / MOTOR.step()).round() as usize];
+    // One a step, behind that before the first one: each row logs what flows as it begins.
+    let mut amperes = vec![0.0];
+    let torque = |volts: f64, _: f64, velocity: f64| {
+        acting.push(volts);
+        let flow = (acting.remove(0) - TORQUE_CONSTANT * velocity) / RESISTANCE;
+        amperes.push(flow);
+        TORQUE_CONSTANT * flow
+    };
+    let (input, position) = MOTOR.drive(phases, torque);
+    let currents = amperes.into_iter().step_by(MOTOR.steps).take(MOTOR.rows);
     Log {
         path: format!("late by {delay} s").into(),
-        period_s: PERIOD,
+        period_s: MOTOR.period,
         input,
-        position: positions,
-        current: current.then_some(currents),
+        position,
+        current: current.then(|| currents.collect()),
         ..Log::default()
     }
 }

@@ -2,13 +2,14 @@
 //! Restarted every 0.2 s the model without the spring is a third of the stroke off, and its fit is lost; over a
 //! shorter time what is missing is plain.
 
-use std::f64::consts::PI;
 use std::path::Path;
 
 use host_tests::gap::engine;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 use model_core::gap::verdict::Verdict;
+
+use crate::stepped::Stepped;
 
 const DECLARED: &str = r#"
 name = "light"
@@ -29,53 +30,31 @@ parameters = ["viscous", "coulomb", "static"]
 declared_effects = []
 "#;
 
-/// Steps of the simulation in a row of the log, and a row's time, s.
-const STEPS: usize = 50;
-const PERIOD: f64 = 0.001;
+/// The rotor that it is, in steps of 20 µs.
+const ROTOR: Stepped<3> = Stepped {
+    inertia: 3.0e-6,
+    viscous: 5.7e-5,
+    coulomb: 2.1e-4,
+    breakaway: 2.2e-4,
+    count: 9.6e-5,
+    period: 0.001,
+    steps: 50,
+    rows: 7000,
+    frequencies: [0.4, 1.1, 2.3],
+    amplitudes: [0.6, 0.3, 0.15],
+    gains: [0.01, 0.05, 2.0e-4],
+    limit: 0.01,
+};
 
-const ROWS: usize = 7000;
-
-/// The rotor in explicit steps of 20 µs, driven by a PID over three sines. `spring`: its torque at 1 rad, N·m.
+/// `spring`: its torque at 1 rad, N·m.
 fn log(spring: f64, phases: [f64; 3]) -> Log {
-    let (inertia, viscous, coulomb, breakaway) = (3.0e-6, 5.7e-5, 2.1e-4, 2.2e-4);
-    let step = PERIOD / STEPS as f64;
-    let count = 9.6e-5;
-    let (mut position, mut velocity) = (0.0_f64, 0.0_f64);
-    let (mut integral, mut last) = (0.0, 0.0);
-    let (mut input, mut positions) = (Vec::new(), Vec::new());
-    for row in 0..ROWS {
-        let time = row as f64 * PERIOD;
-        let wave = |(place, phase): (usize, &f64)| {
-            let frequency = [0.4, 1.1, 2.3][place];
-            [0.6, 0.3, 0.15][place] * (2.0 * PI * frequency * time + phase).sin()
-        };
-        let command: f64 = phases.iter().enumerate().map(wave).sum();
-        let measured = (position / count).round() * count;
-        let error = command - measured;
-        integral += error * PERIOD;
-        let told: f64 = 0.01 * error + 0.05 * integral + 2.0e-4 * (error - last) / PERIOD;
-        last = error;
-        let acting = told.clamp(-0.01, 0.01);
-        input.push(acting);
-        positions.push(measured);
-        for _ in 0..STEPS {
-            let torque = acting - spring * position.powi(3);
-            if velocity == 0.0 && torque.abs() < breakaway {
-                continue;
-            }
-            let direction = if velocity == 0.0 { torque } else { velocity }.signum();
-            let moved =
-                velocity + step * (torque - viscous * velocity - coulomb * direction) / inertia;
-            let stops = velocity * moved < 0.0 && torque.abs() < breakaway;
-            velocity = if stops { 0.0 } else { moved };
-            position += step * velocity;
-        }
-    }
+    let torque = |acting: f64, position: f64, _: f64| acting - spring * position.powi(3);
+    let (input, position) = ROTOR.drive(phases, torque);
     Log {
         path: format!("spring of {spring} N·m").into(),
-        period_s: PERIOD,
+        period_s: ROTOR.period,
         input,
-        position: positions,
+        position,
         ..Log::default()
     }
 }

@@ -22,5 +22,6 @@ mod next_experiment;
 mod pushed_slide;
 mod real_benchmark;
 mod settled_fits;
+mod stepped;
 mod undeclared_effects;
 mod wrong_motor;

@@ -10,9 +10,8 @@
 use super::model::Model;
 use super::replay::{Data, Schedule};
 use super::select::{keep, trace_over};
-use super::verdict::{Accepted, Consideration, Trace, Verdict};
-use super::workbench::Options;
-use crate::effect::learned_map::Kind;
+use super::verdict::{Consideration, Trace, Verdict};
+use super::workbench::{Options, Workbench};
 
 /// Fewest samples in a window: as many as a restart with the narrowest smoothing takes in.
 const LEAST_SAMPLES: usize = 5;
@@ -46,17 +45,18 @@ pub fn trace<S: Schedule>(
         last = last.max(look.round);
         observe(look);
     })?;
+    let fitted = options.base.len();
     if said.verdict() == Verdict::NothingProven && shorten(&mut data) {
         let shorter = over(&data, &mut |look| {
             let round = last + look.round;
             observe(&Consideration { round, ..*look });
         });
-        if let Some(shorter) = shorter.filter(|shorter| has_found(shorter, options)) {
+        if let Some(shorter) = shorter.filter(|shorter| shorter.has_found(fitted)) {
             said = shorter;
         }
     }
     let mut other = None;
-    if has_found(&said, options) && shorten(&mut data) {
+    if said.has_found(fitted) && shorten(&mut data) {
         other = over(&data, &mut |_| ());
     }
     // Where the shorter windows cannot be replayed at all, they speak for nothing and against nothing.
@@ -67,14 +67,12 @@ pub fn trace<S: Schedule>(
                 observe(&accepted.refused());
             }
             core::mem::swap(&mut said, &mut other);
-            said.simulated = 0;
         } else {
             data.settings = said.settings;
-            said.simulated = 0;
-            let given = (&data, schedule, model, options);
-            keep(given, &mut said, &other, &mut observe)?;
+            let mut workbench = Workbench::new(data, schedule, model, options)?;
+            keep(&mut workbench, &mut said, &other, &mut observe)?;
+            samples += workbench.simulated * data.settings.window as u64;
         }
-        samples += said.simulated * said.settings.window as u64;
     }
     said.simulated = samples / said.settings.window as u64;
     Some(said)
@@ -90,37 +88,9 @@ fn shorten(data: &mut Data) -> bool {
     long_enough
 }
 
-/// Whether a tracing has found anything: an effect, structure that none explains, or wrong numbers.
-pub(super) fn has_found(trace: &Trace, options: &Options) -> bool {
-    !trace.accepted.is_empty() || trace.unknown.is_some() || trace.base.len() > options.base.len()
-}
-
 /// Whether a tracing names an effect where the other one has learned a law over the variable of that effect, which
 /// none of the catalogue is.
 fn says_more_than(said: &Trace, other: &Trace) -> bool {
-    let of = |effect: &Accepted| effect.candidate.effect.id.map();
-    other.unknown.as_ref().is_some_and(|unknown| {
-        let mut maps = said.accepted.iter().filter_map(of);
-        maps.any(|map| map.variable() == unknown.kind.variable())
-    })
-}
-
-/// Whether a tracing has found an effect too, or one that its log does not tell from it.
-pub(super) fn confirms(trace: &Trace, effect: &Accepted) -> bool {
-    let id = |accepted: &Accepted| accepted.candidate.effect.id;
-    trace.accepted.iter().any(|own| {
-        id(own) == id(effect)
-            || own.equivalent.contains(&id(effect))
-            || effect.equivalent.contains(&id(own))
-    })
-}
-
-/// Whether a tracing has found a law over the variable of a map: a map, or an effect.
-pub(super) fn confirms_map(trace: &Trace, map: Kind) -> bool {
-    let own = trace.unknown.as_ref().map(|unknown| unknown.kind);
-    let effects = trace.accepted.iter();
-    let laws = effects.filter_map(|accepted| accepted.candidate.effect.id.map());
-    own.into_iter()
-        .chain(laws)
-        .any(|law| law.variable() == map.variable())
+    let learned = other.unknown.as_ref();
+    said.unknown.is_none() && learned.is_some_and(|unknown| said.confirms_map(unknown.kind))
 }

@@ -15,7 +15,6 @@ use super::judging::{
     Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, is_rounding, judge,
     judge_effect, wins_on_its_restarts,
 };
-use super::lengths::{confirms, confirms_map, has_found};
 use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule};
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
@@ -178,61 +177,55 @@ pub(super) fn trace_over<S: Schedule>(
     })
 }
 
-/// What a tracing is given: data, schedule, declared model and options.
-pub(super) type Given<'g, 'd, 'o, S> = (&'g Data<'d>, &'d S, &'d Model, &'d Options<'o>);
-
 /// Whether what one tracing has found is clearly better than what another one has found over the windows of that other
 /// one, too.
 ///
 /// `None` if a model cannot be built.
 #[inline(never)]
-fn beats<S: Schedule>(
-    (data, schedule, model, options): Given<'_, '_, '_, S>,
-    trace: &Trace,
-    other: &Trace,
-) -> Option<bool> {
-    let settings = other.settings;
-    let mut workbench = Workbench::new(Data { settings, ..*data }, schedule, model, options)?;
-    workbench.base = other.base.clone();
-    let others = workbench.held_out(&other.after.model)?;
-    workbench.base = trace.base.clone();
-    let fit = workbench.fit(&trace.after.model)?;
-    let own = workbench.held_out(&fit.model)?;
-    Some(compare(&others, &own).refusal(1).is_none())
+fn beats(workbench: &mut Workbench<impl Schedule>, trace: &Trace, other: &Trace) -> Option<bool> {
+    let mut others = workbench.over(other.settings)?;
+    others.base = other.base.clone();
+    let of_other = others.held_out(&other.after.model)?;
+    others.base = trace.base.clone();
+    let fit = others.fit(&trace.after.model)?;
+    let own = others.held_out(&fit.model)?;
+    workbench.count(others.simulated, other.settings.window);
+    Some(compare(&of_other, &own).refusal(1).is_none())
 }
 
 /// Takes out of a tracing what another one does not confirm, and fits the rest anew; nothing, where both have found
-/// something and that of the former is clearly better over the windows of either: the other has missed it. `data`: the
-/// log as it was cut and weighed for the former.
+/// something and that of the former is clearly better over the windows of either: the other has missed it. `workbench`:
+/// with the log as it was cut and weighed for the former.
 ///
 /// `None` if the model cannot be built.
 #[inline(never)]
-pub(super) fn keep<S: Schedule>(
-    (data, schedule, model, options): Given<'_, '_, '_, S>,
+pub(super) fn keep(
+    workbench: &mut Workbench<impl Schedule>,
     trace: &mut Trace,
     other: &Trace,
     observe: &mut dyn FnMut(&Consideration),
 ) -> Option<()> {
-    let fixed = options.base.len();
+    let fixed = workbench.options.base.len();
     let freed = |number: &Base| other.base[fixed..].contains(number);
-    let map = trace.unknown.as_ref();
-    let map = map.is_none_or(|it| confirms_map(other, it.kind));
-    let confirmed = |accepted: &Accepted| confirms(other, accepted);
-    if map && trace.base[fixed..].iter().all(freed) && trace.accepted.iter().all(confirmed) {
+    let confirmed = |accepted: &Accepted| other.confirms(accepted);
+    let mut map = trace.unknown.iter();
+    if map.all(|it| other.confirms_map(it.kind))
+        && trace.base[fixed..].iter().all(freed)
+        && trace.accepted.iter().all(confirmed)
+    {
         return Some(());
     }
-    let both = has_found(other, options);
-    if both && beats((data, schedule, model, options), trace, other).unwrap_or(false) {
+    if other.has_found(fixed) && beats(workbench, trace, other).unwrap_or(false) {
         return Some(());
     }
-    let mut workbench = Workbench::new(*data, schedule, model, options)?;
+    let declared = workbench.declared;
     let mut found = Found {
         after: trace.after.clone(),
         accepted: trace.accepted.clone(),
         held_out: None,
         left: 1.0,
     };
-    let first = model.effects.len();
+    let first = declared.effects.len();
     for place in (0..found.accepted.len()).rev() {
         if !confirmed(&found.accepted[place]) {
             observe(&found.accepted.remove(place).refused());
@@ -243,7 +236,7 @@ pub(super) fn keep<S: Schedule>(
         if freed(number) {
             let _ = workbench.base.push(*number);
         } else {
-            found.after.model.set(*number, model.get(*number));
+            found.after.model.set(*number, declared.get(*number));
         }
     }
     if let Some(unknown) = trace.unknown.take() {
@@ -254,16 +247,16 @@ pub(super) fn keep<S: Schedule>(
     }
     let before = &trace.before.model;
     let mut unknown = None;
-    let stands = found.is_more(&workbench) && {
+    let stands = found.is_more(workbench) && {
         found.after = workbench.fit(&found.after.model)?;
         // What is left without the others may be the law of something else.
-        let beneath = look_beneath(&mut workbench, before, &mut found, observe)?;
-        unknown = beneath.filter(|it| confirms_map(other, it.kind));
+        let beneath = look_beneath(workbench, before, &mut found, observe)?;
+        unknown = beneath.filter(|it| other.confirms_map(it.kind));
         if let Some(learned) = &mut unknown {
             found.outdone_by(learned, observe);
-            take_map(&mut workbench, learned, &mut found)?;
+            take_map(workbench, learned, &mut found)?;
         }
-        stands(&mut workbench, before, &mut found, observe)?
+        stands(workbench, before, &mut found, observe)?
     };
     if !stands {
         unknown = None;
@@ -271,7 +264,7 @@ pub(super) fn keep<S: Schedule>(
         found.accepted.clear();
         found.after = trace.before.clone();
     }
-    let End { residual, farthest } = end_at(&mut workbench, &mut found)?;
+    let End { residual, farthest } = end_at(workbench, &mut found)?;
     if !stands {
         trace.before = found.after.clone();
     }
@@ -280,7 +273,6 @@ pub(super) fn keep<S: Schedule>(
     trace.residual = residual;
     trace.farthest = farthest;
     trace.base = workbench.base.clone();
-    trace.simulated += workbench.simulated;
     trace.accepted = found.accepted;
     trace.after = found.after;
     Some(())

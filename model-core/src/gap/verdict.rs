@@ -191,6 +191,31 @@ impl Trace {
         self.after = self.before.clone();
     }
 
+    /// Whether it has found anything: an effect, structure that none explains, or wrong numbers. `fitted`: how many
+    /// numbers of the base the options name.
+    pub fn has_found(&self, fitted: usize) -> bool {
+        !self.accepted.is_empty() || self.unknown.is_some() || self.base.len() > fitted
+    }
+
+    /// Whether it has found an effect too, or one that its log does not tell from it.
+    pub(super) fn confirms(&self, effect: &Accepted) -> bool {
+        let id = |accepted: &Accepted| accepted.candidate.effect.id;
+        self.accepted.iter().any(|own| {
+            id(own) == id(effect)
+                || own.equivalent.contains(&id(effect))
+                || effect.equivalent.contains(&id(own))
+        })
+    }
+
+    /// Whether it has found a law over the variable of a map: a map, or an effect.
+    pub(super) fn confirms_map(&self, map: Kind) -> bool {
+        let own = self.unknown.as_ref().map(|unknown| unknown.kind);
+        let effects = self.accepted.iter();
+        let laws = effects.filter_map(|accepted| accepted.candidate.effect.id.map());
+        let mut laws = own.into_iter().chain(laws);
+        laws.any(|law| law.variable() == map.variable())
+    }
+
     /// What it concludes.
     pub fn verdict(&self) -> Verdict {
         if !self.accepted.is_empty() {

@@ -9,7 +9,7 @@ use super::held_out::{
 use super::log::Log;
 use super::model::{Base, Model, Numbers};
 use super::replay::{
-    self, Contrasts, Data, Fold, HALF_WIDTHS, Replays, Schedule, WindowError, samples,
+    self, Contrasts, Data, Fold, HALF_WIDTHS, Replays, Schedule, Settings, WindowError, samples,
 };
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
@@ -160,6 +160,17 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             schedule,
             block: windows_per_block(&data, options.block),
         })
+    }
+
+    /// The same logs, cut and weighed in another way.
+    ///
+    /// `None` where there is no whole window.
+    pub fn over(&self, settings: Settings) -> Option<Self> {
+        let data = Data {
+            settings,
+            ..self.data
+        };
+        Self::new(data, self.schedule, self.declared, self.options)
     }
 
     /// Samples in a window for screening.
@@ -1014,7 +1025,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some((total.position_rms(), total.current_rms()))
     }
 
-    fn count(&mut self, windows: u64, length: usize) {
+    /// Counts windows of this length, each copy of a model.
+    pub fn count(&mut self, windows: u64, length: usize) {
         self.simulated += windows * length as u64 / self.data.settings.window as u64;
     }
 }

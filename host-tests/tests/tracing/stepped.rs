@@ -1,0 +1,75 @@
+//! Machines whose laws no rig has, in explicit steps: a PID moves them over sines, and a logger takes down every row.
+
+use std::f64::consts::PI;
+
+/// What moves, and how it is driven. SI units.
+pub struct Stepped<const WAVES: usize> {
+    pub inertia: f64,
+    pub viscous: f64,
+    pub coulomb: f64,
+    /// What friction holds at rest.
+    pub breakaway: f64,
+    /// A count of the encoder.
+    pub count: f64,
+    /// A row's time, and the steps in it.
+    pub period: f64,
+    pub steps: usize,
+    pub rows: usize,
+    /// Frequencies and amplitudes of the sines.
+    pub frequencies: [f64; WAVES],
+    pub amplitudes: [f64; WAVES],
+    /// Gains of the PID: of the error, of its integral, of its rate; and the largest input.
+    pub gains: [f64; 3],
+    pub limit: f64,
+}
+
+impl<const WAVES: usize> Stepped<WAVES> {
+    /// Length of a step.
+    pub fn step(&self) -> f64 {
+        self.period / self.steps as f64
+    }
+
+    /// Inputs and measured positions, row by row. `torque`: that at the machine but for friction, of the row's input, the
+    /// position and the velocity, asked once a step.
+    pub fn drive(
+        &self,
+        phases: [f64; WAVES],
+        mut torque: impl FnMut(f64, f64, f64) -> f64,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let step = self.step();
+        let (mut position, mut velocity) = (0.0_f64, 0.0_f64);
+        let (mut integral, mut last) = (0.0, 0.0);
+        let (mut input, mut positions) = (Vec::new(), Vec::new());
+        for row in 0..self.rows {
+            let time = row as f64 * self.period;
+            let wave = |(place, phase): (usize, &f64)| {
+                self.amplitudes[place] * (2.0 * PI * self.frequencies[place] * time + phase).sin()
+            };
+            let command: f64 = phases.iter().enumerate().map(wave).sum();
+            let measured = (position / self.count).round() * self.count;
+            let error = command - measured;
+            integral += error * self.period;
+            let [of_error, of_integral, of_rate] = self.gains;
+            let rate = of_rate * (error - last) / self.period;
+            let told = of_error * error + of_integral * integral + rate;
+            last = error;
+            let acting = told.clamp(-self.limit, self.limit);
+            input.push(acting);
+            positions.push(measured);
+            for _ in 0..self.steps {
+                let torque = torque(acting, position, velocity);
+                if velocity == 0.0 && torque.abs() < self.breakaway {
+                    continue;
+                }
+                let direction = if velocity == 0.0 { torque } else { velocity }.signum();
+                let friction = self.viscous * velocity;
+                let left = torque - friction - self.coulomb * direction;
+                let moved = velocity + step * left / self.inertia;
+                let stops = velocity * moved < 0.0 && torque.abs() < self.breakaway;
+                velocity = if stops { 0.0 } else { moved };
+                position += step * velocity;
+            }
+        }
+        (input, positions)
+    }
+}
