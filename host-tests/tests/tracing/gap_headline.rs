@@ -387,6 +387,12 @@ fn fixed_numbers_of_the_motor_are_to_be_freed_where_they_may_be_what_is_wrong() 
         }
         assert_eq!(is_advised(report), expected, "{freed}");
     }
+    // What is fitted already is not asked for.
+    let mut report = example();
+    report.outcome.fit[0].name = "torque_constant".into();
+    report.free_motor = Some(FREE_MOTOR.into());
+    let advice = "fit resistance too if it is a data sheet's";
+    assert!(words(&report).contains(advice), "{}", words(&report));
     // Nothing to free.
     assert!(!words(&example()).contains("data sheet"));
 }

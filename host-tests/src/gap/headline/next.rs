@@ -152,12 +152,26 @@ fn free_motor(report: &Report) -> Vec<Step> {
         .iter()
         .all(|name| outcome.freed().any(|freed| freed == *name));
     match &report.free_motor {
-        Some(line) if !is_complete && !are_freed => vec![
-            said(
-                "fit resistance and torque constant too if they are a data sheet's, with `parameters` in [fit] as below",
-            ),
-            Step::Copy(line.clone()),
-        ],
+        Some(line) if !is_complete && !are_freed => {
+            let fits = |name: &str| {
+                let mut fitted = outcome.fit.iter().filter(|parameter| !parameter.freed);
+                fitted.any(|parameter| parameter.name == name)
+            };
+            let fixed = MOTOR.iter().filter(|name| !fits(name));
+            let fixed: Vec<String> = fixed.map(|name| name.replace('_', " ")).collect();
+            let they_are = if fixed.len() == 1 {
+                "it is"
+            } else {
+                "they are"
+            };
+            vec![
+                said(&format!(
+                    "fit {} too if {they_are} a data sheet's, with this line in [fit]",
+                    listed(&fixed)
+                )),
+                Step::Copy(line.clone()),
+            ]
+        }
         _ => Vec::new(),
     }
 }
