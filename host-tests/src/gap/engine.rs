@@ -22,7 +22,7 @@ use super::disagreement;
 use super::evidence::evidence;
 use super::metrics::{self, balance_entries, balanced_samples, torque_balance};
 use super::outcome::{
-    Candidate, Cost, Errors, MOTOR, Outcome, Report, Resampled, Residual, Stages,
+    Candidate, Cost, Errors, FreeMotor, MOTOR, Outcome, Report, Resampled, Residual, Stages,
 };
 use super::series::Series;
 use super::whiteness::whiteness;
@@ -361,24 +361,20 @@ pub fn trace(
     })))
 }
 
-/// The line of `[fit]` that frees resistance and torque constant too. None where it has both; nor where a log has no
-/// current, for then the scale of all torques is theirs alone.
-fn free_motor(machine: &Machine, train: &[Log]) -> Option<String> {
+/// Which of resistance and torque constant `[fit]` leaves out. None where it has both; nor where a log has no current,
+/// for then the scale of all torques is theirs alone.
+fn free_motor(machine: &Machine, train: &[Log]) -> Option<FreeMotor> {
     machine.motor.as_ref()?;
-    let mut fixed = MOTOR
-        .into_iter()
-        .filter(|name| !machine.fits(name))
-        .peekable();
-    fixed.peek()?;
+    let fixed = MOTOR.into_iter().filter(|name| !machine.fits(name));
+    let fixed: Vec<&str> = fixed.collect();
     let with_current = train.iter().all(|log| log.current.is_some());
-    with_current.then(|| {
-        let all: Vec<&str> = machine
-            .fit
-            .iter()
-            .map(String::as_str)
-            .chain(fixed)
-            .collect();
-        format!("parameters = {all:?}")
+    (with_current && !fixed.is_empty()).then(|| {
+        let fitted = machine.fit.iter().map(String::as_str);
+        let all: Vec<&str> = fitted.chain(fixed.iter().copied()).collect();
+        FreeMotor {
+            line: format!("parameters = {all:?}"),
+            fixed,
+        }
     })
 }
 

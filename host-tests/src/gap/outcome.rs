@@ -264,6 +264,15 @@ fn distinct<'t>(texts: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
 /// The numbers of a motor that a data sheet has with a tolerance, and a log with a current tells.
 pub(super) const MOTOR: [&str; 2] = ["resistance", "torque_constant"];
 
+/// Numbers of the motor that a machine file does not have fitted.
+#[derive(Debug, Clone)]
+pub struct FreeMotor {
+    /// Their names.
+    pub fixed: Vec<&'static str>,
+    /// The line of `[fit]` that has them fitted too.
+    pub line: String,
+}
+
 /// The candidate that frees those numbers of the machine file that `[fit]` leaves out.
 pub(super) const NUMBERS: &str = "numbers";
 
@@ -378,9 +387,8 @@ pub struct Report {
     pub load_unit: String,
     /// What the training logs ask of the machine.
     pub demand: Demand,
-    /// The line of `[fit]` that frees the motor's numbers too, where it leaves some out that the training logs could
-    /// tell.
-    pub free_motor: Option<String>,
+    /// Those of the motor's numbers that `[fit]` leaves out, where the training logs could tell them.
+    pub free_motor: Option<FreeMotor>,
     /// Training logs.
     pub train: Vec<Evidence>,
     /// Validation logs.

@@ -6,7 +6,7 @@ use crate::gap_example::{estimate, example, fitted, variants};
 use host_tests::gap::demand::Demand;
 use host_tests::gap::disagreement::Disagreement;
 use host_tests::gap::headline::{Headline, LINES, Step};
-use host_tests::gap::outcome::{FoundEffect, Report, Resampled};
+use host_tests::gap::outcome::{FoundEffect, FreeMotor, Report, Resampled};
 use host_tests::gap::report;
 use host_tests::gap::table::{Detail, WIDTH, render};
 use host_tests::log::resample::Resampling;
@@ -25,6 +25,14 @@ fn brief(report: &Report) -> [String; 2] {
 }
 
 /// The words of the answer in one line.
+/// That `[fit]` leaves these numbers of the motor out.
+fn free_motor(fixed: &[&'static str]) -> Option<FreeMotor> {
+    Some(FreeMotor {
+        fixed: fixed.to_vec(),
+        line: FREE_MOTOR.into(),
+    })
+}
+
 fn words(report: &Report) -> String {
     let [text, _] = brief(report);
     text.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -99,7 +107,7 @@ fn crowded() -> Report {
     std::mem::swap(&mut stages.before, &mut stages.after);
     let stages = &mut outcome.errors.train;
     std::mem::swap(&mut stages.before, &mut stages.after);
-    report.free_motor = Some(FREE_MOTOR.into());
+    report.free_motor = free_motor(&["resistance", "torque_constant"]);
     let outcome = &mut report.outcome;
     outcome.resampled = vec![
         Resampled {
@@ -347,7 +355,7 @@ fn an_error_that_has_risen_is_said_in_the_headline() {
 #[test]
 fn fixed_numbers_of_the_motor_are_to_be_freed_where_they_may_be_what_is_wrong() {
     let is_advised = |mut report: Report| {
-        report.free_motor = Some(FREE_MOTOR.into());
+        report.free_motor = free_motor(&["resistance", "torque_constant"]);
         let [text, _] = brief(&report);
         let advice = "fit resistance and torque constant too";
         let advised = words(&report).contains(advice);
@@ -389,8 +397,7 @@ fn fixed_numbers_of_the_motor_are_to_be_freed_where_they_may_be_what_is_wrong() 
     }
     // What is fitted already is not asked for.
     let mut report = example();
-    report.outcome.fit[0].name = "torque_constant".into();
-    report.free_motor = Some(FREE_MOTOR.into());
+    report.free_motor = free_motor(&["resistance"]);
     let advice = "fit resistance too if it is a data sheet's";
     assert!(words(&report).contains(advice), "{}", words(&report));
     // Nothing to free.

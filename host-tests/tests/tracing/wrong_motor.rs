@@ -2,7 +2,7 @@
 //! not called an effect.
 
 use host_tests::gap::engine;
-use host_tests::gap::outcome::{Outcome, Report};
+use host_tests::gap::outcome::{FreeMotor, Outcome, Report};
 use host_tests::gap_benchmark::cases::{Case, Group, Motion};
 use host_tests::machine::Machine;
 use model_core::gap::verdict::Verdict;
@@ -144,9 +144,10 @@ fn else_what_may_be_the_motor_says_so() {
             panic!("{outcome:?}");
         };
         // The line to put into the file frees both.
-        let line = report.free_motor;
-        assert_eq!(line.is_some(), fit.is_empty(), "{line:?}");
-        if let Some(line) = line {
+        let free = report.free_motor;
+        assert_eq!(free.is_some(), fit.is_empty(), "{free:?}");
+        if let Some(FreeMotor { fixed, line }) = free {
+            assert_eq!(fixed, ["resistance", "torque_constant"]);
             let lines = rig.to_toml();
             let lines = lines
                 .lines()

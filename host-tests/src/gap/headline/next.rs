@@ -6,7 +6,7 @@ use super::gain::is_worse;
 use super::nearest;
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
-use crate::gap::outcome::{MOTOR, NUMBERS, Outcome, Report, Stages};
+use crate::gap::outcome::{FreeMotor, MOTOR, NUMBERS, Outcome, Report, Stages};
 use crate::quantity::{Scale, given};
 
 /// Most remedies that the answer shows, so that it keeps to its lines.
@@ -152,13 +152,8 @@ fn free_motor(report: &Report) -> Vec<Step> {
         .iter()
         .all(|name| outcome.freed().any(|freed| freed == *name));
     match &report.free_motor {
-        Some(line) if !is_complete && !are_freed => {
-            let fits = |name: &str| {
-                let mut fitted = outcome.fit.iter().filter(|parameter| !parameter.freed);
-                fitted.any(|parameter| parameter.name == name)
-            };
-            let fixed = MOTOR.iter().filter(|name| !fits(name));
-            let fixed: Vec<String> = fixed.map(|name| name.replace('_', " ")).collect();
+        Some(FreeMotor { fixed, line }) if !is_complete && !are_freed => {
+            let fixed: Vec<String> = fixed.iter().map(|name| name.replace('_', " ")).collect();
             let they_are = if fixed.len() == 1 {
                 "it is"
             } else {
