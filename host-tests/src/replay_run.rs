@@ -135,6 +135,7 @@ pub fn checked_tape() -> Result<Vec<u8>, Failure> {
             .map(|(id, values)| Active { id, values })
             .collect(),
         map: None,
+        current_sensor: Default::default(),
     });
     let drive = Drive {
         model: &model,

@@ -40,6 +40,7 @@ fn model(plant: Parameters, effects: &[(Id, [f32; 3])]) -> Model {
         gravity_rest: 0.0,
         effects: effects.iter().map(active).collect(),
         map: None,
+        current_sensor: Default::default(),
     }
 }
 

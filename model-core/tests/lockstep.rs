@@ -4,6 +4,7 @@
 use model_core::effect::learned_map::{Kind, LearnedMap, Ranges};
 use model_core::effect::{Active, Id, Scope};
 use model_core::gap::covariance::Information;
+use model_core::gap::current_sensor::CurrentSensor;
 use model_core::gap::fit::variables;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
@@ -171,6 +172,18 @@ fn models(plant: &Parameters) -> Vec<(String, Model)> {
         }
         models.push((format!("{set:?}"), with));
     }
+    for lag in [0.0, 0.3, 1.0, 2.4] {
+        for id in [None, Some(Id::SensorDelay)] {
+            let mut with = model(plant);
+            with.effects.extend(id.map(acting));
+            with.current_sensor = CurrentSensor {
+                gain: 0.97,
+                offset: 0.02,
+                lag: lag * PERIOD,
+            };
+            models.push((format!("{id:?} and {:?}", with.current_sensor), with));
+        }
+    }
     let ranges = Ranges {
         position: (-1.0, 1.0),
         velocity: (-10.0, 10.0),
@@ -244,7 +257,7 @@ fn sums_over_perturbed_copies_are_the_same() {
     let plant = &plants()[0];
     on_logs(plant, |data| {
         for (name, with) in models(plant) {
-            let variables = variables(&model(plant), &with, &base, &SCOPE);
+            let variables = variables(&model(plant), &with, (&base, true), &SCOPE);
             let [one_by_one, together] = [true, false].map(|one_by_one| {
                 let mut information = Information::default();
                 if one_by_one {
@@ -266,7 +279,12 @@ fn a_screening_is_the_same() {
     for plant in plants() {
         on_logs(&plant, |data| {
             let model = model(&plant);
-            let variables = variables(&model, &model, &[Base::Inertia, Base::Coulomb], &SCOPE);
+            let variables = variables(
+                &model,
+                &model,
+                (&[Base::Inertia, Base::Coulomb], true),
+                &SCOPE,
+            );
             let mut passed_over = [Vec::new(), Vec::new()];
             let [first, second] = &mut passed_over;
             let one = screen(data, &InOrder, &model, &variables, &SCOPE, |it| {

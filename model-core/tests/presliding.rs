@@ -28,6 +28,7 @@ fn model(breakaway: f32, effect: [f32; 3]) -> Model {
         .into_iter()
         .collect(),
         map: None,
+        current_sensor: Default::default(),
     }
 }
 

@@ -59,6 +59,7 @@ fn replayed(noise: Option<f64>, start: u16, samples: u16) -> f64 {
         gravity_rest: 0.0,
         effects: Default::default(),
         map: None,
+        current_sensor: Default::default(),
     };
     let simulator = model.build(PERIOD).unwrap();
     let input: Vec<f32> = (0..SAMPLES)

@@ -82,6 +82,7 @@ pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
         gravity_rest: 0.0,
         effects: Vec::new(),
         map: None,
+        current_sensor: Default::default(),
     };
     let logs = [log];
     let data = Data::new(&logs, machine.converters.position.unit()).ok_or(Failed::LogTooShort)?;

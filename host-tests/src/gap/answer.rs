@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use model_core::effect::learned_map::Kind;
 use model_core::effect::{Id, MOST_PARAMETERS};
 use model_core::gap::covariance::{Covariance, Information};
+use model_core::gap::current_sensor::Reading;
 use model_core::gap::fit::{Variables, variables};
 use model_core::gap::held_out::Refusal;
 use model_core::gap::model::{Base, Model};
@@ -36,6 +37,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             match by {
                 // They are taken where they do as well.
                 Subject::Numbers => "but so do the machine file's own numbers".to_owned(),
+                Subject::Sensor => "but so does an error of the current's sensor".to_owned(),
                 _ => format!("{} takes more", in_words(by)),
             }
         ),
@@ -140,6 +142,7 @@ pub(super) fn subject(subject: Subject) -> String {
         Subject::Effect(effect) => effect.description().id.to_owned(),
         Subject::Map(kind) => map_name(kind),
         Subject::Numbers => NUMBERS.to_owned(),
+        Subject::Sensor => "current_sensor".to_owned(),
     }
 }
 
@@ -148,6 +151,7 @@ fn in_words(looked_at: Subject) -> String {
     match looked_at {
         Subject::Map(kind) => format!("a {} learned over {}", kind.acts_as(), kind.variable()),
         Subject::Numbers => "the machine file's own numbers".to_owned(),
+        Subject::Sensor => "gain, offset and lag of the current's sensor".to_owned(),
         Subject::Effect(_) => subject(looked_at),
     }
 }
@@ -218,7 +222,7 @@ impl Spread {
     /// Of the final fit, with the data as the tracing weighed it in the end.
     pub fn new(trace: &Trace, data: &Data, declared: &Model, options: &Options) -> Option<Self> {
         let model = &trace.after.model;
-        let variables = variables(declared, model, &trace.base, &options.scope);
+        let variables = variables(declared, model, (&trace.base, trace.sensor), &options.scope);
         let mut information = Information::default();
         information.gather(data, &AllCores, model, &variables)?;
         information.allow_for_restarts(data, &AllCores, model, &variables)?;
@@ -341,6 +345,26 @@ pub(super) fn fitted(
         .collect()
 }
 
+/// Gain, offset and lag of the current's sensor, where they were fitted.
+pub(super) fn current_sensor(trace: &Trace, spread: &Spread) -> Vec<Estimate> {
+    if !trace.sensor {
+        return Vec::new();
+    }
+    let model = &trace.after.model;
+    let values = |model: &Model| Reading::ALL.map(|reading| model.current_sensor.get(reading));
+    let stds = propagate(model, spread, &[], values);
+    let names = [("gain", "1"), ("offset", "A"), ("lag", "s")];
+    let numbers = names.into_iter().zip(values(model).into_iter().zip(stds));
+    numbers
+        .map(|((name, unit), (value, std))| Estimate {
+            name: name.to_owned(),
+            value: decimal(value),
+            std,
+            unit: unit.to_owned(),
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -377,7 +401,7 @@ mod tests {
             .collect();
             let dimensions = [Dimension::Torque, Dimension::Phase, Dimension::Position];
             let report = |model: &Model| model.effects[0].report(&model.plant);
-            let variables = variables(&declared, &model, &[], &scope);
+            let variables = variables(&declared, &model, (&[], false), &scope);
             // A variable's standard deviation is its scale: here the friction.
             let mut covariance = Covariance::default();
             for (index, variable) in variables.iter().enumerate() {

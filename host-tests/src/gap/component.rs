@@ -166,6 +166,7 @@ pub(super) fn components(
         let (variable, quantity) = view_of_map(map.kind);
         let without = Model {
             map: None,
+            current_sensor: Default::default(),
             ..model.clone()
         };
         let (x, component, partial_residual) =

@@ -52,6 +52,7 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
         gravity_rest: mechanics.gravity_rest as f32,
         effects: Default::default(),
         map: None,
+        current_sensor: Default::default(),
     };
     for declared in &machine.declared_effects {
         let known = || {

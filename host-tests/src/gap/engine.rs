@@ -15,7 +15,7 @@ use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
-use super::answer::{Spread, candidate, fitted, found, unknown};
+use super::answer::{Spread, candidate, current_sensor, fitted, found, unknown};
 use super::declared::{base_parameters, model};
 use super::demand::Demand;
 use super::disagreement;
@@ -328,6 +328,7 @@ pub fn trace(
         effects: found(&trace, &spread, &declared, rotary),
         unknown: unknown(&trace, rotary),
         fit: fitted(&trace, &spread, &declared, &options, rotary),
+        current_sensor: current_sensor(&trace, &spread),
         errors: Errors {
             train: train_errors,
             validate: validate_errors,

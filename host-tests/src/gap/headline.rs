@@ -16,7 +16,7 @@ pub use self::next::Step;
 pub(super) use self::next::sentence as next_sentence;
 use super::answer::listed;
 use super::effect_words::{Workshop, sentence};
-use super::outcome::{Candidate, FoundEffect, Outcome, Report};
+use super::outcome::{Candidate, Estimate, FoundEffect, Outcome, Report};
 use crate::quantity::{Scale, probability, significant};
 
 /// Most effects that the first sentence names; of more it says the number.
@@ -60,6 +60,7 @@ impl Headline {
             .map(|effect| (effect.id.clone(), sentence(effect, &workshop)))
             .collect();
         details.extend(learned(report));
+        details.extend(current_sensor(outcome));
         Self {
             finding,
             details,
@@ -187,6 +188,33 @@ fn learned(report: &Report) -> Vec<(String, String)> {
         ));
     }
     found
+}
+
+/// How the log's current errs, by those of its numbers that are surely not a good sensor's.
+fn current_sensor(outcome: &Outcome) -> Option<(String, String)> {
+    let [gain, offset, lag] = &outcome.current_sensor[..] else {
+        return None;
+    };
+    let is_sure = |number: &Estimate, good: f64| (number.value - good).abs() > 2.0 * number.std;
+    let quantity = |value: f64, unit: &str| Scale::of(unit, [value]).quantity(value);
+    let mut errs = Vec::new();
+    if is_sure(gain, 1.0) {
+        let gain = significant(gain.value, 3);
+        errs.push(format!("is {gain} times what flows"));
+    }
+    if is_sure(offset, 0.0) {
+        let size = quantity(offset.value.abs(), &offset.unit);
+        let side = if offset.value > 0.0 { "high" } else { "low" };
+        errs.push(format!("reads {size} too {side}"));
+    }
+    if is_sure(lag, 0.0) {
+        errs.push(format!("comes {} late", quantity(lag.value, &lag.unit)));
+    }
+    let errs: Vec<&str> = errs.iter().map(String::as_str).collect();
+    (!errs.is_empty()).then(|| {
+        let sentence = format!("The current that the log holds {}.", listed(&errs));
+        ("current sensor".to_owned(), sentence)
+    })
 }
 
 /// How sure it is, and what else it could be.

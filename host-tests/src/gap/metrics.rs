@@ -105,7 +105,7 @@ pub fn torque_balance(
     if let Some(heating) = simulator.heating() {
         for index in 1..samples {
             let current = match log.current {
-                Some(current) => current.at(index - 1),
+                Some(current) => simulator.current_sensor().current(current.at(index - 1)),
                 None => simulator.steady_current(velocity[index] as f32, held(index) as f32),
             };
             warmth[index] = heating.after(warmth[index - 1], current, log.period);
@@ -144,7 +144,17 @@ pub fn torque_balance(
                     torque_constant, ..
                 },
                 Some(current),
-            ) => f64::from(torque_constant) * back(current, index, simulator.sensor_lateness()),
+            ) => {
+                // The reading of a moment within the step that begins here, carried back to its beginning.
+                let reading = simulator.current_match();
+                let read = |index: usize| {
+                    let read = current.at(reading.sample(index, samples));
+                    f64::from(simulator.current_sensor().current(read))
+                };
+                let before = read(index.saturating_sub(1));
+                let now = read(index) + f64::from(reading.share) * (before - read(index));
+                f64::from(torque_constant) * now
+            }
             (
                 Drive::Voltage {
                     resistance,

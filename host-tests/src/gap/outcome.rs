@@ -31,6 +31,10 @@ pub struct Outcome {
     pub unknown: Option<Unknown>,
     /// The parameters named in `[fit]`, as declared and in the final model.
     pub fit: Vec<FittedParameter>,
+    /// Gain, offset and lag of the current's sensor, where the logs are followed clearly better with other ones than
+    /// 1, 0 and 0; left out of the JSON elsewhere.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub current_sensor: Vec<Estimate>,
     /// Errors of the three models on both logs.
     pub errors: Errors,
     /// Every effect that was looked at, round by round, and why it was taken or refused.

@@ -25,6 +25,7 @@ fn throttle() -> Model {
         gravity_rest: 0.0,
         effects: Default::default(),
         map: None,
+        current_sensor: Default::default(),
     }
 }
 

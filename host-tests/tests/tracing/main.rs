@@ -2,6 +2,7 @@
 
 mod bench_residuals;
 mod board_gap;
+mod current_sensor;
 mod declared_guesses;
 mod disagreement;
 mod effect_words;

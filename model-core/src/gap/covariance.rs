@@ -1,6 +1,6 @@
 //! How surely a fit determines its variables.
 
-use super::fit::{DECLARED_WEIGHT, MOST_VARIABLES, Matrix, Problem, Variable};
+use super::fit::{DECLARED_WEIGHT, MOST_VARIABLES, Matrix, Problem, Target, Variable};
 use super::model::Model;
 use super::replay::{Data, Fold, HALF_WIDTHS, Schedule, Sums, WindowSums, replay_windows};
 use crate::effect::MOST_PARAMETERS;
@@ -102,6 +102,16 @@ impl Information {
             });
             problem.simulated += sums.simulated(copies);
         })?;
+        // What is known of the sensor beforehand is known as surely as its weight says.
+        for (place, variable) in variables.iter().enumerate() {
+            if matches!(variable.target, Target::Current(_)) {
+                let mut step = [0.0; MOST_VARIABLES];
+                step[place] = 1.0;
+                Cholesky::new(sums.normal(variables.len()), variables.len())
+                    .solve(&mut step[..variables.len()]);
+                add_square(moves, &step[..variables.len()], variable.weight());
+            }
+        }
         Some(problem.simulated)
     }
 

@@ -3,6 +3,7 @@
 //! Modes are most of a simulator's size and nearly all of the work of building one, and few
 //! perturbations change them: copies share what they have in common.
 
+use super::current_sensor::{CurrentSensor, Reading};
 use super::fit::MOST_VARIABLES;
 use super::held::{Held, Varied};
 use super::model::Model;
@@ -20,8 +21,8 @@ pub const COLUMNS: usize = MOST_VARIABLES + 1;
 /// last ones one way only.
 const MOST_OPPOSITES: usize = 8;
 
-/// Most simulators: one a column, and the opposite ones.
-pub const MOST_SIMULATORS: usize = COLUMNS + MOST_OPPOSITES;
+/// Most simulators: one a column that is not the current's sensor's, and the opposite ones.
+pub const MOST_SIMULATORS: usize = COLUMNS - Reading::ALL.len() + MOST_OPPOSITES;
 
 /// Most modes that the copies of one model need: its own, those with another resistance, inductance,
 /// torque constant, inertia, viscous friction or declared spring, with the spring of the catalogue,
@@ -59,15 +60,32 @@ impl Default for Store {
 /// One simulator among those that share a store.
 pub type Member<'m> = Simulator<&'m Modes, Varied<'m>>;
 
-/// A copy of the model with one parameter moved, or two moved opposite ways.
+/// Whose residuals give a column.
+#[derive(Debug, Clone, Copy)]
+pub enum Source {
+    /// Those of a copy of the model with one parameter moved, or of two moved opposite ways.
+    Copies {
+        /// Whether there is a copy moved the other way, where a difference to both sides is wanted:
+        /// friction makes the two sides differ.
+        two_sided: bool,
+        /// One over the distance of the two copies (or of the copy from the model), in units of the
+        /// fit's variable.
+        inverse_step: f32,
+    },
+    /// Those of the model itself, in which a number of the current's sensor changes the second alone.
+    Sensor {
+        /// The number.
+        reading: Reading,
+        /// What the fit's variable counts it in.
+        scale: f32,
+    },
+}
+
+/// A column of the sums behind the residual's.
 #[derive(Debug, Clone)]
 pub struct Lane {
-    /// Whether there is a copy moved the other way, where a difference to both sides is wanted:
-    /// friction makes the two sides differ.
-    pub two_sided: bool,
-    /// One over the distance of the two copies (or of the copy from the model), in units of the
-    /// fit's variable.
-    pub inverse_step: f32,
+    /// Whose residuals give it.
+    pub source: Source,
     /// Its products are wanted with the columns before the first number, and from the second on.
     partners: (usize, usize),
 }
@@ -134,17 +152,31 @@ impl<'m> Ensemble<'m> {
             if let Some(opposite) = opposite {
                 self.push_simulator(store, opposite, period)?;
             }
-            let lane = Lane {
+            self.push_lane(Source::Copies {
                 two_sided: opposite.is_some(),
                 inverse_step,
-                partners: self.group.unwrap_or((0, 0)),
-            };
-            self.lanes.push(lane).map_err(|_| FULL)
+            })
         })();
         if pushed.is_err() {
             self.simulators.truncate(simulators);
         }
         pushed
+    }
+
+    /// Adds a number of the current's sensor, which needs no copy.
+    ///
+    /// # Errors
+    /// More columns than there is room for.
+    pub fn push_reading(&mut self, reading: Reading, scale: f32) -> Result<(), ParameterError> {
+        self.push_lane(Source::Sensor { reading, scale })
+    }
+
+    fn push_lane(&mut self, source: Source) -> Result<(), ParameterError> {
+        let lane = Lane {
+            source,
+            partners: self.group.unwrap_or((0, 0)),
+        };
+        self.lanes.push(lane).map_err(|_| FULL)
     }
 
     fn push_simulator(
@@ -184,8 +216,11 @@ impl<'m> Ensemble<'m> {
     pub fn truncate(&mut self, lanes: usize) {
         self.group = None;
         self.lanes.truncate(lanes);
-        let opposites = self.lanes.iter().filter(|lane| lane.two_sided).count();
-        self.simulators.truncate(1 + self.lanes.len() + opposites);
+        let copies = self.lanes.iter().map(|lane| match lane.source {
+            Source::Copies { two_sided, .. } => 1 + usize::from(two_sided),
+            Source::Sensor { .. } => 0,
+        });
+        self.simulators.truncate(1 + copies.sum::<usize>());
     }
 
     /// Has copies that run in to a window like the model start from where it comes to, as all start from
@@ -197,6 +232,18 @@ impl<'m> Ensemble<'m> {
     /// The model, where they do.
     pub fn shared_run_in(&self) -> Option<&Member<'m>> {
         self.simulators.first().filter(|_| self.one_run_in)
+    }
+
+    /// How the model's current is measured.
+    pub fn current_sensor(&self) -> CurrentSensor {
+        let model = self.simulators.first();
+        model.map_or_else(CurrentSensor::default, |model| *model.current_sensor())
+    }
+
+    /// Whether the current is read within a step of the model, not at the end of one.
+    pub fn reads_within_steps(&self) -> bool {
+        let model = self.simulators.first();
+        model.is_some_and(|model| model.current_match().share > 0.0)
     }
 
     /// The copies: one a column of the sums behind the residual's.

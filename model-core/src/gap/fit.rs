@@ -1,5 +1,6 @@
 //! Levenberg–Marquardt on the sums of the windowed replay.
 
+use super::current_sensor::Reading;
 use super::ensemble::{Ensemble, Store};
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, Schedule, Sums};
@@ -10,8 +11,9 @@ use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
 use heapless::Vec;
 
-/// Most variables of one fit: the fourteen of the base, and three for each of four effects.
-pub const MOST_VARIABLES: usize = 26;
+/// Most variables of one fit: the fourteen of the base, the three of the current's sensor, and three for each of
+/// four effects.
+pub const MOST_VARIABLES: usize = 29;
 
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an
 /// `f32` simulation, far below where a parameter's influence bends.
@@ -24,6 +26,15 @@ pub(super) const DECLARED_WEIGHT: f64 = 3.0;
 /// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
 /// would spoil the few windows that do.
 const KNOT_WEIGHT: f64 = 300.0;
+
+/// How far a current's sensor errs: in its gain, and by an offset as a share of the current's rms. What a shunt and
+/// its amplifier are off by in a cheap drive. [`DECLARED_WEIGHT`] is one over the variance of what lies anywhere within
+/// such a scale.
+const SENSOR_GAIN: f32 = 0.05;
+const SENSOR_OFFSET: f32 = 0.03;
+
+/// Most of these scales that a fit moves it by: beyond that its unit is wrong, not its sensor.
+const SENSOR_REACH: f32 = 4.0;
 
 /// Increases of the damping before a fit is taken as converged, and by how much each is.
 const MOST_REFUSALS: u32 = 4;
@@ -38,6 +49,8 @@ const LEAST_DAMPING: f64 = 0.02;
 pub enum Target {
     /// A parameter of the declared actuator.
     Base(Base),
+    /// A number of the current's sensor.
+    Current(Reading),
     /// A value of the effect in this slot of the model.
     Effect {
         /// Index in the model's effects.
@@ -134,6 +147,29 @@ impl Variable {
         }
     }
 
+    /// A number of the current's sensor; what it is declared as, unless the log says otherwise. `rms`: root mean
+    /// square of the current, A.
+    fn current(declared: &Model, reading: Reading, rms: f32, period: f32) -> Self {
+        let declared = declared.current_sensor.get(reading);
+        let scale = match reading {
+            Reading::Gain => SENSOR_GAIN,
+            Reading::Offset => SENSOR_OFFSET * rms,
+            Reading::Lag => period,
+        };
+        // A sensor is not early.
+        let lower = match reading {
+            Reading::Lag => declared,
+            Reading::Gain | Reading::Offset => declared - SENSOR_REACH * scale,
+        };
+        Self {
+            target: Target::Current(reading),
+            scale,
+            lower,
+            upper: declared + SENSOR_REACH * scale,
+            declared: Some(declared),
+        }
+    }
+
     /// A knot of the learned map; zero unless the log says otherwise.
     fn knot(index: usize, scope: &Scope) -> Self {
         Self {
@@ -152,7 +188,7 @@ impl Variable {
     }
 
     /// What its declared value weighs in a fit.
-    fn weight(&self) -> f64 {
+    pub(super) fn weight(&self) -> f64 {
         match (self.declared, self.target) {
             (Some(_), Target::Knot(_)) => KNOT_WEIGHT,
             (Some(_), _) => DECLARED_WEIGHT,
@@ -161,7 +197,7 @@ impl Variable {
     }
 
     /// How far it is from its declared value, in scales.
-    fn departure(&self, model: &Model) -> f64 {
+    pub(super) fn departure(&self, model: &Model) -> f64 {
         self.declared.map_or(0.0, |declared| {
             f64::from((self.get(model) - declared) / self.scale)
         })
@@ -171,6 +207,7 @@ impl Variable {
     pub fn get(&self, model: &Model) -> f32 {
         match self.target {
             Target::Base(parameter) => model.get(parameter),
+            Target::Current(reading) => model.current_sensor.get(reading),
             Target::Effect { slot, index } => model.effects[slot].values[index],
             Target::Knot(index) => model.map.map_or(0.0, |map| map.knots[index]),
         }
@@ -186,6 +223,7 @@ impl Variable {
     pub fn set(&self, model: &mut Model, value: f32) {
         match self.target {
             Target::Base(parameter) => model.set(parameter, value),
+            Target::Current(reading) => model.current_sensor.set(reading, value),
             Target::Effect { slot, index } => model.effects[slot].values[index] = value,
             Target::Knot(index) => {
                 if let Some(map) = &mut model.map {
@@ -197,8 +235,13 @@ impl Variable {
 }
 
 /// The variables of a model: those of its base, of the effects and of the map that the declared
-/// one does not have. What the user declares of an effect stays as it is.
-pub fn variables(declared: &Model, model: &Model, base: &[Base], scope: &Scope) -> Variables {
+/// one does not have, and, if `sensor`, of the current's sensor. What the user declares of an effect stays as it is.
+pub fn variables(
+    declared: &Model,
+    model: &Model,
+    (base, sensor): (&[Base], bool),
+    scope: &Scope,
+) -> Variables {
     let mut variables = Variables::new();
     for &parameter in base {
         let _ = variables.push(Variable::base(declared, parameter, scope));
@@ -217,6 +260,12 @@ pub fn variables(declared: &Model, model: &Model, base: &[Base], scope: &Scope) 
     if model.map.is_some() {
         for index in 0..KNOTS {
             let _ = variables.push(Variable::knot(index, scope));
+        }
+    }
+    if sensor {
+        let rms = scope.torque / declared.plant.torque_per_current();
+        for reading in Reading::ALL {
+            let _ = variables.push(Variable::current(declared, reading, rms, scope.period));
         }
     }
     variables
@@ -253,6 +302,10 @@ pub fn perturb<'m>(
     period: f32,
 ) -> Option<()> {
     for variable in variables {
+        if let Target::Current(reading) = variable.target {
+            ensemble.push_reading(reading, variable.scale).ok()?;
+            continue;
+        }
         let value = variable.get(model);
         // Downwards where upwards would leave the bounds, or the plant's range: two end stops
         // must not meet.

@@ -7,10 +7,11 @@
 //! two neighbouring lengths, and what is found over both is said: stability selection (N. Meinshausen, P. Bühlmann,
 //! *Stability selection*, 2010), with lengths of prediction in the place of random halves of the data.
 
-use super::model::Model;
+use super::held_out::{Refusal, compare};
+use super::model::{Base, Model};
 use super::replay::{Data, Schedule};
-use super::select::{keep, trace_over};
-use super::verdict::{Consideration, Trace, Verdict};
+use super::select::{Found, conclude, look_beneath, stands, take_map, trace_over};
+use super::verdict::{Accepted, Consideration, Decision, Trace, Verdict};
 use super::workbench::{Options, Workbench};
 
 /// Fewest samples in a window: as many as a restart with the narrowest smoothing takes in.
@@ -78,6 +79,104 @@ pub fn trace<S: Schedule>(
     }
     said.simulated = samples / said.settings.window as u64;
     Some(said)
+}
+
+/// Whether what one tracing has found is clearly better than what another one has found over the windows of that other
+/// one, too.
+///
+/// `None` if a model cannot be built.
+#[inline(never)]
+fn beats(workbench: &mut Workbench<impl Schedule>, trace: &Trace, other: &Trace) -> Option<bool> {
+    let mut others = workbench.over(other.settings)?;
+    others.base = other.base.clone();
+    others.sensor = other.sensor;
+    let of_other = others.held_out(&other.after.model)?;
+    others.base = trace.base.clone();
+    others.sensor = trace.sensor;
+    let fit = others.fit(&trace.after.model)?;
+    let own = others.held_out(&fit.model)?;
+    workbench.count(others.simulated, other.settings.window);
+    Some(compare(&of_other, &own).refusal(1).is_none())
+}
+
+/// Takes out of a tracing what another one does not confirm, and fits the rest anew; nothing, where both have found
+/// something and that of the former is clearly better over the windows of either: the other has missed it. `workbench`:
+/// with the log as it was cut and weighed for the former.
+///
+/// `None` if the model cannot be built.
+#[inline(never)]
+fn keep(
+    workbench: &mut Workbench<impl Schedule>,
+    trace: &mut Trace,
+    other: &Trace,
+    observe: &mut dyn FnMut(&Consideration),
+) -> Option<()> {
+    let fixed = workbench.options.base.len();
+    let freed = |number: &Base| other.base[fixed..].contains(number);
+    let confirmed = |accepted: &Accepted| other.confirms(accepted);
+    let mut map = trace.unknown.iter();
+    if map.all(|it| other.confirms_map(it.kind))
+        && trace.base[fixed..].iter().all(freed)
+        && trace.accepted.iter().all(confirmed)
+    {
+        return Some(());
+    }
+    if other.has_found(fixed) && beats(workbench, trace, other).unwrap_or(false) {
+        return Some(());
+    }
+    workbench.sensor = trace.sensor;
+    let declared = workbench.declared;
+    let mut found = Found {
+        after: trace.after.clone(),
+        accepted: trace.accepted.clone(),
+        held_out: None,
+        left: 1.0,
+    };
+    let first = declared.effects.len();
+    for place in (0..found.accepted.len()).rev() {
+        if !confirmed(&found.accepted[place]) {
+            observe(&found.accepted.remove(place).refused());
+            found.after.model.effects.remove(first + place);
+        }
+    }
+    for number in &trace.base[fixed..] {
+        if freed(number) {
+            let _ = workbench.base.push(*number);
+        } else {
+            found.after.model.set(*number, declared.get(*number));
+        }
+    }
+    if let Some(unknown) = trace.unknown.take() {
+        observe(&Consideration {
+            decision: Decision::Refused(Refusal::OverOneLength),
+            ..unknown.dropped()
+        });
+    }
+    let before = &trace.before.model;
+    let mut unknown = None;
+    let stands = found.is_more(workbench) && {
+        found.after = workbench.fit(&found.after.model)?;
+        // What is left without the others may be the law of something else.
+        let beneath = look_beneath(workbench, before, &mut found, observe)?;
+        unknown = beneath.filter(|it| other.confirms_map(it.kind));
+        if let Some(learned) = &mut unknown {
+            found.outdone_by(learned, observe);
+            take_map(workbench, learned, &mut found)?;
+        }
+        stands(workbench, before, &mut found, observe)?
+    };
+    if !stands {
+        unknown = None;
+        workbench.hold_freed();
+        found.accepted.clear();
+        found.after = trace.before.clone();
+    }
+    let concluded = conclude(workbench, trace.before.clone(), found, unknown)?;
+    *trace = Trace {
+        unconfirmed: !stands,
+        ..concluded
+    };
+    Some(())
 }
 
 /// Cuts a log into windows half as long, if these are long enough. Whether they are.

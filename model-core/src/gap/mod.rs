@@ -35,6 +35,7 @@
 //!   candidates of a round and the shapes tried for each, not among rounds.
 
 pub mod covariance;
+pub mod current_sensor;
 pub mod ensemble;
 pub mod fit;
 pub mod held;

@@ -1,5 +1,6 @@
 //! The declared actuator with its effects.
 
+use super::current_sensor::CurrentSensor;
 use super::held::Held;
 use super::simulator::Simulator;
 use crate::effect::gravity::Gravity;
@@ -150,6 +151,9 @@ pub struct Model {
     pub gravity_torque: f32,
     /// Where the load hangs, rad.
     pub gravity_rest: f32,
+    /// How its current is measured.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub current_sensor: CurrentSensor,
     /// Its effects.
     pub effects: Vec<Active, MOST_EFFECTS>,
     /// What was learned where no effect explains the residual.
@@ -157,6 +161,19 @@ pub struct Model {
 }
 
 impl Model {
+    /// The model with the current's sensor of another one. What that is late by less, a late drive is late by more:
+    /// the current is late by the sum, and between two samples no fit carries one over to the other.
+    pub fn with_sensor_of(&self, other: &Self) -> Self {
+        let mut model = self.clone();
+        model.current_sensor = other.current_sensor;
+        let less = self.current_sensor.lag - other.current_sensor.lag;
+        let mut effects = model.effects.iter_mut();
+        if let Some(late) = effects.find(|effect| effect.id == Id::InputDelay) {
+            late.values[0] += less;
+        }
+        model
+    }
+
     /// The value of a base parameter. The forward one where the directions differ.
     pub fn get(&self, parameter: Base) -> f32 {
         let winding = match self.plant.drive {

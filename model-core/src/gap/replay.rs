@@ -5,7 +5,7 @@
 //! window are `f32`, sums over windows `f64` in the order of the log: the same bits on one core,
 //! on many and on the chip.
 
-use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS};
+use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS, Source};
 use super::held::{Acting, Held, Varied};
 use super::held_out::LEAST_BLOCKS;
 use super::log::{Channel, Log};
@@ -464,6 +464,13 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     /// position at the next sample, and of the current at this one or of the velocity at the next.
     #[inline]
     pub fn advance(&mut self, row: &Row) -> (f32, f32) {
+        self.advance_and_see(row).0
+    }
+
+    /// The same; and the current that its sensor sees, with how fast that rises, A and A/s.
+    #[inline]
+    fn advance_and_see(&mut self, row: &Row) -> ((f32, f32), (f32, f32)) {
+        let before = self.course.state.current;
         let late = self.simulator.input_lateness();
         // Before the log its first input acts.
         let back = |samples: usize| self.log.input.at(row.index.saturating_sub(samples));
@@ -488,10 +495,11 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             .simulator
             .step(&mut self.course, &given)
             .unwrap_or(self.course.state.current);
-        let late = self.simulator.sensor_lateness().whole;
+        let reading = self.simulator.current_match();
+        let read = self.simulator.current_sensor().reading(predicted);
         let current = match (row.current, self.log.current) {
-            (Some(measured), _) if late == 0 => predicted - measured,
-            (_, Some(measured)) => predicted - measured.at(row.index.saturating_sub(late)),
+            (Some(measured), _) if reading.is_at_hand() => read - measured,
+            (_, Some(measured)) => read - measured.at(reading.sample(row.index, measured.len())),
             (_, None) => match row.next_velocity {
                 Some(measured) if self.velocity_channel => {
                     self.course.state.velocity.value() - measured
@@ -502,7 +510,8 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let position = self
             .simulator
             .reported_from(&self.course, row.next_position);
-        (position, current)
+        let rise = (self.course.state.current - before) / self.log.period;
+        ((position, current), (predicted, rise))
     }
 
     /// The position that the simulation reports.
@@ -645,7 +654,7 @@ fn warmth_at<M: Borrow<Modes>, H: Acting>(
     for sample in (stride..=start).step_by(stride) {
         let middle = sample - stride / 2;
         let current = match log.current {
-            Some(current) => current.at(middle),
+            Some(current) => simulator.current_sensor().current(current.at(middle)),
             None => {
                 let travel = log.position.at(sample) - log.position.at(sample - stride);
                 simulator.steady_current(travel / step, log.input.at(middle))
@@ -669,8 +678,10 @@ fn current_at<M: Borrow<Modes>, H: Acting>(
     let late = simulator.input_lateness().whole;
     let input = |sample: usize| log.input.at(sample.saturating_sub(late));
     let measured = |sample: usize| {
-        let sample = sample.saturating_sub(simulator.sensor_lateness().whole);
-        log.current.map(|current| current.at(sample))
+        log.current.map(|current| {
+            let sample = simulator.current_match().sample(sample, current.len());
+            simulator.current_sensor().current(current.at(sample))
+        })
     };
     let periods = simulator.electric_periods();
     if periods < FASTEST_WINDING || start <= half_width {
@@ -830,19 +841,41 @@ fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ens
     let mut positions = [0.0f32; COLUMNS];
     let mut currents = [0.0f32; COLUMNS];
     let columns = ensemble.lanes().len() + 1;
+    let sensor = ensemble.current_sensor();
+    let late = ensemble.reads_within_steps();
+    let mut last = 0.0;
     for index in window.start..window.start + settings.window {
         let row = Row::new(log, index);
-        let mut residuals = runners.iter_mut().map(|runner| runner.advance(&row));
+        let mut residuals = runners
+            .iter_mut()
+            .map(|runner| runner.advance_and_see(&row));
         let mut next = || residuals.next().unwrap_or_default();
-        let centre = next();
+        let (centre, (seen, rise)) = next();
+        let seen = (seen, if late { rise } else { last });
+        last = rise;
         positions[0] = centre.0 * settings.position_weight;
         currents[0] = centre.1 * settings.current_weight;
         for (column, lane) in ensemble.lanes().iter().enumerate() {
-            let moved = next();
-            let from = if lane.two_sided { next() } else { centre };
-            positions[column + 1] =
-                (moved.0 - from.0) * settings.position_weight * lane.inverse_step;
-            currents[column + 1] = (moved.1 - from.1) * settings.current_weight * lane.inverse_step;
+            let (position, current) = (&mut positions[column + 1], &mut currents[column + 1]);
+            match lane.source {
+                Source::Copies {
+                    two_sided,
+                    inverse_step,
+                } => {
+                    let moved = next().0;
+                    let from = if two_sided { next().0 } else { centre };
+                    *position = (moved.0 - from.0) * settings.position_weight * inverse_step;
+                    *current = (moved.1 - from.1) * settings.current_weight * inverse_step;
+                }
+                Source::Sensor { reading, scale } => {
+                    *position = 0.0;
+                    *current = if log.current.is_some() {
+                        sensor.slope(reading, seen) * settings.current_weight * scale
+                    } else {
+                        0.0
+                    };
+                }
+            }
         }
         let with_current = settings.current_weight > 0.0;
         for (column, sums) in sums.rows_mut().take(columns).enumerate() {
@@ -946,10 +979,18 @@ fn accumulate_all<const N: usize>(
     let columns = ensemble.lanes().len() + 1;
     let (position_weight, current_weight) = (settings.position_weight, settings.current_weight);
     let with_current = current_weight > 0.0;
+    let sensor = ensemble.current_sensor();
+    let measured = places.measured_current();
+    let late = ensemble.reads_within_steps();
+    let mut last = [0.0; N];
     for _ in 0..places.steps() {
-        if !places.step(&mut replays, &mut residuals) {
+        let Some(seen) = places.step(&mut replays, &mut residuals) else {
             continue;
-        }
+        };
+        let (seen, rises) = seen;
+        let before = last;
+        last = rises;
+        let rises = if late { rises } else { before };
         let mut next = 1;
         let centre = &residuals[0];
         for lane in 0..N {
@@ -957,18 +998,38 @@ fn accumulate_all<const N: usize>(
             currents[0][lane] = centre.1[lane] * current_weight;
         }
         for (column, perturbed) in ensemble.lanes().iter().enumerate() {
-            let moved = &residuals[next];
-            let from = if perturbed.two_sided {
-                &residuals[next + 1]
-            } else {
-                centre
-            };
-            next += 1 + usize::from(perturbed.two_sided);
-            let inverse_step = perturbed.inverse_step;
             let (position, current) = (&mut positions[column + 1], &mut currents[column + 1]);
-            for lane in 0..N {
-                position[lane] = (moved.0[lane] - from.0[lane]) * position_weight * inverse_step;
-                current[lane] = (moved.1[lane] - from.1[lane]) * current_weight * inverse_step;
+            match perturbed.source {
+                Source::Copies {
+                    two_sided,
+                    inverse_step,
+                } => {
+                    let moved = &residuals[next];
+                    let from = if two_sided {
+                        &residuals[next + 1]
+                    } else {
+                        centre
+                    };
+                    next += 1 + usize::from(two_sided);
+                    for lane in 0..N {
+                        position[lane] =
+                            (moved.0[lane] - from.0[lane]) * position_weight * inverse_step;
+                        current[lane] =
+                            (moved.1[lane] - from.1[lane]) * current_weight * inverse_step;
+                    }
+                }
+                Source::Sensor { reading, scale } => {
+                    for lane in 0..N {
+                        position[lane] = 0.0;
+                        current[lane] = if measured[lane] {
+                            sensor.slope(reading, (seen[lane], rises[lane]))
+                                * current_weight
+                                * scale
+                        } else {
+                            0.0
+                        };
+                    }
+                }
             }
         }
         for column in 0..columns {
@@ -1100,7 +1161,7 @@ fn replay_all<const N: usize>(
     let (mut position, mut current, mut largest) = ([0.0; N], [0.0; N], [0.0; N]);
     let mut cost = [0.0; N];
     for _ in 0..places.steps() {
-        if !places.step(&mut replays, &mut residuals) {
+        if places.step(&mut replays, &mut residuals).is_none() {
             continue;
         }
         let [(positions, currents)] = &residuals;
@@ -1211,7 +1272,7 @@ impl Contrasts<'_> {
             for ((places, replay), residual) in
                 [&mut first, &mut second].into_iter().zip(&mut residuals)
             {
-                while !places.step(replay, residual) {}
+                while places.step(replay, residual).is_none() {}
             }
             for (lane, result) in results.iter_mut().enumerate() {
                 result.add(residuals.map(|[(position, second)]| (position[lane], second[lane])));

@@ -38,8 +38,10 @@ fn looks<'a>(
         let around = index - STRIDE / 2..index - STRIDE / 2 + STRIDE;
         let mean = match log.current {
             Some(current) => {
-                let late = simulator.sensor_lateness().whole;
-                let sum: f32 = around.map(|at| current.at(at.saturating_sub(late))).sum();
+                let reading = simulator.current_match();
+                let sum: f32 = around
+                    .map(|at| current.at(reading.sample(at, current.len())))
+                    .sum();
                 sum / STRIDE as f32
             }
             None => {

@@ -127,7 +127,7 @@ pub(super) fn trace_over<S: Schedule>(
         left: 1.0,
     };
     found.search(&mut workbench, 1, observe)?;
-    if found.is_more(&workbench) {
+    if found.is_more(&workbench) || workbench.sensor {
         // Both models are judged on the same restarts, so the first is fitted to these too.
         let fitted = workbench.hold_freed();
         before = workbench.best_fit(&[&before.model, model])?;
@@ -148,7 +148,24 @@ pub(super) fn trace_over<S: Schedule>(
         unknown = None;
         found.after = before.clone();
     }
-    let mut end = end_at(&mut workbench, &mut found)?;
+    conclude(&mut workbench, before, found, unknown)
+}
+
+/// What is said of what was found. Where nothing is proven, numbers that were freed are taken back.
+#[inline(never)]
+pub(super) fn conclude(
+    workbench: &mut Workbench<impl Schedule>,
+    mut before: Fit,
+    mut found: Found,
+    unknown: Option<Unknown>,
+) -> Option<Trace> {
+    if hold_sensor(workbench, &mut found)? {
+        let start = before.model.with_sensor_of(workbench.declared);
+        let fitted = workbench.hold_freed();
+        before = workbench.fit(&start)?;
+        workbench.base = fitted;
+    }
+    let mut end = end_at(workbench, &mut found)?;
     if workbench.has_freed()
         && found.accepted.is_empty()
         && unknown.is_none()
@@ -157,9 +174,9 @@ pub(super) fn trace_over<S: Schedule>(
         // Something is missing that nobody found, and the numbers may stand in for it.
         workbench.hold_freed();
         found.after = before.clone();
-        end = end_at(&mut workbench, &mut found)?;
+        end = end_at(workbench, &mut found)?;
     }
-    if unknown.is_none() && !found.is_more(&workbench) {
+    if unknown.is_none() && !found.is_more(workbench) {
         before = found.after.clone();
     }
     let End { residual, farthest } = end;
@@ -167,6 +184,7 @@ pub(super) fn trace_over<S: Schedule>(
         residual,
         farthest,
         base: workbench.base.clone(),
+        sensor: workbench.sensor,
         settings: workbench.data.settings,
         simulated: workbench.simulated,
         before,
@@ -175,107 +193,6 @@ pub(super) fn trace_over<S: Schedule>(
         unknown,
         unconfirmed: false,
     })
-}
-
-/// Whether what one tracing has found is clearly better than what another one has found over the windows of that other
-/// one, too.
-///
-/// `None` if a model cannot be built.
-#[inline(never)]
-fn beats(workbench: &mut Workbench<impl Schedule>, trace: &Trace, other: &Trace) -> Option<bool> {
-    let mut others = workbench.over(other.settings)?;
-    others.base = other.base.clone();
-    let of_other = others.held_out(&other.after.model)?;
-    others.base = trace.base.clone();
-    let fit = others.fit(&trace.after.model)?;
-    let own = others.held_out(&fit.model)?;
-    workbench.count(others.simulated, other.settings.window);
-    Some(compare(&of_other, &own).refusal(1).is_none())
-}
-
-/// Takes out of a tracing what another one does not confirm, and fits the rest anew; nothing, where both have found
-/// something and that of the former is clearly better over the windows of either: the other has missed it. `workbench`:
-/// with the log as it was cut and weighed for the former.
-///
-/// `None` if the model cannot be built.
-#[inline(never)]
-pub(super) fn keep(
-    workbench: &mut Workbench<impl Schedule>,
-    trace: &mut Trace,
-    other: &Trace,
-    observe: &mut dyn FnMut(&Consideration),
-) -> Option<()> {
-    let fixed = workbench.options.base.len();
-    let freed = |number: &Base| other.base[fixed..].contains(number);
-    let confirmed = |accepted: &Accepted| other.confirms(accepted);
-    let mut map = trace.unknown.iter();
-    if map.all(|it| other.confirms_map(it.kind))
-        && trace.base[fixed..].iter().all(freed)
-        && trace.accepted.iter().all(confirmed)
-    {
-        return Some(());
-    }
-    if other.has_found(fixed) && beats(workbench, trace, other).unwrap_or(false) {
-        return Some(());
-    }
-    let declared = workbench.declared;
-    let mut found = Found {
-        after: trace.after.clone(),
-        accepted: trace.accepted.clone(),
-        held_out: None,
-        left: 1.0,
-    };
-    let first = declared.effects.len();
-    for place in (0..found.accepted.len()).rev() {
-        if !confirmed(&found.accepted[place]) {
-            observe(&found.accepted.remove(place).refused());
-            found.after.model.effects.remove(first + place);
-        }
-    }
-    for number in &trace.base[fixed..] {
-        if freed(number) {
-            let _ = workbench.base.push(*number);
-        } else {
-            found.after.model.set(*number, declared.get(*number));
-        }
-    }
-    if let Some(unknown) = trace.unknown.take() {
-        observe(&Consideration {
-            decision: Decision::Refused(Refusal::OverOneLength),
-            ..unknown.dropped()
-        });
-    }
-    let before = &trace.before.model;
-    let mut unknown = None;
-    let stands = found.is_more(workbench) && {
-        found.after = workbench.fit(&found.after.model)?;
-        // What is left without the others may be the law of something else.
-        let beneath = look_beneath(workbench, before, &mut found, observe)?;
-        unknown = beneath.filter(|it| other.confirms_map(it.kind));
-        if let Some(learned) = &mut unknown {
-            found.outdone_by(learned, observe);
-            take_map(workbench, learned, &mut found)?;
-        }
-        stands(workbench, before, &mut found, observe)?
-    };
-    if !stands {
-        unknown = None;
-        workbench.hold_freed();
-        found.accepted.clear();
-        found.after = trace.before.clone();
-    }
-    let End { residual, farthest } = end_at(workbench, &mut found)?;
-    if !stands {
-        trace.before = found.after.clone();
-    }
-    trace.unknown = unknown;
-    trace.unconfirmed = !stands;
-    trace.residual = residual;
-    trace.farthest = farthest;
-    trace.base = workbench.base.clone();
-    trace.accepted = found.accepted;
-    trace.after = found.after;
-    Some(())
 }
 
 /// What the final model leaves.
@@ -329,15 +246,15 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
 }
 
 /// What has been found so far.
-struct Found {
+pub(super) struct Found {
     /// The model with the effects.
-    after: Fit,
-    accepted: Vec<Accepted, ROUNDS>,
+    pub after: Fit,
+    pub accepted: Vec<Accepted, ROUNDS>,
     /// Held-out errors of that model, where they are known.
-    held_out: Option<HeldOut>,
+    pub held_out: Option<HeldOut>,
     /// Share of the held-out error that the effects leave, as far as it is known; what they were chosen anew
     /// beside is not in it.
-    left: f64,
+    pub left: f64,
 }
 
 impl Found {
@@ -391,7 +308,7 @@ impl Found {
         place: usize,
         round: usize,
     ) -> Option<Option<Consideration>> {
-        let (data, base) = (workbench.data, workbench.base.clone());
+        let (data, base, sensor) = (workbench.data, workbench.base.clone(), workbench.sensor);
         let (kept, left) = (self.after.clone(), self.left);
         let out = self.accepted.remove(place);
         let others = self.accepted.len();
@@ -417,6 +334,7 @@ impl Found {
         self.held_out = None;
         workbench.data = data;
         workbench.base = base;
+        workbench.sensor = sensor;
         Some(None)
     }
 
@@ -480,7 +398,7 @@ impl Found {
     }
 
     /// Tells that a learned map explains more than all effects.
-    fn outdone_by(&self, learned: &Unknown, observe: &mut dyn FnMut(&Consideration)) {
+    pub fn outdone_by(&self, learned: &Unknown, observe: &mut dyn FnMut(&Consideration)) {
         let by = Subject::Map(learned.kind);
         for effect in &self.accepted {
             observe(&effect.candidate.look(1, Decision::Outdone { by }));
@@ -488,7 +406,7 @@ impl Found {
     }
 
     /// Whether there is more in it than the base.
-    fn is_more(&self, workbench: &Workbench<impl Schedule>) -> bool {
+    pub fn is_more(&self, workbench: &Workbench<impl Schedule>) -> bool {
         !self.accepted.is_empty() || workbench.has_freed()
     }
 }
@@ -503,11 +421,67 @@ fn add_effect(
 ) -> Option<bool> {
     let mut round = Round::new(round);
     consider(workbench, &mut round, found, observe)?;
+    if free_sensor(workbench, &round, found)? {
+        round.tell(Subject::Sensor, observe);
+        return Some(true);
+    }
     if free_numbers(workbench, &mut round, found)? {
         round.tell(Subject::Numbers, observe);
         return Some(true);
     }
     take_winner(workbench, &mut round, found, observe)
+}
+
+/// Frees gain, offset and lag of the current's sensor, if they explain what is left as well as the best effect does.
+/// Whether they do. From then on they are numbers of every fit: what they explain is no effect's.
+#[inline(never)]
+fn free_sensor(
+    workbench: &mut Workbench<impl Schedule>,
+    round: &Round,
+    found: &mut Found,
+) -> Option<bool> {
+    if workbench.sensor || !workbench.has_sensor() {
+        return Some(false);
+    }
+    let model = &found.after.model;
+    judge(workbench, &mut found.held_out, model)?;
+    workbench.sensor = true;
+    let larger = workbench.held_out(model)?;
+    let comparison = compare(found.held_out.as_ref()?, &larger);
+    if comparison.refusal(1).is_some() || comparison.ratio > EQUALLY_GOOD * round.least {
+        workbench.sensor = false;
+        return Some(false);
+    }
+    let fitted = workbench.fit(model)?.model;
+    if workbench.is_good_sensor(&fitted) {
+        workbench.sensor = false;
+        return Some(false);
+    }
+    workbench.restart(&fitted)?;
+    found.after = workbench.fit(&fitted)?;
+    found.held_out = None;
+    Some(true)
+}
+
+/// Holds the numbers of the current's sensor again, if they are a good one's beside what was found, or held-out blocks
+/// are followed as well so. Whether it does.
+#[inline(never)]
+fn hold_sensor(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option<bool> {
+    if !workbench.sensor {
+        return Some(false);
+    }
+    let with = workbench.held_out(&found.after.model)?;
+    let is_good = workbench.is_good_sensor(&found.after.model);
+    workbench.sensor = false;
+    let model = found.after.model.with_sensor_of(workbench.declared);
+    let without = workbench.held_out(&model)?;
+    if !is_good && compare(&without, &with).refusal(1).is_none() {
+        workbench.sensor = true;
+        return Some(false);
+    }
+    found.after = workbench.fit(&model)?;
+    found.held_out = None;
+    Some(true)
 }
 
 /// Frees the numbers that the base holds, if they explain what is left as well as the best effect does.
@@ -782,7 +756,7 @@ fn tolerated(other: Id, than: Id) -> f64 {
 /// sheet would allow, and nothing that was fitted to held-out blocks of one length predicts clearly worse over
 /// shorter or longer ones. Effects go one by one, an uncertain one before the last one, until the rest may be said.
 #[inline(never)]
-fn stands(
+pub(super) fn stands(
     workbench: &mut Workbench<impl Schedule>,
     before: &Model,
     found: &mut Found,
@@ -824,7 +798,7 @@ fn stands(
 
 /// Does anything lie under it that the catalogue does not have? `before`: the base fit.
 #[inline(never)]
-fn look_beneath(
+pub(super) fn look_beneath(
     workbench: &mut Workbench<impl Schedule>,
     before: &Model,
     found: &mut Found,
@@ -873,7 +847,7 @@ fn look_beneath(
 
 /// Takes a learned map for all that is missing. A fit of it starts there from then on.
 #[inline(never)]
-fn take_map(
+pub(super) fn take_map(
     workbench: &mut Workbench<impl Schedule>,
     unknown: &mut Unknown,
     found: &mut Found,

@@ -1,5 +1,6 @@
 //! A model bound for one step period.
 
+use super::current_sensor::{CurrentSensor, Match};
 use super::held::{Acting, Held};
 use super::model::Model;
 use crate::effect::backlash::follow;
@@ -70,7 +71,7 @@ pub struct Given {
 const LEAST_SHARE: f32 = 1e-3;
 
 impl Lateness {
-    fn new(delay: f32, period: f32) -> Self {
+    pub(super) fn new(delay: f32, period: f32) -> Self {
         let samples = (delay / period).max(0.0);
         let whole = samples as usize;
         let share = samples - whole as f32;
@@ -107,7 +108,9 @@ pub struct Simulator<M = Modes, H = Held> {
     electric: bool,
     gain: f32,
     input: Lateness,
-    current: Lateness,
+    current: Match,
+    /// How the current is measured.
+    sensor: CurrentSensor,
     /// Half the width of the play before the sensor; negative without one.
     half_play: f32,
     /// What friction yields by, where a model says so.
@@ -167,7 +170,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             electric,
             gain: plant.gain,
             input,
-            current: Lateness::new(chain.sensor_delay, period),
+            current: Match::new(chain.sensor_delay, model.current_sensor.lag, period),
+            sensor: model.current_sensor,
             half_play: chain.play.map_or(-1.0, |width| 0.5 * width),
             bristles: chain.bristles,
             shaft,
@@ -335,9 +339,15 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         }
     }
 
-    /// How late the position is reported beside the current.
-    pub fn sensor_lateness(&self) -> Lateness {
+    /// Which reading of the current belongs to a step: the position may be reported late beside it.
+    pub fn current_match(&self) -> Match {
         self.current
+    }
+
+    /// How the current is measured.
+    #[inline]
+    pub fn current_sensor(&self) -> &CurrentSensor {
+        &self.sensor
     }
 
     /// Periods in which the winding's current comes to a share of 1 − 1/e of its steady value; 0 without a

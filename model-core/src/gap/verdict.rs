@@ -67,6 +67,8 @@ pub enum Subject {
     Map(Kind),
     /// The declared numbers that are not to be fitted, fitted nevertheless.
     Numbers,
+    /// Gain, offset and lag of the current's sensor.
+    Sensor,
 }
 
 /// One look at one effect, or at one learned map, in one round.
@@ -171,6 +173,8 @@ pub struct Trace {
     /// Numbers of the declared actuator that the final fit has moved: those of the options, and behind
     /// them those that turned out wrong.
     pub base: Numbers,
+    /// Whether the numbers of the current's sensor were fitted.
+    pub sensor: bool,
     /// Structure that none of the catalogue explains, where nothing was accepted.
     pub unknown: Option<Unknown>,
     /// Whether something was found over predictions of one length, and nothing of it over those of another.

@@ -86,6 +86,10 @@ const MOST_TURNS: u32 = 3;
 /// Windows of the judging length that a long prediction lasts.
 const LONG: usize = 10;
 
+/// Shares of the scales of a current's sensor within which it is a good one: 1 % of gain, 0.6 % of offset, a fifth of a
+/// sample. A shunt with its amplifier comes no nearer.
+const GOOD_SENSOR: f64 = 0.2;
+
 /// Length of a held-out block, s.
 const BLOCK: f32 = 0.5;
 
@@ -132,6 +136,8 @@ pub struct Workbench<'a, S> {
     /// Numbers of the declared actuator that fits move: those of the options, and behind them those
     /// that were freed.
     pub base: Numbers,
+    /// Whether fits move the numbers of the current's sensor.
+    pub sensor: bool,
     /// Windows of the judging length simulated, each copy counted.
     pub simulated: u64,
     schedule: &'a S,
@@ -156,6 +162,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             declared,
             options,
             base: options.base.iter().copied().collect(),
+            sensor: false,
             simulated: 0,
             schedule,
             block: windows_per_block(&data, options.block),
@@ -181,7 +188,23 @@ impl<'a, S: Schedule> Workbench<'a, S> {
 
     /// What a fit of the model may move.
     pub fn variables(&self, model: &Model) -> Variables {
-        fit::variables(self.declared, model, &self.base, &self.options.scope)
+        let moving = (&self.base[..], self.sensor);
+        fit::variables(self.declared, model, moving, &self.options.scope)
+    }
+
+    /// Whether the current of a winding was measured.
+    pub fn has_sensor(&self) -> bool {
+        let measured = self.data.logs.iter().any(|log| log.current.is_some());
+        measured && matches!(self.declared.plant.drive, Drive::Voltage { .. })
+    }
+
+    /// Whether the current's sensor of a model errs by less than the best ones do.
+    pub fn is_good_sensor(&self, model: &Model) -> bool {
+        let variables = self.variables(model);
+        let mut own = variables
+            .iter()
+            .filter(|variable| matches!(variable.target, Target::Current(_)));
+        own.all(|variable| variable.departure(model).abs() < GOOD_SENSOR)
     }
 
     /// Fits a model to all of the log.
@@ -260,6 +283,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             let value = variable.get(model);
             let reach = match variable.target {
                 Target::Base(_) => BASE_REACH * variable.scale,
+                Target::Current(_) => 0.0,
                 Target::Effect { slot, .. }
                     if variable.is_strength_of(model, slot) || !comes_and_goes(slot) =>
                 {

@@ -57,5 +57,6 @@ pub fn model(plant: &Parameters) -> Model {
         gravity_rest: 0.0,
         effects: Default::default(),
         map: None,
+        current_sensor: Default::default(),
     }
 }

@@ -8,8 +8,8 @@ use crate::running::Running;
 /// Where a recorded drive lies: `TAPE` of `memory.x`.
 const TAPE: u64 = 0x080A_0000;
 
-/// Virtual time after which no image is waited for, ms.
-const LIMIT: u64 = 1_000_000;
+/// Virtual time after which no image is waited for, ms: near twice what the longest takes, which traces a log of each verdict.
+const LIMIT: u64 = 2_000_000;
 
 /// Runs it, its log at the standard output, until whoever reads that has what he waits for and ends this
 /// program. The first argument is the instructions that the core retires in a second.

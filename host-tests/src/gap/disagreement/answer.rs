@@ -49,6 +49,7 @@ pub(in crate::gap) fn report(
         effects: Vec::new(),
         unknown: None,
         fit: Vec::new(),
+        current_sensor: Vec::new(),
         errors: Errors {
             train: stages,
             validate: None,

@@ -288,7 +288,7 @@ impl Tryout<'_> {
             brake: None,
         };
         let log = blank.log();
-        let late = simulator.sensor_lateness().whole;
+        let reading = simulator.current_match();
         let mut runner = Runner::new(&simulator, &log, MARGIN, &self.settings);
         let mut position = blank.position.clone();
         let mut current = blank.current.clone().unwrap_or_default();
@@ -298,7 +298,7 @@ impl Tryout<'_> {
             if !limits.allow(&position[..index + 2]) {
                 return None;
             }
-            if let Some(measured) = current.get_mut(index.saturating_sub(late)) {
+            if let Some(measured) = current.get_mut(reading.sample(index, rows)) {
                 *measured = predicted;
             }
         }

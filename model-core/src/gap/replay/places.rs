@@ -341,18 +341,27 @@ impl<'a, const N: usize> Places<'a, N> {
         rows
     }
 
-    /// Steps simulators. Whether this was a step of the windows, whose residuals count.
+    /// Lanes in which the current was measured.
+    pub(super) fn measured_current(&self) -> [bool; N] {
+        self.seconds.map(|second| matches!(second, Second::Current))
+    }
+
+    /// Steps simulators. The current that the first one's sensor sees, with how fast that rises, if this was
+    /// a step of the windows, whose residuals count.
     #[inline(always)]
     pub(super) fn step<M: Borrow<Modes>, H: Acting>(
         &mut self,
         replays: &mut [Replay<M, H, N>],
         residuals: &mut [(Lanes<N>, Lanes<N>)],
-    ) -> bool {
+    ) -> Option<(Lanes<N>, Lanes<N>)> {
         let phase = self.phase();
         let rows = self.rows();
+        let mut first = None;
         for (replay, residual) in replays.iter_mut().zip(residuals) {
             if replay.takes(phase) {
-                *residual = self.advance(&mut replay.lanes, &rows);
+                let (residuals, seen) = self.advance(&mut replay.lanes, &rows);
+                *residual = residuals;
+                first.get_or_insert(seen);
                 if phase == Phase::Winding {
                     self.observe(replay, &rows.given.index);
                 }
@@ -360,10 +369,8 @@ impl<'a, const N: usize> Places<'a, N> {
         }
         self.step += 1;
         if phase != self.phase() {
-            let Some(first) = replays.first() else {
-                return false;
-            };
-            let (twists, behind) = (first.twists, first.courses());
+            let model = replays.first()?;
+            let (twists, behind) = (model.twists, model.courses());
             for replay in replays {
                 let follows = replay.follows;
                 if phase == Phase::Winding {
@@ -375,29 +382,31 @@ impl<'a, const N: usize> Places<'a, N> {
                 }
             }
         }
-        phase == Phase::Window
+        first.filter(|_| phase == Phase::Window)
     }
 
-    /// As [`Runner::advance`].
+    /// As [`Runner::advance_and_see`].
     #[inline(always)]
     fn advance<M: Borrow<Modes>, H: Acting>(
         &self,
         runner: &mut Lockstep<M, H, N>,
         rows: &Rows<N>,
-    ) -> (Lanes<N>, Lanes<N>) {
+    ) -> ((Lanes<N>, Lanes<N>), (Lanes<N>, Lanes<N>)) {
         let simulator = runner.simulator();
+        let before = runner.currents();
         let late = simulator.input_lateness();
         let predicted = if late.whole == 0 && late.share == 0.0 {
             runner.step(&rows.given)
         } else {
             runner.step(&self.late(late, &rows.given))
         };
-        let late = simulator.sensor_lateness().whole;
+        let reading = simulator.current_match();
+        let sensor = simulator.current_sensor();
         let mut measured = rows.current;
-        if late > 0 {
+        if !reading.is_at_hand() {
             for lane in 0..N {
-                let index = rows.given.index[lane].saturating_sub(late);
                 if let Some(current) = self.logs[lane].current {
+                    let index = reading.sample(rows.given.index[lane], current.len());
                     measured[lane] = current.at(index);
                 }
             }
@@ -407,12 +416,18 @@ impl<'a, const N: usize> Places<'a, N> {
         let mut seconds = [0.0; N];
         for lane in 0..N {
             seconds[lane] = match self.seconds[lane] {
-                Second::Current => predicted[lane] - measured[lane],
+                Second::Current => sensor.reading(predicted[lane]) - measured[lane],
                 Second::Velocity => velocities[lane] - rows.next_velocity[lane],
                 Second::Nothing => 0.0,
             };
         }
-        (runner.reported_from(&rows.next_position), seconds)
+        let position = runner.reported_from(&rows.next_position);
+        let after = runner.currents();
+        let mut rises = [0.0; N];
+        for lane in 0..N {
+            rises[lane] = (after[lane] - before[lane]) / self.logs[lane].period;
+        }
+        ((position, seconds), (predicted, rises))
     }
 
     /// A step under inputs that act late.

@@ -182,6 +182,12 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         self.courses.put(lane, course);
     }
 
+    /// The windings' currents.
+    #[inline(always)]
+    pub fn currents(&self) -> Lanes<N> {
+        self.courses.states.numbers.current
+    }
+
     /// The drives' velocities.
     #[inline(always)]
     pub fn velocities(&self) -> &Lanes<N> {

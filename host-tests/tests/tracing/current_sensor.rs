@@ -1,0 +1,143 @@
+//! A log whose current column errs: its gain, offset and lag are said, and nothing else is made of them.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use host_tests::gap::engine;
+use host_tests::gap::outcome::Outcome;
+use host_tests::log::Log;
+use host_tests::machine::Machine;
+
+use crate::stepped::Stepped;
+
+/// The machine file: its motor is as declared, and so are its friction's laws.
+const DECLARED: &str = r#"
+name = "gearmotor"
+coordinate = "rad"
+[input]
+kind = "voltage"
+gain = 1.0
+[motor]
+resistance = 4.0
+inductance = 0.016
+torque_constant = 1.4
+[mechanics]
+inertia = 0.08
+viscous = 0.02
+[friction]
+coulomb = 0.3
+static = 0.35
+[sensor]
+resolution = 1.122e-4
+[fit]
+parameters = ["inertia", "viscous", "coulomb", "static"]
+declared_effects = []
+"#;
+
+const RESISTANCE: f64 = 4.0;
+const TORQUE_CONSTANT: f64 = 1.4;
+/// A current that takes two rows to follow: how late a row reads it shows.
+const INDUCTANCE: f64 = 0.016;
+
+/// The motor that it is, in steps of 0.1 ms; friction and inertia at its shaft.
+const MOTOR: Stepped<4> = Stepped {
+    inertia: 0.09,
+    viscous: 0.025,
+    coulomb: 0.34,
+    breakaway: 0.36,
+    count: 2.0 * PI / 56_000.0,
+    period: 0.002,
+    steps: 20,
+    rows: 6000,
+    frequencies: [0.15, 0.37, 0.81, 1.43],
+    amplitudes: [0.55, 0.4, 0.3, 0.25],
+    gains: [40.0, 30.0, 0.8],
+    limit: 24.0,
+};
+
+/// What the column says of a current: this multiple of it, so many steps before, and so much more, A.
+struct Sensor {
+    gain: f64,
+    offset: f64,
+    late: usize,
+}
+
+/// A log of the motor with a weight at its shaft of so much torque at a right angle.
+fn log(sensor: &Sensor, weight: f64, phases: [f64; 4]) -> Log {
+    let mut flow = 0.0;
+    let mut amperes = vec![0.0; 1 + sensor.late];
+    let torque = |volts: f64, position: f64, velocity: f64| {
+        let left = volts - TORQUE_CONSTANT * velocity - RESISTANCE * flow;
+        flow += MOTOR.step() * left / INDUCTANCE;
+        amperes.push(flow);
+        TORQUE_CONSTANT * flow - weight * position.sin()
+    };
+    let (input, position) = MOTOR.drive(phases, torque);
+    let flows = amperes.into_iter().step_by(MOTOR.steps).take(MOTOR.rows);
+    let current = flows.map(|flow| sensor.gain * flow + sensor.offset);
+    Log {
+        path: "current.csv".into(),
+        period_s: MOTOR.period,
+        input,
+        position,
+        current: Some(current.collect()),
+        ..Log::default()
+    }
+}
+
+fn trace(sensor: &Sensor, weight: f64) -> Outcome {
+    let machine = Machine::of_bytes(Path::new("gearmotor.toml"), DECLARED.into()).unwrap();
+    let train = log(sensor, weight, [0.3, 1.9, 4.0, 5.5]);
+    let other = log(sensor, weight, [2.2, 0.4, 5.1, 1.0]);
+    let report = engine::run(&machine, &[train], || Ok(vec![other]), |_| ()).unwrap();
+    report.outcome
+}
+
+#[test]
+fn what_it_errs_by_is_said_and_is_no_effect_and_no_wrong_number() {
+    let errs = [
+        (0.95, 0.04, 30),
+        (1.05, -0.03, 8),
+        (0.94, 0.0, 0),
+        (1.0, 0.0, 24),
+    ];
+    for (gain, offset, late) in errs {
+        let sensor = Sensor { gain, offset, late };
+        for (weight, expected) in [(0.0, &[][..]), (0.4, &["gravity"])] {
+            let outcome = trace(&sensor, weight);
+            let named: Vec<&str> = outcome.effects.iter().map(|it| it.id.as_str()).collect();
+            assert_eq!(named, expected, "{gain}, {offset}, {late}: {outcome:?}");
+            assert_eq!(
+                outcome.freed().count(),
+                0,
+                "{gain}, {offset}, {late}: {outcome:?}"
+            );
+            let lag = late as f64 * MOTOR.step();
+            let [found, shifted, lateness] = &outcome.current_sensor[..] else {
+                panic!("{gain}, {offset}, {late}: nothing is said of the sensor");
+            };
+            assert!((found.value - gain).abs() < 0.01, "{found:?} for {gain}");
+            assert!(
+                (shifted.value - offset).abs() < 0.01,
+                "{shifted:?} for {offset}"
+            );
+            assert!(
+                (lateness.value - lag).abs() < 2e-4,
+                "{lateness:?} for {lag}"
+            );
+        }
+    }
+}
+
+#[test]
+fn nothing_is_said_of_a_good_one() {
+    let sensor = Sensor {
+        gain: 1.0,
+        offset: 0.0,
+        late: 0,
+    };
+    for weight in [0.0, 0.4] {
+        let outcome = trace(&sensor, weight);
+        assert!(outcome.current_sensor.is_empty(), "{outcome:?}");
+    }
+}
