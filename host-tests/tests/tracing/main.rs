@@ -17,6 +17,7 @@ mod intervals;
 mod late_drive;
 mod light_machine;
 mod log_of_counts;
+mod loose_gear;
 mod lost_motion;
 mod machine_out;
 mod next_experiment;

@@ -435,8 +435,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         Some(())
     }
 
-    /// Root mean square of the position error that is left to the best of models: what held-out errors are
-    /// not told from either, and
+    /// Root mean square of the position error that is left to the best of models: that of the sensor's rounding, and
     /// that of the restarts, by which windows differ that restart from a state smoothed over the next fewer
     /// or the next more samples; rad or m.
     #[inline(never)]
@@ -461,7 +460,9 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             });
             self.count(2 * data.windows() as u64, data.settings.window);
         }
-        let sensor = f64::from(self.least_position());
+        // What is rounded to a count is spread evenly over it.
+        let rounding = f64::from(self.data.settings.resolution) / libm::sqrt(12.0);
+        let sensor = rounding.max(f64::from(FLOOR_STROKE * self.options.scope.stroke));
         Some(libm::sqrt(apart / samples.max(1) as f64 + sensor * sensor))
     }
 

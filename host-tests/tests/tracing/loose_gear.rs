@@ -1,0 +1,113 @@
+//! A geared motor whose gear is loose: its encoder sits on the motor, and half of its inertia behind a gap of three
+//! degrees. Whatever is said of that, nothing being missing is not it: the model predicts several times worse than the
+//! encoder measures.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use host_tests::gap::engine;
+use host_tests::log::Log;
+use host_tests::machine::Machine;
+use model_core::gap::verdict::Verdict;
+
+use crate::stepped::Stepped;
+
+const DECLARED: &str = r#"
+name = "gearmotor"
+coordinate = "rad"
+[input]
+kind = "voltage"
+gain = 1.0
+[motor]
+resistance = 4.0
+inductance = 0.0
+torque_constant = 1.4
+[mechanics]
+inertia = 0.08
+viscous = 0.02
+[friction]
+coulomb = 0.3
+static = 0.3
+[sensor]
+resolution = 1.309e-3
+side = "motor"
+[fit]
+parameters = ["inertia", "viscous", "coulomb", "static"]
+declared_effects = []
+"#;
+
+const RESISTANCE: f64 = 4.0;
+const TORQUE_CONSTANT: f64 = 1.4;
+
+/// What is before the gap, in steps of 0.1 ms.
+const MOTOR: Stepped<4> = Stepped {
+    inertia: 0.04,
+    viscous: 0.02,
+    coulomb: 0.3,
+    breakaway: 0.3,
+    count: 2.0 * PI / 4800.0,
+    period: 0.004,
+    steps: 40,
+    rows: 4000,
+    frequencies: [0.15, 0.37, 0.81, 1.43],
+    amplitudes: [0.55, 0.4, 0.3, 0.25],
+    gains: [40.0, 30.0, 0.8],
+    limit: 24.0,
+};
+
+/// What is behind it, kg·m², and how stiff and how damped its contact is, N·m/rad and N·m·s/rad.
+const BEHIND: f64 = 0.04;
+const STIFFNESS: f64 = 2000.0;
+const DAMPING: f64 = 4.0;
+
+fn log(width: f64, phases: [f64; 4]) -> Log {
+    let (mut far, mut rate) = (0.0_f64, 0.0_f64);
+    let mut amperes = vec![0.0];
+    let torque = |volts: f64, position: f64, velocity: f64| {
+        let apart = position - far;
+        let pressed = apart - apart.clamp(-0.5 * width, 0.5 * width);
+        let contact = if pressed == 0.0 {
+            0.0
+        } else {
+            // A contact pushes and does not pull.
+            let push = STIFFNESS * pressed + DAMPING * (velocity - rate);
+            if push * pressed > 0.0 { push } else { 0.0 }
+        };
+        rate += MOTOR.step() * contact / BEHIND;
+        far += MOTOR.step() * rate;
+        let flow = (volts - TORQUE_CONSTANT * velocity) / RESISTANCE;
+        amperes.push(flow);
+        TORQUE_CONSTANT * flow - contact
+    };
+    let (input, position) = MOTOR.drive(phases, torque);
+    let currents = amperes.into_iter().step_by(MOTOR.steps).take(MOTOR.rows);
+    Log {
+        path: "gear.csv".into(),
+        period_s: MOTOR.period,
+        input,
+        position,
+        current: Some(currents.collect()),
+        ..Log::default()
+    }
+}
+
+fn verdict(width: f64) -> Verdict {
+    let machine = Machine::of_bytes(Path::new("gearmotor.toml"), DECLARED.into()).unwrap();
+    let train = log(width, [0.3, 1.9, 4.0, 5.5]);
+    let other = log(width, [2.2, 0.4, 5.1, 1.0]);
+    let report = engine::run(&machine, &[train], || Ok(vec![other]), |_| ()).unwrap();
+    report.outcome.verdict
+}
+
+#[test]
+fn a_loose_gear_is_not_called_complete() {
+    for width in [0.5_f64, 1.5, 3.0] {
+        let verdict = verdict(width.to_radians());
+        assert_ne!(verdict, Verdict::NoMissingEffect, "{width} degrees");
+    }
+}
+
+#[test]
+fn a_tight_one_is() {
+    assert_eq!(verdict(0.0), Verdict::NoMissingEffect);
+}
