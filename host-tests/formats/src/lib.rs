@@ -12,6 +12,7 @@
 mod columns;
 #[cfg(feature = "defmt")]
 pub mod defmt;
+mod guard;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 #[cfg(feature = "mdf")]
@@ -25,6 +26,7 @@ use std::io::{self, Read};
 use std::process::ExitCode;
 
 pub use columns::{Column, Columns};
+use guard::guarded;
 
 /// Reads a file of at most so many bytes of numbers.
 pub type Reader = fn(Vec<u8>, usize) -> Result<Columns, String>;
@@ -55,7 +57,8 @@ fn pass_on(reader: Reader) -> Result<(), String> {
         .lock()
         .read_to_end(&mut bytes)
         .map_err(|error| format!("cannot be read ({error})"))?;
-    reader(bytes, most)?
+    guarded(|| reader(bytes, most))
+        .unwrap_or_else(|| Err("is damaged beyond what its reader bears".to_owned()))?
         .write(&mut io::stdout().lock())
         .map_err(|error| format!("cannot be passed on ({error})"))
 }

@@ -1,8 +1,10 @@
 //! MCAP: messages of JSON or of ROS 2, a row each.
 
 use std::collections::HashMap;
+use std::io::Cursor;
 
-use mcap::MessageStream;
+use mcap::io::MessageReader;
+use mcap::sans_io::LinearReaderOptions;
 use serde_json::Value;
 
 use crate::columns::{Column, Columns, check_size, seconds_since};
@@ -69,7 +71,12 @@ pub fn read(bytes: Vec<u8>, most: usize) -> Result<Columns, String> {
     let mut read: Vec<Topic> = Vec::new();
     let mut others: Vec<String> = Vec::new();
     let mut first = None;
-    for message in MessageStream::new(&bytes).map_err(damaged)? {
+    let options = LinearReaderOptions::default()
+        // Else a flipped bit is a number like any other.
+        .with_validate_chunk_crcs(true)
+        // Else as much memory is taken as a damaged length says, which may be more than there is.
+        .with_record_length_limit(most);
+    for message in MessageReader::new_with_options(Cursor::new(bytes), options) {
         let message = message.map_err(damaged)?;
         let channel = &message.channel;
         let place = *topics

@@ -1,8 +1,9 @@
 //! Messages of ROS 2: their definition as text, their bytes as CDR.
 //!
 //! Sources: *ROS 2 Interface definition* (types, arrays, bounds, constants, default values); OMG *DDS-XTypes
-//! 1.3*, 7.4.1: plain CDR, each number at a multiple of its size behind the head of four bytes. The crate
-//! `ros2_message` was looked at: it says of itself that it is not tested.
+//! 1.3*, 7.4.1: plain CDR, each number at a multiple of its size behind the head of four bytes. A message without
+//! fields has one byte: rosidl gives it the field `structure_needs_at_least_one_member`. The crate `ros2_message` was
+//! looked at: it says of itself that it is not tested.
 
 use std::collections::HashMap;
 
@@ -121,6 +122,9 @@ impl Definition {
             .get(kind)
             .filter(|_| depth > 0)
             .ok_or_else(|| format!("the definition of {kind} is missing"))?;
+        if fields.is_empty() {
+            cdr.take(1)?;
+        }
         let is_time = TIMES.contains(&kind);
         let begun = into.len();
         for field in fields {
@@ -191,6 +195,8 @@ fn field(kind: &str, name: &str, within: &str) -> Result<Field, String> {
         Some((kind, size)) => {
             let size = size.trim_end_matches(']');
             match size.parse() {
+                // Of such messages any number fits into no bytes, and no end of them would be found.
+                Ok(0) => return Err("an array of no elements".to_owned()),
                 Ok(count) => (kind, Array::Of(count)),
                 Err(_) if size.is_empty() || size.starts_with("<=") => (kind, Array::Sequence),
                 Err(_) => return Err(format!("an array of {size:?}")),

@@ -9,6 +9,8 @@ mod command_line;
 mod decode;
 #[path = "../../formats/src/defmt.rs"]
 mod defmt;
+#[path = "../../formats/src/guard.rs"]
+mod guard;
 mod identify_command;
 mod import;
 mod live;
