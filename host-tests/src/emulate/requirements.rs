@@ -437,6 +437,10 @@ impl Shortcomings {
             });
         }
         let Faults {
+            faults_overloaded,
+            faults_behind_reset,
+            cleared_behind_reset,
+            faults_behind_power,
             armed_without_crystal,
             greeting_without_crystal,
             faults_with_crystal,
@@ -450,6 +454,31 @@ impl Shortcomings {
             ("greeting without a crystal", greeting_without_crystal),
         ] {
             self.says(who, said, "clock_failed");
+        }
+        // The heat is kept in RAM that no start clears; without it none was measured.
+        for (who, said, words) in [
+            (
+                "`faults` of a winding that is too hot",
+                faults_overloaded,
+                "first: overload at ",
+            ),
+            (
+                "`faults` behind its reset",
+                faults_behind_reset,
+                "first: watchdog at ",
+            ),
+            (
+                "`clear` behind its reset",
+                cleared_behind_reset,
+                "refused: still there: overload",
+            ),
+            (
+                "`faults` behind its end of power",
+                faults_behind_power,
+                "none",
+            ),
+        ] {
+            self.says(who, said, words);
         }
         self.says(
             "`faults` with the crystal back",
@@ -968,6 +997,11 @@ mod tests {
         };
         Faults {
             faults: FAULTS.into_iter().map(row).collect(),
+            faults_overloaded: "faults\nfirst: overload at 0.00000 s".to_owned(),
+            faults_behind_reset: "faults\nfirst: watchdog at 0.00000 s".to_owned(),
+            cleared_behind_reset: "clear\nrefused: still there: overload; end that first"
+                .to_owned(),
+            faults_behind_power: "faults\nnone".to_owned(),
             armed_without_crystal: "arm\nrefused: latched: clock_failed".to_owned(),
             greeting_without_crystal: "fault: clock_failed; the bridge is off".to_owned(),
             faults_with_crystal: "faults\nnone".to_owned(),
@@ -987,13 +1021,14 @@ mod tests {
             found.0.len()
         };
         assert_eq!(shortcomings(|_| ()), 0);
-        let spoils: [fn(&mut Faults); 9] = [
+        let spoils: [fn(&mut Faults); 10] = [
             |faults| faults.faults[0].let_go_after_us = None,
             |faults| faults.faults[1].held = false,
             |faults| faults.faults[2].tracks = [410, 3686],
             |faults| faults.faults[4].let_go_after_us = Some(1e6),
             |faults| faults.faults[8].faults = "faults\nfirst: watchdog at 0.0 s".to_owned(),
             |faults| faults.faults[10].resets = 0,
+            |faults| faults.cleared_behind_reset = "clear\nok".to_owned(),
             |faults| faults.armed_without_crystal = "arm\nok".to_owned(),
             |faults| faults.status_behind_stop = ARMED.to_owned(),
             |faults| faults.debug_freeze = [IWDG_STOP, 0],

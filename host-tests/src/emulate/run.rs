@@ -176,6 +176,14 @@ pub struct Fault {
 pub struct Faults {
     /// What came of each.
     pub faults: Vec<Fault>,
+    /// `faults` of a winding that was pressed with until it was too hot.
+    pub faults_overloaded: String,
+    /// `faults` behind a reset right after that.
+    pub faults_behind_reset: String,
+    /// `clear`'s answer behind that.
+    pub cleared_behind_reset: String,
+    /// `faults` behind an end of power, in which the RAM is lost.
+    pub faults_behind_power: String,
     /// `arm`'s answer while the crystal is dead, behind a `clear`.
     pub armed_without_crystal: String,
     /// The greeting at a start without a crystal.
