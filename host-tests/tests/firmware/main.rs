@@ -13,4 +13,5 @@ mod faults;
 mod friction_refit;
 mod operation;
 mod pins;
+mod queue;
 mod store;
