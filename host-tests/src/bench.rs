@@ -2,6 +2,7 @@
 //!
 //! Each number is the best of several runs: the others only add what else the host was doing.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -500,6 +501,8 @@ fn machine() -> Machine {
         },
         resolution: Some(3.1e-3),
         sensor_side: None,
+        gear_ratio: None,
+        tolerances: BTreeMap::new(),
         fit: ["inertia", "viscous", "coulomb"]
             .map(str::to_owned)
             .to_vec(),

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use toml::Spanned;
 
+use crate::data_sheet::WITHIN;
 use crate::error::{InputError, LARGEST_DECLARATION, line_of, read_text, text_of};
 
 /// A declared actuator. Numbers are SI, finite, within their ranges in [`PARAMETERS`], and neither
@@ -36,6 +37,10 @@ pub struct Machine {
     pub resolution: Option<f64>,
     /// Where the position sensor sits, where it is known.
     pub sensor_side: Option<SensorSide>,
+    /// Turns of the motor for one of the coordinate, where they are known.
+    pub gear_ratio: Option<f64>,
+    /// How far numbers may be off, as a share, where a comment behind them says so: `# Ω, ±10 %`.
+    pub tolerances: BTreeMap<&'static str, f64>,
     /// Names from [`PARAMETERS`], each once, that may be re-estimated before an effect is sought.
     pub fit: Vec<String>,
     /// Effects that the declared model already has.
@@ -345,11 +350,12 @@ enum InputKind {
     Torque,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields, expecting = "a section")]
 struct SensorSection {
     resolution: Option<Spanned<Number>>,
     side: Option<SensorSide>,
+    gear_ratio: Option<Spanned<Number>>,
 }
 
 #[derive(Deserialize)]
@@ -576,11 +582,15 @@ impl Source<'_> {
             return Err(self.error(friction.line("static"), message));
         }
 
-        let (resolution, sensor_side) = document
-            .sensor
-            .map_or((None, None), |sensor| (sensor.resolution, sensor.side));
-        if let Some(resolution) = &resolution {
-            self.check_range("resolution", Range::Positive, resolution)?;
+        let SensorSection {
+            resolution,
+            side,
+            gear_ratio,
+        } = document.sensor.unwrap_or_default();
+        for (name, number) in [("resolution", &resolution), ("gear_ratio", &gear_ratio)] {
+            if let Some(number) = number {
+                self.check_range(name, Range::Positive, number)?;
+            }
         }
 
         let fit = document.fit.ok_or_else(|| {
@@ -594,6 +604,9 @@ impl Source<'_> {
             self.error(fit_line, message)
         })?;
 
+        let sections = motor.iter().chain([&mechanics, &friction]);
+        let tolerances = sections.flat_map(|section| self.tolerances(section));
+        let tolerances = tolerances.collect();
         let machine = Machine {
             path: self.path.to_owned(),
             name: name.into_inner(),
@@ -620,7 +633,9 @@ impl Source<'_> {
                 r#static: friction.get("static"),
             },
             resolution: resolution.map(|resolution| resolution.get_ref().0),
-            sensor_side,
+            sensor_side: side,
+            gear_ratio: gear_ratio.map(|ratio| ratio.get_ref().0),
+            tolerances,
             fit: parameters
                 .iter()
                 .map(|name| name.get_ref().clone())
@@ -684,6 +699,21 @@ impl Source<'_> {
             }
         }
         Ok(Section(values))
+    }
+
+    /// What the comments behind the numbers of a section say of how far they may be off.
+    fn tolerances(&self, section: &Section) -> Vec<(&'static str, f64)> {
+        let stated = |line: usize| {
+            let (_, comment) = self.text.lines().nth(line - 1)?.split_once('#')?;
+            let (_, stated) = comment.split_once(WITHIN)?;
+            let (percent, _) = stated.split_once('%')?;
+            let percent: f64 = percent.trim().parse().ok()?;
+            (percent > 0.0).then_some(0.01 * percent)
+        };
+        let numbers = section.0.iter();
+        numbers
+            .filter_map(|(name, (_, line))| Some((*name, stated(*line)?)))
+            .collect()
     }
 
     fn check_range(

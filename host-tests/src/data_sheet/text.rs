@@ -65,8 +65,11 @@ pub(super) fn render(args: &Args, sheet: &Sheet, derived: &Derived) -> String {
     file.section("friction");
     file.number("coulomb", &derived.friction.coulomb);
     file.number("static", &derived.friction.breakaway);
-    if let Some(resolution) = &derived.resolution {
+    let ratio = (sheet.gear.ratio != 1.0 && !sheet.gear.linear).then_some(sheet.gear.ratio);
+    if derived.resolution.is_some() || ratio.is_some() {
         file.section("sensor");
+    }
+    if let Some(resolution) = &derived.resolution {
         file.comment(&resolution.why);
         let comment = format!("{} a count", coordinate.unit());
         file.plain("resolution", &exact(resolution.value), &comment);
@@ -74,6 +77,10 @@ pub(super) fn render(args: &Args, sheet: &Sheet, derived: &Derived) -> String {
             let side = if encoder.at_motor { "motor" } else { "load" };
             file.plain("side", &format!("\"{side}\""), "given, --encoder-side");
         }
+    }
+    if let Some(ratio) = ratio {
+        let comment = "turns of the motor for one behind the gear: logs are checked for it";
+        file.plain("gear_ratio", &exact(ratio), comment);
     }
     fit(&mut file, sheet, derived);
     file.lines.push(String::new());

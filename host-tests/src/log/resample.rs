@@ -33,6 +33,10 @@ pub struct Resampling {
     /// the speed, as if half of it were the clock's and not the machine's, and in filled gaps the
     /// parabola that a straight line cuts off.
     pub position_error: f64,
+    /// The smallest step of the position in the rows, which interpolation takes out, rad or m; none where the rows
+    /// are not made of such steps.
+    #[serde(skip)]
+    pub position_step: Option<f64>,
 }
 
 impl Resampling {
@@ -45,6 +49,7 @@ impl Resampling {
             filled: 0,
             merged,
             position_error: 0.0,
+            position_step: None,
         }
     }
 
@@ -57,6 +62,7 @@ impl Resampling {
             filled: self.filled + before.filled,
             merged: self.merged + before.merged,
             position_error: self.position_error.hypot(before.position_error),
+            position_step: before.position_step.or(self.position_step),
         }
     }
 }
@@ -275,8 +281,27 @@ impl Instants {
             filled: (0..last).map(between).sum::<f64>() as usize,
             merged: (0..last).filter(share).count(),
             position_error: (squares / self.count.max(1) as f64).sqrt(),
+            position_step: smallest_step(position),
         }
     }
+}
+
+/// The smallest step of a position sensor, where the position is made of such steps.
+pub(crate) fn smallest_step(position: &[f64]) -> Option<f64> {
+    let steps = || position.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let largest = steps().fold(0.0, f64::max);
+    let apart = |step: &f64| *step > 1e-7 * largest;
+    let smallest = steps().filter(apart).fold(f64::INFINITY, f64::min);
+    let (mut whole, mut count) = (0, 0);
+    for step in steps().filter(apart) {
+        let counts = step / smallest;
+        // Beyond twenty, printed digits and the unit's own rounding blur what is left over.
+        if counts < 20.0 {
+            count += 1;
+            whole += usize::from((counts - counts.round()).abs() < 0.05);
+        }
+    }
+    (count >= 20 && whole as f64 >= 0.95 * f64::from(count)).then_some(smallest)
 }
 
 /// Least-squares slope of time stamps over the periods between them, each step rounded to whole ones.

@@ -1,6 +1,6 @@
 //! Whether a log and a machine file belong together is said before anything is traced.
 
-use host_tests::gap::disagreement::{cost, look};
+use host_tests::gap::disagreement::{Disagreement, cost, look};
 use host_tests::gap_benchmark::cases::{self, Case, Extent};
 use host_tests::log::Log;
 use host_tests::machine::Machine;
@@ -38,7 +38,30 @@ fn wrap(values: &mut [f64], turn: f64) {
         .for_each(|value| *value = value.rem_euclid(turn));
 }
 
-const FAULTS: [(&str, &str, Spoil); 26] = [
+const FAULTS: [(&str, &str, Spoil); 30] = [
+    (
+        "motor's side of the gear",
+        "position is 75 times too large",
+        |log, machine| {
+            machine.gear_ratio = Some(75.0);
+            scale(&mut log.position, 75.0)
+        },
+    ),
+    (
+        "radians as degrees",
+        "position is 57.3 times too small: the column is in rad",
+        |log, _| scale(&mut log.position, TAU / 360.0),
+    ),
+    (
+        "amperes as milliamperes",
+        "current_a is 1000 times too small",
+        |log, _| scale(log.current.as_mut().unwrap(), 1e-3),
+    ),
+    (
+        "volts as millivolts",
+        "input is 1000 times too small",
+        |log, _| scale(&mut log.input, 1e-3),
+    ),
     (
         "too few counts",
         "position is 4 times too large",
@@ -153,7 +176,8 @@ const FAULTS: [(&str, &str, Spoil); 26] = [
 ];
 
 /// What no log without a current shows.
-const NEED_CURRENT: [&str; 8] = [
+const NEED_CURRENT: [&str; 9] = [
+    "amperes as milliamperes",
     "milliamperes",
     "current sign",
     "swap",
@@ -168,10 +192,21 @@ fn applies(name: &str, case: &Case) -> bool {
     let rotary = case.rig.coordinate == rig::Coordinate::Radian;
     let winding = matches!(case.rig.motor, rig::Motor::Winding { .. });
     match name {
-        "degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
+        "degrees" | "radians as degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
+        "motor's side of the gear" => rotary && winding,
         "wrap 2 pi" | "wrap 360" => rotary && case.rig.stroke.1 - case.rig.stroke.0 > 7.0,
-        "per cent of 24" | "per cent of 12" | "duty of 24" | "milliamperes" | "current sign"
-        | "swap" | "mN m/A" | "mH" | "too few counts" | "too many counts" | "too high a supply"
+        "per cent of 24"
+        | "per cent of 12"
+        | "duty of 24"
+        | "milliamperes"
+        | "amperes as milliamperes"
+        | "current sign"
+        | "swap"
+        | "mN m/A"
+        | "mH"
+        | "too few counts"
+        | "too many counts"
+        | "too high a supply"
         | "too low a supply" => winding,
         _ => true,
     }
@@ -340,4 +375,93 @@ fn units_and_signs_are_named_with_what_to_do() {
         }
         assert!(10 * named >= 8 * count, "{name}: {named} of {count}");
     }
+}
+
+/// What is said of these logs of windings with one column spoilt.
+fn said_of_windings(spoil: Spoil) -> Vec<Vec<Disagreement>> {
+    let some = some(8_700_000);
+    let rotary = |case: &Case| case.rig.coordinate == rig::Coordinate::Radian;
+    let winding = |case: &Case| matches!(case.rig.motor, rig::Motor::Winding { .. });
+    let there = some
+        .iter()
+        .filter(|(case, _)| rotary(case) && winding(case));
+    let said = there.map(|(case, log)| {
+        let (mut log, mut machine) = (log.clone(), declared(&case.rig));
+        spoil(&mut log, &mut machine);
+        look(&machine, &[log])
+    });
+    said.collect()
+}
+
+/// In so many of ten logs.
+#[track_caller]
+fn mostly(said: &[Vec<Disagreement>], is_so: impl Fn(&[Disagreement]) -> bool) {
+    let count = said.iter().filter(|said| is_so(said)).count();
+    assert!(
+        10 * count >= 8 * said.len(),
+        "{count} of {}: {said:#?}",
+        said.len()
+    );
+}
+
+/// One column is off, and so one call is the whole remedy: no number of the machine file is touched.
+#[test]
+fn one_wrong_column_is_not_explained_by_several_numbers() {
+    let said = said_of_windings(|log, _| scale(log.current.as_mut().unwrap(), 1e-3));
+    mostly(&said, |said| {
+        said.len() == 1 && said[0].remedy.contains("--current \"current_a:A*1000\"")
+    });
+}
+
+/// The count of an encoder on the motor is a gear's ratio too large, which one step of the position shows where the
+/// machine file has the sensor's.
+#[test]
+fn a_position_in_front_of_the_gear_is_no_other_unit() {
+    let gears: [Spoil; 2] = [
+        |log, machine| {
+            machine.gear_ratio = Some(75.0);
+            scale(&mut log.position, 75.0);
+        },
+        |log, machine| {
+            let resolution = machine.resolution.expect("of the rig's sensor");
+            let round =
+                |position: &mut f64| *position = (*position / resolution).round() * resolution;
+            log.position.iter_mut().for_each(round);
+            scale(&mut log.position, 75.0);
+        },
+    ];
+    for spoil in gears {
+        let said = said_of_windings(spoil);
+        mostly(&said, |said| {
+            said.iter()
+                .any(|said| said.remedy.contains("--position position:rad/75 "))
+        });
+        mostly(&said, |said| {
+            said.iter().all(|said| !said.what.contains("degrees"))
+        });
+    }
+    // Nothing is known of a gear: degrees are the nearest unit, but the motor's numbers speak against it.
+    let said = said_of_windings(|log, machine| {
+        machine.resolution = None;
+        scale(&mut log.position, 75.0);
+    });
+    mostly(&said, |said| {
+        said.iter()
+            .all(|said| !said.evidence.contains("numbers agree"))
+    });
+}
+
+#[test]
+fn of_the_supplies_that_a_duty_may_be_of_those_are_offered_that_fit() {
+    let said = said_of_windings(|log, _| scale(&mut log.input, 1.0 / 24.0));
+    mostly(&said, |said| {
+        let offered = said.iter().flat_map(|said| said.what.split(", or "));
+        let offered: Vec<&str> = offered
+            .filter(|what| what.contains("supply of about"))
+            .collect();
+        offered
+            .first()
+            .is_some_and(|first| first.contains("about 24 V"))
+            && offered.len() <= 2
+    });
 }

@@ -120,6 +120,7 @@ fn crowded() -> Report {
                 filled: 5,
                 merged: 0,
                 position_error: 1e-6,
+                position_step: None,
             },
         };
         3

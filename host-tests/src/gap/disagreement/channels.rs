@@ -2,6 +2,7 @@
 
 use super::limits::STEP_OF_A_WRAP;
 use super::units;
+use crate::log::resample::smallest_step;
 use crate::log::{COLUMNS, COMMAND, CURRENT, INPUT, Log, POSITION, TIME, VELOCITY};
 
 /// The columns of one log that a reading may change.
@@ -21,6 +22,8 @@ pub struct Channels {
     pub velocity: Option<Vec<f64>>,
     /// Friction of a brake.
     pub brake: Option<Vec<f64>>,
+    /// Smallest step of the position, where it is made of such steps.
+    pub step: Option<f64>,
 }
 
 /// A column that a reading may change.
@@ -70,6 +73,10 @@ impl Channels {
             current: log.current.clone(),
             velocity: log.velocity.clone(),
             brake: log.brake.clone(),
+            step: log
+                .resampling
+                .and_then(|change| change.position_step)
+                .or_else(|| smallest_step(&log.position)),
         }
     }
 
@@ -101,6 +108,9 @@ impl Channels {
         if column == Column::Time {
             self.period *= factor;
         }
+        if column == Column::Position {
+            self.step = self.step.map(|step| step * factor.abs());
+        }
         if let Some(values) = self.column_mut(column) {
             for value in values {
                 *value *= factor;
@@ -119,6 +129,9 @@ impl Channels {
         }
         if let Some(values) = self.column_mut(other) {
             *values = first;
+        }
+        if [one, other].contains(&Column::Position) {
+            self.step = smallest_step(&self.position);
         }
     }
 
@@ -194,28 +207,11 @@ pub fn wrap(logs: &[Channels]) -> Option<Wrap> {
     })
 }
 
-/// The smallest step of the position sensor, where the log is made of such steps.
+/// The smallest step of the position sensor, where the logs are made of such steps.
 pub fn quantum(logs: &[Channels]) -> Option<f64> {
-    let steps = || {
-        logs.iter().flat_map(|log| {
-            log.position
-                .windows(2)
-                .map(|pair| (pair[1] - pair[0]).abs())
-        })
-    };
-    let largest = steps().fold(0.0, f64::max);
-    let apart = |step: &f64| *step > 1e-7 * largest;
-    let smallest = steps().filter(apart).fold(f64::INFINITY, f64::min);
-    let (mut whole, mut count) = (0, 0);
-    for step in steps().filter(apart) {
-        let counts = step / smallest;
-        // Beyond twenty, printed digits and the unit's own rounding blur what is left over.
-        if counts < 20.0 {
-            count += 1;
-            whole += usize::from((counts - counts.round()).abs() < 0.05);
-        }
-    }
-    (count >= 20 && whole as f64 >= 0.95 * f64::from(count)).then_some(smallest)
+    logs.iter()
+        .filter_map(|log| log.step)
+        .min_by(f64::total_cmp)
 }
 
 /// Whether every position is a whole number, and some are not zero.

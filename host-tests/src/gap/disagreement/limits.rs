@@ -12,8 +12,16 @@ pub const FITTED_FACTOR: f64 = 3.0;
 /// for a winding that is hot and a magnet that is weak.
 pub const STATED_FACTOR: f64 = 1.5;
 
-/// How far a data sheet's number is off at most, as a factor either way, where another explanation of it is at hand.
+/// How far a data sheet's number is off at most, as a factor either way, where another explanation of it is at hand
+/// and the machine file does not say how far it may be off.
 pub const SHEET: f64 = 1.2;
+
+/// How far the smallest step of the position may be from the declared resolution, as a factor either way: both are
+/// known exactly, but the resolution is often written with a digit or two.
+pub const SAME_STEP: f64 = 1.1;
+
+/// How near two factors are, as a share, to be one: that of a unit and that between two steps, say.
+pub const SAME_FACTOR: f64 = 0.02;
 
 /// Standard deviation of the logarithm of a number in `[fit]` beyond that factor: a number that was
 /// guessed is as likely off by two as not.

@@ -4,9 +4,12 @@ use std::f64::consts::TAU;
 
 use super::balance::{Balances, Follows};
 use super::channels::{self, Channels, Column, largest};
-use super::limits::SHORTEST_AS_MILLISECONDS;
+use super::limits::{
+    FITTED_FACTOR, LONGEST_PERIOD, SAME_FACTOR, SAME_STEP, SHEET, SHORTEST_AS_MILLISECONDS,
+};
 use super::measure::{Clue, Subject, clues, total};
 use super::units::{self, Unit};
+use crate::log::rounded;
 use crate::machine::{Coordinate, Machine};
 
 /// One transformation that would mend a log or a machine file.
@@ -20,8 +23,10 @@ pub enum Correction {
     Duty(bool, f64),
     /// A column is to be multiplied by a small whole number, or divided by it.
     Factor(Column, f64),
-    /// The velocity is that of the other side of a gear.
-    Geared(f64),
+    /// A column is in the unit that it has to be in, and was taken for one in another unit.
+    Taken(Column, &'static str, f64),
+    /// Position or velocity is that of the other side of a gear, so many times as large.
+    Geared(Column, f64),
     /// A column has the wrong sign.
     Negative(Column),
     /// Two columns are swapped.
@@ -32,14 +37,51 @@ pub enum Correction {
     Number(&'static str, &'static str, f64),
 }
 
+/// A number that a data sheet has.
+#[derive(Debug, Clone, Copy)]
+pub struct Stated {
+    /// Its name.
+    pub name: &'static str,
+    /// What the log asks for over what is declared, at least and at most.
+    pub ratio: (f64, f64),
+    /// How far that may be off, as a factor either way.
+    pub tolerance: f64,
+}
+
+impl Stated {
+    /// What the log asks for over what is declared, where that is more or less than the tolerance allows; else 1.
+    pub fn off(&self) -> f64 {
+        let (low, high) = self.ratio;
+        if low > self.tolerance {
+            low
+        } else if high < self.tolerance.recip() {
+            high
+        } else {
+            1.0
+        }
+    }
+
+    /// How far what the log asks for is from what is declared, in standard deviations: a tolerance is two.
+    fn deviations(&self) -> f64 {
+        let (low, high) = self.ratio;
+        let off = if low > 1.0 { low } else { high.min(1.0) };
+        // A wrong sign is as far as anything.
+        2.0 * off.max(f64::MIN_POSITIVE).ln() / self.tolerance.ln()
+    }
+}
+
 impl Correction {
     /// Whether both change the same thing in the same way, so that one of them is enough.
     fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::Unit(one, ..), Self::Unit(other, ..)) => one == other,
+            (
+                Self::Unit(one, ..) | Self::Taken(one, ..),
+                Self::Unit(other, ..) | Self::Taken(other, ..),
+            ) => one == other,
             (Self::Number(one, ..), Self::Number(other, ..)) => one == other,
             (Self::Duty(..), Self::Duty(..)) | (Self::Counts(_), Self::Counts(_)) => true,
-            (Self::Geared(_), Self::Geared(_)) | (Self::Wrapped(_), Self::Wrapped(_)) => true,
+            (Self::Geared(one, _), Self::Geared(other, _)) => one == other,
+            (Self::Wrapped(_), Self::Wrapped(_)) => true,
             (one, other) => one == other,
         }
     }
@@ -85,14 +127,15 @@ impl Reading {
         let mut logs = self.logs.clone();
         for log in &mut logs {
             match correction {
-                Correction::Unit(column, _, _, factor) => log.scale(column, factor),
-                Correction::Factor(column, factor) => log.scale(column, factor),
+                Correction::Unit(column, _, _, factor)
+                | Correction::Taken(column, _, factor)
+                | Correction::Factor(column, factor) => log.scale(column, factor),
                 Correction::Counts(size) => log.scale(Column::Position, size),
                 Correction::Duty(percent, volts) => {
                     let gain = volts * if percent { 0.01 } else { 1.0 };
                     log.scale(Column::Input, gain / self.machine.gain.abs());
                 }
-                Correction::Geared(ratio) => log.scale(Column::Velocity, 1.0 / ratio),
+                Correction::Geared(column, ratio) => log.scale(column, 1.0 / ratio),
                 Correction::Negative(column) => log.scale(column, -1.0),
                 Correction::Swapped(one, other) => log.swap(one, other),
                 Correction::Wrapped(turn) => log.unwrap_position(turn),
@@ -150,33 +193,42 @@ impl Reading {
 
     fn of_units(&self) -> Vec<(Correction, f64)> {
         let rotary = self.machine.coordinate == Coordinate::Radian;
+        // A column in one of these units, or the other way round.
         let of = |column: Column, units: &[Unit]| -> Vec<(Correction, f64)> {
-            let correction = |unit: &Unit| {
-                let correction = Correction::Unit(column, unit.name, unit.import, unit.factor);
-                (correction, unit.rarity)
+            let corrections = |unit: &Unit| {
+                [
+                    Correction::Unit(column, unit.name, unit.import, unit.factor),
+                    Correction::Taken(column, unit.name, 1.0 / unit.factor),
+                ]
+                .map(|correction| (correction, unit.rarity))
             };
-            units.iter().map(correction).collect()
+            units.iter().flat_map(corrections).collect()
         };
-        let mut all = of(
-            Column::Position,
-            if rotary {
-                &units::ANGLES
-            } else {
-                &units::STROKES
-            },
+        let angles_or_strokes: &[Unit] = if rotary {
+            &units::ANGLES
+        } else {
+            &units::STROKES
+        };
+        let mut all = of(Column::Position, angles_or_strokes);
+        all.extend(self.of_gear(angles_or_strokes));
+        let period = self.logs[0].period;
+        let is_credible = |(correction, _): &(Correction, f64)| match correction {
+            Correction::Taken(_, _, factor) => period * factor <= LONGEST_PERIOD,
+            _ => period >= SHORTEST_AS_MILLISECONDS,
+        };
+        all.extend(
+            of(Column::Time, &units::TIMES)
+                .into_iter()
+                .filter(is_credible),
         );
-        if self.logs[0].period >= SHORTEST_AS_MILLISECONDS {
-            all.extend(of(Column::Time, &units::TIMES));
-        }
-        let milli = |column, name, import| (Correction::Unit(column, name, import, 1e-3), 0.0);
         if self.machine.motor.is_some() {
-            all.push(milli(Column::Input, "millivolts", "mV"));
+            all.extend(of(Column::Input, &[units::MILLIVOLTS]));
             if self.has(Column::Current) {
-                all.push(milli(Column::Current, "milliamperes", "mA"));
+                all.extend(of(Column::Current, &[units::MILLIAMPERES]));
             }
             all.extend(self.of_duty());
         } else {
-            all.push(milli(Column::Input, "thousandths of its unit", ""));
+            all.extend(of(Column::Input, &[units::THOUSANDTHS]));
         }
         if self.has(Column::Velocity) {
             let velocities: &[Unit] = if rotary {
@@ -185,7 +237,8 @@ impl Reading {
                 &units::LINEAR_VELOCITIES
             };
             all.extend(of(Column::Velocity, velocities));
-            all.extend(self.gear().map(|ratio| (Correction::Geared(ratio), 2.0)));
+            let ratio = self.gear();
+            all.extend(ratio.map(|ratio| (Correction::Geared(Column::Velocity, ratio), 2.0)));
         }
         if channels::are_counts(&self.logs) {
             let sizes = match self.machine.resolution {
@@ -220,6 +273,99 @@ impl Reading {
                 units::SUPPLIES.map(|volts| (Correction::Duty(percent, volts), 1.0))
             })
             .collect()
+    }
+
+    /// A position of the other side of the gear: by its ratio, or by how many of the sensor's steps one of the
+    /// position's is, where no unit is that.
+    fn of_gear(&self, units: &[Unit]) -> Vec<(Correction, f64)> {
+        if self.machine.coordinate != Coordinate::Radian {
+            return Vec::new();
+        }
+        let gear = self.machine.gear_ratio.filter(|ratio| *ratio != 1.0);
+        let gear = gear.into_iter().flat_map(|ratio| [ratio, ratio.recip()]);
+        let mut ratios: Vec<f64> = gear.collect();
+        let is_like = |one: f64, other: f64| (one / other).ln().abs() < SAME_FACTOR;
+        if let (Some(step), Some(resolution)) =
+            (channels::quantum(&self.logs), self.machine.resolution)
+        {
+            let ratio = rounded(step / resolution, 4);
+            let is_other = ratio.ln().abs() > FITTED_FACTOR.ln();
+            let known = units
+                .iter()
+                .map(|unit| unit.factor.recip())
+                .chain(ratios.clone());
+            let mut known = known.chain([resolution.recip()]);
+            if is_other && !known.any(|known| is_like(known, ratio)) {
+                ratios.push(ratio);
+            }
+        }
+        let ratios = ratios.into_iter();
+        ratios
+            .map(|ratio| (Correction::Geared(Column::Position, ratio), 0.0))
+            .collect()
+    }
+
+    /// What the log asks for of the numbers of the motor that `[fit]` leaves out, over what is declared, each with
+    /// how far that may be off, as factors.
+    pub fn motor(&self) -> Vec<Stated> {
+        let Some(motor) = &self.machine.motor else {
+            return Vec::new();
+        };
+        let (balance, follows_constant) = match &self.balances.winding {
+            Some(winding) => (winding, motor.torque_constant),
+            None => {
+                let drag = self.machine.mechanics.viscous * motor.resistance;
+                let drag = drag / motor.torque_constant;
+                // What else takes voltage with the speed is not known that well.
+                if drag > motor.torque_constant {
+                    return Vec::new();
+                }
+                (&self.balances.motion, motor.torque_constant + drag)
+            }
+        };
+        let numbers = [
+            ("torque_constant", Follows::Velocity, follows_constant),
+            ("resistance", Follows::Current, motor.resistance),
+        ];
+        let numbers = numbers
+            .into_iter()
+            .filter(|(name, ..)| !self.machine.fits(name));
+        numbers
+            .filter_map(|(name, follows, declared)| {
+                let (low, high) = balance.share(follows)?.interval;
+                let tolerance = self.machine.tolerances.get(name);
+                Some(Stated {
+                    name,
+                    ratio: (low / declared, high / declared),
+                    tolerance: tolerance.map_or(SHEET, |share| 1.0 + share),
+                })
+            })
+            .collect()
+    }
+
+    /// The cost with how far the log is from numbers that are known well, those of the motor and the sensor's step,
+    /// nats: it chooses among readings that cost the same.
+    pub fn strained(&self) -> f64 {
+        let step = self.step().map(|ratio| ratio.ln() / SAME_STEP.ln());
+        let stated = self.motor();
+        let off = stated.iter().map(Stated::deviations).chain(step);
+        self.cost
+            + off
+                .map(|deviations| 0.5 * deviations * deviations)
+                .sum::<f64>()
+    }
+
+    /// Whether the log agrees with them.
+    pub fn agrees(&self) -> bool {
+        let step = self
+            .step()
+            .is_none_or(|ratio| ratio.ln().abs() < SAME_STEP.ln());
+        step && self.motor().iter().all(|stated| stated.off() == 1.0)
+    }
+
+    /// The sensor's step over the declared one.
+    fn step(&self) -> Option<f64> {
+        Some(channels::quantum(&self.logs)? / self.machine.resolution?)
     }
 
     /// The ratio that would make the measured velocity the position's.

@@ -61,6 +61,15 @@ pub const TIMES: [Unit; 2] = [
     unit("microseconds", "us", 1e-6, 0.5),
 ];
 
+/// An input.
+pub const MILLIVOLTS: Unit = unit("millivolts", "mV", 1e-3, 0.0);
+
+/// An input that is no voltage.
+pub const THOUSANDTHS: Unit = unit("thousandths of its unit", "", 1e-3, 0.0);
+
+/// A current.
+pub const MILLIAMPERES: Unit = unit("milliamperes", "mA", 1e-3, 0.0);
+
 /// Volts that a supply is likely to have: what a duty of one, or of 100 %, stands for.
 pub const SUPPLIES: [f64; 12] = [
     5.0, 6.0, 7.4, 9.0, 12.0, 15.0, 18.0, 24.0, 28.0, 36.0, 48.0, 72.0,

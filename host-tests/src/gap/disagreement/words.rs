@@ -10,7 +10,7 @@ use super::measure::{Clue, Subject};
 use super::reading::{Correction, Reading};
 use crate::import::call::{Call, out_beside};
 use crate::log::{BRAKE, COLUMNS, ENABLED, LOAD_TORQUE, Log, rounded};
-use crate::machine::{Machine, PARAMETERS};
+use crate::machine::{Coordinate, Machine, PARAMETERS};
 use crate::quantity::significant;
 
 /// What the corrections say, one entry each and for each log. The remedy of a log is one command for all of them, that of
@@ -147,8 +147,24 @@ fn what(declared: &Reading, correction: Correction) -> String {
         Correction::Duty(false, volts) => {
             format!("input is the duty, a share of a supply of about {volts} V, not in volts")
         }
-        Correction::Geared(ratio) => format!(
-            "velocity is that of the other side of a gear of about {}",
+        Correction::Taken(column, unit, factor) => format!(
+            "{} is {} times too {}: the column is in {}, and was imported as {unit}",
+            column.name(),
+            rounded(factor.max(1.0 / factor), 4),
+            if factor > 1.0 { "small" } else { "large" },
+            expected_unit(&declared.machine, column)
+        ),
+        Correction::Geared(Column::Position, ratio) if ratio > 1.0 => format!(
+            "position is {} times too large, as that of an encoder on the motor's side of the gear",
+            rounded(ratio, 4)
+        ),
+        Correction::Geared(Column::Position, ratio) => format!(
+            "position is {} times too small, as that of an encoder on the load's side of the gear",
+            rounded(1.0 / ratio, 4)
+        ),
+        Correction::Geared(column, ratio) => format!(
+            "{} is that of the other side of a gear of about {}",
+            column.name(),
             significant(ratio.abs().max(1.0 / ratio.abs()), 3)
         ),
         Correction::Negative(column) => format!("{} has the wrong sign", column.name()),
@@ -167,6 +183,19 @@ fn what(declared: &Reading, correction: Correction) -> String {
                 .unwrap_or("");
             format!("{name} is declared in {unit}, not in {expected}")
         }
+    }
+}
+
+/// The unit of a column of a log.
+fn expected_unit(machine: &Machine, column: Column) -> &'static str {
+    match (column, machine.coordinate) {
+        (Column::Time, _) => "s",
+        (Column::Current, _) => "A",
+        (Column::Input, _) if machine.motor.is_some() => "V",
+        (Column::Input, coordinate) => coordinate.load_unit(),
+        (Column::Velocity, Coordinate::Radian) => "rad/s",
+        (Column::Velocity, Coordinate::Metre) => "m/s",
+        (Column::Position | Column::Command, coordinate) => coordinate.unit(),
     }
 }
 
@@ -226,19 +255,33 @@ fn evidence(before: &Reading, after: &Reading) -> String {
         let left = after.clues.iter().find(same).map_or(0.0, |left| left.cost);
         left < 0.5 * clue.cost
     };
-    let mended: Vec<String> = before
-        .clues
-        .iter()
-        .filter(is_mended)
-        .take(3)
-        .map(sentence)
-        .collect();
-    let rest = if after.cost < super::IMPLAUSIBLE {
-        "; corrected, the log and the declared numbers agree"
-    } else {
-        ""
-    };
-    format!("{}{rest}", mended.join("; "))
+    let mut mended: Vec<&Clue> = before.clues.iter().filter(is_mended).collect();
+    // What the sensor says of itself is the most direct.
+    mended.sort_by_key(|clue| !matches!(clue.subject, Subject::Resolution(..)));
+    let mended = mended.into_iter().take(3).map(sentence);
+    let mended: Vec<String> = mended.collect();
+    format!("{}{}", mended.join("; "), agreement(after))
+}
+
+/// How well log and declared numbers agree where all is corrected.
+fn agreement(after: &Reading) -> String {
+    if after.cost >= super::IMPLAUSIBLE {
+        return String::new();
+    }
+    let motor = after.motor();
+    let off = motor.iter().filter(|stated| stated.off() != 1.0);
+    let farthest = off.max_by(|a, b| a.off().ln().abs().total_cmp(&b.off().ln().abs()));
+    match farthest {
+        Some(stated) => format!(
+            "; corrected, the log still asks for {} times the declared {}, which may be off by {:.0} %: another factor \
+             may be the true one",
+            significant(stated.off(), 3),
+            spoken(stated.name),
+            100.0 * (stated.tolerance - 1.0)
+        ),
+        None if after.agrees() => "; corrected, the log and the declared numbers agree".to_owned(),
+        None => "; corrected, all agrees but the smallest step of `position` with the declared resolution".to_owned(),
+    }
 }
 
 fn sentence(clue: &Clue) -> String {
@@ -328,17 +371,19 @@ fn line(machine: &Machine, name: &str, value: f64) -> String {
 fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String {
     let voltage = declared.machine.motor.is_some();
     let mut call = Call::new(&log.path);
-    let coordinate = declared.machine.coordinate.unit();
-    let speed = if coordinate == "rad" { "rad/s" } else { "m/s" };
     let columns = [
-        (Column::Time, "s"),
-        (Column::Position, coordinate),
-        (Column::Input, if voltage { "V" } else { "" }),
-        (Column::Current, "A"),
-        (Column::Velocity, speed),
-        (Column::Command, coordinate),
+        Column::Time,
+        Column::Position,
+        Column::Input,
+        Column::Current,
+        Column::Velocity,
+        Column::Command,
     ];
-    for (column, unit) in columns {
+    for column in columns {
+        let unit = match column {
+            Column::Input if !voltage => "",
+            _ => expected_unit(&declared.machine, column),
+        };
         let has =
             column == Column::Time || declared.logs.iter().all(|log| log.column(column).is_some());
         if has {
@@ -383,13 +428,17 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
                     unit = import;
                 }
             }
-            Correction::Factor(changed, size) if changed == column => factor *= size,
+            Correction::Factor(changed, size) | Correction::Taken(changed, _, size)
+                if changed == column =>
+            {
+                factor *= size;
+            }
             Correction::Counts(size) if column == Column::Position => factor *= size,
             Correction::Duty(percent, volts) if column == Column::Input => {
                 unit = if percent { "%" } else { "" };
                 factor *= volts / gain.abs();
             }
-            Correction::Geared(ratio) if column == Column::Velocity => factor /= ratio,
+            Correction::Geared(changed, ratio) if changed == column => factor /= ratio,
             Correction::Negative(changed) if changed == column => factor = -factor,
             Correction::Swapped(one, other) if one == column => name = other.name(),
             Correction::Swapped(one, other) if other == column => name = one.name(),
@@ -409,8 +458,12 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
     } else {
         format!(":{unit}")
     };
+    // A gear, or a thousand.
+    let divisor = rounded(1.0 / factor, 6);
     if factor == 1.0 {
         format!("{name}{unit}")
+    } else if divisor > 1.0 && divisor.fract() == 0.0 {
+        format!("{name}{unit}/{divisor}")
     } else {
         format!("{name}{unit}*{}", rounded(factor, 6))
     }

@@ -216,12 +216,12 @@ fn a_log_is_checked_against_the_machine() {
         (
             "--position position*4 --input input",
             "position is 4 times too large",
-            "position:rad*0.25",
+            "position:rad/4",
         ),
         (
             "--position position --input input*2",
             "input is 2 times too large",
-            "input:V*0.5",
+            "input:V/2",
         ),
         (
             "--position position*57.29578 --input input",

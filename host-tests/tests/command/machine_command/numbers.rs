@@ -207,3 +207,13 @@ fn a_number_can_be_given_in_many_ways() {
         PRINTED,
     );
 }
+
+/// What a log can be checked for is in the file: the gear's ratio, and how far the sheet's numbers may be off.
+#[test]
+fn gear_ratio_and_tolerances_are_read_back() {
+    let machine = machine(CART);
+    assert_eq!(machine.gear_ratio, Some(50.0));
+    // Makers' 10 %, and 0.05 of 5.5 A.
+    near(machine.tolerances["resistance"], 0.11, 0.05);
+    assert!(!machine.tolerances.contains_key("coulomb"));
+}
