@@ -343,7 +343,12 @@ fn share(
         significant(current)
     );
     let sure = within([torque.rounding]);
-    Ok(Some(Number::new(1.0 - efficiency.min(1.0), why, sure)))
+    // What is within the tolerance of the whole may be none, and is taken for that.
+    let lost = match sure {
+        Sure::Within(part) if efficiency * (1.0 + part) >= 1.0 => 0.0,
+        _ => 1.0 - efficiency,
+    };
+    Ok(Some(Number::new(lost, why, sure)))
 }
 
 fn inertia(point: &Point, resistance: f64, constant: f64) -> Result<Number, String> {

@@ -111,11 +111,17 @@ fn fit(file: &mut File, sheet: &Sheet, derived: &Derived) {
                 value(share.value)
             ));
         }
-        _ => {
-            if sheet.gear.is_there && derived.share.is_none() {
-                file.comment(
-                    "What the gear loses is not known and not declared; --gear-efficiency declares it.",
-                );
+        share => {
+            if sheet.gear.is_there && sheet.efficiency.is_none() {
+                file.comment(&match share {
+                    Some(share) => format!(
+                        "The gear's loss is not declared, for it may be none: {}{}.",
+                        share.why,
+                        sureness(share.sure)
+                    ),
+                    None => "What the gear loses is not known and not declared; --gear-efficiency declares it."
+                        .to_owned(),
+                });
             }
             file.lines.push("declared_effects = []".to_owned());
         }

@@ -208,6 +208,25 @@ fn a_number_can_be_given_in_many_ways() {
     );
 }
 
+/// What the gear loses is declared where the sheet's numbers show a loss at all: 99 % of the torque, from numbers of
+/// two digits, may be all of it.
+#[test]
+fn a_loss_that_may_be_none_is_not_declared() {
+    let words = "--voltage 24V --no-load-speed 70rpm --no-load-current 0.16A --stall-torque 100kg.cm \
+                 --stall-current 3.3A --gear-ratio 75 --values-of gearmotor";
+    assert!(machine(words).declared_effects.is_empty());
+    let text = printed(words);
+    assert!(
+        text.contains("The gear's loss is not declared, for it may be none"),
+        "{text}"
+    );
+    let lossy = machine(&words.replace("100kg.cm", "70kg.cm"));
+    assert_eq!(lossy.declared_effects[0].id, "load_dependent_friction");
+    // As the user says, however small.
+    let told = machine(&format!("{words} --gear-efficiency 98%"));
+    near(told.declared_effects[0].parameters["share"], 0.02, 1e-12);
+}
+
 /// What a log can be checked for is in the file: the gear's ratio, and how far the sheet's numbers may be off.
 #[test]
 fn gear_ratio_and_tolerances_are_read_back() {
