@@ -170,6 +170,9 @@ fn every_verdict_says_all_of_it_in_twelve_lines() {
                 lines.iter().any(|line| line.starts_with("Next: ")),
                 "{name}:\n{text}"
             );
+            // Sentences are shown whole, or not at all; but for the machine's name.
+            let (_, said) = text.split_once(": ").unwrap();
+            assert!(!said.contains('…'), "{name}:\n{text}");
             for line in lines {
                 // What is to be copied is not broken.
                 let copied = ["  declared_effects", "  parameters", "  cargo hil"]
@@ -196,6 +199,10 @@ fn what_finds_no_room_is_counted() {
         text.contains(&format!("and {left_out} more: ")),
         "{left_out}: {text}"
     );
+    for (id, sentence) in &headline.details {
+        let is_whole = text.contains(sentence.as_str());
+        assert_eq!(text.contains(&format!("{id}: ")), is_whole, "{id}: {text}");
+    }
     assert!(text.contains("23 effects were missing."), "{text}");
 }
 
