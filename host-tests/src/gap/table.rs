@@ -19,7 +19,7 @@ const FAR_OFF: f64 = 100.0;
 
 /// What is said of a number that was fitted although `[fit]` leaves it out.
 pub(super) const FREED: &str =
-    "not in [fit], and wrong: no effect follows the log better than this value";
+    "not in [fit], and fitted all the same: no effect follows the logs better than this value";
 
 /// Refused candidates that a round lists even though they were not refitted.
 const RUNNERS_UP: usize = 5;
@@ -84,16 +84,10 @@ fn numbers(page: &mut Page, report: &Report) {
 fn disagreement(page: &mut Page, outcome: &Outcome) {
     for found in &outcome.disagreement {
         page.line("", Style::Plain);
-        page.wrapped(&format!("{}.", printable(&found.what)), 0, Style::Strong);
-        page.wrapped(
-            &format!("Evidence: {}.", printable(&found.evidence)),
-            2,
-            Style::Plain,
-        );
-        page.line(
-            &format!("  Remedy: {}", printable(&found.remedy)),
-            Style::Plain,
-        );
+        let [what, evidence, remedy] = found.lines().map(|line| printable(&line));
+        page.wrapped(&what, 0, Style::Strong);
+        page.wrapped(&evidence, 2, Style::Plain);
+        page.line(&remedy, Style::Plain);
     }
 }
 

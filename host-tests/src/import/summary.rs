@@ -8,7 +8,7 @@ use super::raw::Raw;
 use super::source::Source;
 use super::unit::Kind;
 use crate::cells::{self, Cells, row};
-use crate::gap::disagreement;
+use crate::gap::disagreement::{self, Disagreement};
 use crate::gap::outcome::Resampled;
 use crate::gap::table::resampled_line;
 use crate::log::{COLUMNS, Log, POSITION, TIME, counted};
@@ -95,15 +95,10 @@ pub(super) fn compared(machine: &Machine, log: &Log) -> String {
     if found.is_empty() {
         return format!("Nothing in the log contradicts {file}.\n");
     }
-    let found = found.into_iter().map(|found| {
-        format!(
-            "{}.\n  Evidence: {}.\n  Remedy: {}\n",
-            found.what, found.evidence, found.remedy
-        )
-    });
+    let lines: Vec<String> = found.iter().flat_map(Disagreement::lines).collect();
     format!(
-        "\n{path} and {file} do not belong together:\n{}",
-        found.collect::<String>()
+        "\n{path} and {file} do not belong together:\n{}\n",
+        lines.join("\n")
     )
 }
 

@@ -60,7 +60,8 @@ fn a_wrong_number_is_marked() {
         .into_iter()
         .find(|(name, _)| *name == "wrong number")
         .unwrap();
-    let marked = "not in [fit], and wrong: no effect follows the log better than this value";
+    let marked =
+        "not in [fit], and fitted all the same: no effect follows the logs better than this value";
     assert_lines(&verbose(&report), &[marked]);
     assert!(page(&report).contains(marked));
 }
