@@ -18,6 +18,7 @@ use super::engine::AllCores;
 use super::outcome::{
     Candidate, Estimate, FittedParameter, FoundEffect, NUMBERS, Unknown, UnknownMap,
 };
+use crate::machine::{Coordinate, Machine};
 use crate::quantity::decimal;
 use crate::quantity::{probability, significant};
 
@@ -31,26 +32,27 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             share(held_out.ratio),
             held_out.p_value
         ),
-        (Decision::Outdone { by }, Some(held_out)) => format!(
-            "would take {} off the held-out error, {}",
-            share(held_out.ratio),
-            match by {
-                // They are taken where they do as well.
-                Subject::Numbers => "but so do the machine file's own numbers".to_owned(),
-                Subject::Sensor => "but so does an error of the current's sensor".to_owned(),
-                _ => format!("{} takes more", in_words(by)),
+        (Decision::Outdone { by }, Some(_)) => match by {
+            // They are taken where they do as well.
+            Subject::Numbers => {
+                "other values of the machine file's own numbers lower the error as much".to_owned()
             }
-        ),
+            Subject::Sensor => "an error of the current's sensor explains it as well".to_owned(),
+            _ => format!("{} lowers the error more", in_words(by)),
+        },
         (Decision::Outdone { by }, None) => match by {
             Subject::Effect(_) => format!(
-                "taken at first, but beside the others {} follows the log better, or as well with \
+                "it was taken at first, but beside the others {} follows the log better, or as well with \
                  fewer parameters",
                 in_words(by)
             ),
-            _ => format!("taken at first, but {} explains clearly more", in_words(by)),
+            _ => format!(
+                "it was taken at first, but {} explains clearly more",
+                in_words(by)
+            ),
         },
         (Decision::Refused(Refusal::NotSignificant { required }), Some(held_out)) => format!(
-            "gain on held-out blocks not significant: p = {}, with so many candidates {} is required",
+            "its gain on held-out blocks is not significant: p = {}, with so many candidates {} is required",
             probability(held_out.p_value),
             probability(required)
         ),
@@ -72,7 +74,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "its fitted strength is within three standard deviations of zero".to_owned()
         }
         (Decision::NotClearlyBetter, held_out) => format!(
-            "takes {} off the held-out error, not clearly more than the effects of the catalogue",
+            "it takes {} off the held-out error, not clearly more than the effects of the catalogue",
             held_out.map_or(String::new(), |held_out| share(held_out.ratio))
         ),
         (Decision::InPlaceOf { other }, _) => {
@@ -88,13 +90,12 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "over shorter or longer predictions the error is clearly larger with it".to_owned()
         }
         (Decision::Refused(Refusal::OverOneLength), _) => {
-            "found where the model predicts over one length of time, not found over another"
-                .to_owned()
+            "it helps the model to predict over one length of time, and not over another".to_owned()
         }
         (Decision::Refused(Refusal::GainNotCommon), _) => {
             "the gain comes from few of the held-out blocks".to_owned()
         }
-        (Decision::SameAs { other }, _) => format!("the same model as {} here", id(other)),
+        (Decision::SameAs { other }, _) => format!("it is the same model as {} here", id(other)),
         (Decision::Absorbed, _) => format!(
             "absorbed by the fitted parameters (identifiability {:.3})",
             look.identifiability
@@ -116,7 +117,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             format!("scores under a tenth of {}, which passed", in_words(of))
         }
         (Decision::Dropped, _) => {
-            "taken at first, not needed beside the effects found later".to_owned()
+            "it was taken at first, and is not needed beside the effects found later".to_owned()
         }
         (Decision::Accepted | Decision::Refused(_), None) => String::new(),
     };
@@ -323,8 +324,9 @@ pub(super) fn fitted(
     spread: &Spread,
     declared: &Model,
     options: &Options,
-    rotary: bool,
+    machine: &Machine,
 ) -> Vec<FittedParameter> {
+    let rotary = machine.coordinate == Coordinate::Radian;
     trace
         .base
         .iter()
@@ -340,6 +342,7 @@ pub(super) fn fitted(
                 std: std.is_finite().then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
                 freed: !options.base.contains(&parameter),
+                tolerance: machine.tolerances.get(parameter.name()).copied(),
             }
         })
         .collect()
@@ -369,7 +372,6 @@ pub(super) fn current_sensor(trace: &Trace, spread: &Spread) -> Vec<Estimate> {
 mod tests {
     use super::*;
     use crate::gap::declared;
-    use crate::machine::Machine;
     use crate::workspace;
     use model_core::effect::{Active, Scope};
 

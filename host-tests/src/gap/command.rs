@@ -37,8 +37,8 @@ pub struct Args {
     /// Write a report with plots to this directory
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
-    /// Where the logs leave something in doubt, look for an input that would settle it, and write it to
-    /// this file, CSV with time_s,input; with --report, it goes into the report's directory too
+    /// Where the logs leave something in doubt, look for an input that would settle it, and write it, if there is
+    /// one, to this file, CSV with time_s,input; with --report, it goes into the report's directory too
     #[arg(long, value_name = "FILE")]
     pub experiment: Option<PathBuf>,
     /// Write the machine file with what was found to this file: your file with its comments, fitted numbers

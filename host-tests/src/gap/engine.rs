@@ -327,7 +327,7 @@ pub fn trace(
         }),
         effects: found(&trace, &spread, &declared, rotary),
         unknown: unknown(&trace, rotary),
-        fit: fitted(&trace, &spread, &declared, &options, rotary),
+        fit: fitted(&trace, &spread, &declared, &options, machine),
         current_sensor: current_sensor(&trace, &spread),
         errors: Errors {
             train: train_errors,

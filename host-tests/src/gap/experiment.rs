@@ -134,6 +134,21 @@ pub struct Bounds {
     pub speed: f64,
 }
 
+impl Bounds {
+    /// Within what nothing was found, and what would widen that. `unit`: that of positions.
+    pub(super) fn in_words(&self, unit: &str) -> String {
+        let number = |value: f64| significant(value, 3);
+        format!(
+            "with an input up to {}, positions from {} to {} {unit} and a speed up to {} {unit}/s, as in the training \
+             logs; another --train that goes further widens these limits",
+            number(self.input),
+            number(self.lowest_position),
+            number(self.highest_position),
+            number(self.speed),
+        )
+    }
+}
+
 /// An input and what the candidates make of it.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -169,7 +184,7 @@ impl NextExperiment {
         };
         if !self.looked {
             return format!(
-                "{doubt} --experiment FILE, or --report DIR, looks for an input that would {settle}."
+                "{doubt} --experiment FILE, or --report DIR, looks for an input that would {settle}, and may find none."
             );
         }
         let number = |value: f64| significant(value, 3);
@@ -179,15 +194,10 @@ impl NextExperiment {
             self.duration_s,
             self.start_position,
         ) else {
-            let bounds = &self.limits;
             return format!(
-                "{doubt} No excitation that was tried would {settle}, with an input up to {}, a \
-                 position from {} to {} {unit} and a speed up to {} {unit}/s, whichever fitted numbers \
-                 are off by a twentieth; wider limits, another sensor or a brake may.",
-                number(bounds.input),
-                number(bounds.lowest_position),
-                number(bounds.highest_position),
-                number(bounds.speed),
+                "{doubt} No input that was tried would {settle}, even where fitted numbers are off by a \
+                 twentieth, {}.",
+                self.limits.in_words(unit)
             );
         };
         let pairs = self.leaves.iter();

@@ -16,11 +16,15 @@ pub use self::next::Step;
 pub(super) use self::next::sentence as next_sentence;
 use super::answer::listed;
 use super::effect_words::{Workshop, sentence};
-use super::outcome::{Candidate, Estimate, FoundEffect, Outcome, Report};
-use crate::quantity::{Scale, probability, significant};
+use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect, Outcome, Report};
+use crate::data_sheet::WITHIN;
+use crate::quantity::{Scale, change, probability, significant};
 
 /// Most effects that the first sentence names; of more it says the number.
 const NAMED: usize = 3;
+
+/// Most effects that a list of those which the logs cannot tell apart names; of more it names [`NAMED`].
+const LISTED: usize = 6;
 
 /// Share of the held-out error below which what a refused candidate leaves is no chance, most likely: the
 /// reader is told of it.
@@ -79,10 +83,7 @@ fn finding(outcome: &Outcome) -> String {
         count if count <= NAMED => format!("{count} effects were missing, {}.", listed(&ids)),
         count => format!("{count} effects were missing."),
     };
-    let freed: Vec<&str> = outcome.freed().collect();
-    let verb = if freed.len() == 1 { "is" } else { "are" };
-    let wrong =
-        (!freed.is_empty()).then(|| format!("the declared {} {verb} wrong", listed(&freed)));
+    let off = off(outcome);
     let next = outcome.next_experiment.as_ref();
     let shown = if next.is_some_and(|next| !next.absorbed.is_empty()) {
         " that the logs can show"
@@ -91,17 +92,24 @@ fn finding(outcome: &Outcome) -> String {
     };
     match (outcome.verdict, &outcome.unknown) {
         (Verdict::LogAndMachineDisagree, _) => {
+            let mut whats: Vec<&str> = outcome.disagreements();
+            let more = whats.len().saturating_sub(NAMED);
+            whats.truncate(NAMED);
+            let more = match more {
+                0 => String::new(),
+                more => format!("; and {more} more"),
+            };
             format!(
-                "the log and the machine file do not belong together: {}.",
-                outcome.disagreements().join("; ")
+                "the log and the machine file do not belong together: {}{more}.",
+                whats.join("; ")
             )
         }
-        (Verdict::NoMissingEffect, _) => match wrong {
-            Some(wrong) => format!("no effect is missing{shown}, but {wrong}."),
+        (Verdict::NoMissingEffect, _) => match off {
+            Some(off) => format!("no effect is missing{shown}; {off}."),
             None => format!("no effect is missing{shown}."),
         },
-        (Verdict::EffectsFound, _) => match wrong {
-            Some(wrong) => format!("{known} Besides, {wrong}."),
+        (Verdict::EffectsFound, _) => match off {
+            Some(off) => format!("{known} Besides, {off}."),
             None => known,
         },
         (Verdict::NothingProven, _) => format!("{}.", nothing_proven(outcome)),
@@ -120,6 +128,35 @@ fn finding(outcome: &Outcome) -> String {
     }
 }
 
+/// Which numbers of the machine file the logs have otherwise, although `[fit]` leaves them out.
+fn off(outcome: &Outcome) -> Option<String> {
+    let freed = outcome.fit.iter().filter(|parameter| parameter.freed);
+    let (near, far): (Vec<_>, Vec<_>) =
+        freed.partition(|parameter| parameter.is_within_tolerance());
+    let names = |parameters: &[&FittedParameter]| {
+        let names: Vec<&str> = parameters.iter().map(|it| it.name.as_str()).collect();
+        listed(&names)
+    };
+    let wrong = match far.len() {
+        0 => None,
+        1 => Some(format!("the declared {} is wrong", names(&far))),
+        _ => Some(format!("the declared {} are wrong", names(&far))),
+    };
+    let within = match near.len() {
+        0 => None,
+        1 => Some(format!(
+            "{} differs from the declared value, within its tolerance",
+            names(&near)
+        )),
+        _ => Some(format!(
+            "{} differ from the declared values, within their tolerances",
+            names(&near)
+        )),
+    };
+    let all: Vec<String> = wrong.into_iter().chain(within).collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
 /// Why nothing is said to be complete although nothing was found.
 fn nothing_proven(outcome: &Outcome) -> String {
     let Some(residual) = &outcome.residual else {
@@ -129,7 +166,8 @@ fn nothing_proven(outcome: &Outcome) -> String {
         let window = outcome.errors.train.before.window_s;
         let time = |seconds: f64| Scale::of("s", [seconds]).quantity(seconds);
         return format!(
-            "nothing is proven: what was found where the model predicts over {} is not found over {}",
+            "nothing is proven: what seems to be missing when the model predicts {} ahead is not missing when it \
+             predicts {} ahead",
             time(window),
             time(0.5 * window)
         );
@@ -154,10 +192,15 @@ fn learned(report: &Report) -> Vec<(String, String)> {
     let mut found: Vec<(String, String)> = freed
         .map(|parameter| {
             let unit = &parameter.unit;
+            let tolerance = parameter.tolerance.map_or(String::new(), |tolerance| {
+                format!(" {WITHIN}{} %", significant(100.0 * tolerance, 2))
+            });
+            let change = change(parameter.declared, parameter.fitted);
             let sentence = format!(
-                "The machine file has {} {unit}, the logs ask for {} {unit}.",
+                "The machine file has {} {unit}{tolerance}, the logs ask for {} {unit}{}.",
                 significant(parameter.declared, 3),
-                significant(parameter.fitted, 3)
+                significant(parameter.fitted, 3),
+                change.map_or(String::new(), |change| format!(" ({change})"))
             );
             (parameter.name.clone(), sentence)
         })
@@ -299,7 +342,12 @@ fn alternatives(outcome: &Outcome) -> Option<String> {
                     Some(id) => format!("{one} ({})", id.description().summary),
                     None => one.clone(),
                 },
-                several => listed(several),
+                several if several.len() <= LISTED => listed(several),
+                several => format!(
+                    "{} and {} more",
+                    several[..NAMED].join(", "),
+                    several.len() - NAMED
+                ),
             };
             format!("The logs cannot tell {} from {others}.", effect.id)
         })
@@ -323,8 +371,8 @@ fn nearest(outcome: &Outcome) -> Option<&Candidate> {
 fn best_refused(outcome: &Outcome) -> String {
     match nearest(outcome) {
         Some(best) => format!(
-            "Nearest came {}: it would take {:.0} % off the error on data left out of the fit, but is \
-             refused: {}.",
+            "Of what was refused, {} came nearest: with it, the error on data left out of the fit is {:.0} % smaller. \
+             It was refused because {}.",
             best.words,
             100.0 * (1.0 - best.held_out_ratio.unwrap_or(f64::NAN)),
             best.reason

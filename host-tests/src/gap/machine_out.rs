@@ -120,7 +120,10 @@ fn head(machine: &Machine, train: &[PathBuf], outcome: &Outcome) -> String {
     ];
     let freed: Vec<&str> = outcome.freed().collect();
     if !freed.is_empty() {
-        paragraphs.push(format!("Wrong, though not in [fit]: {}.", freed.join(", ")));
+        paragraphs.push(format!(
+            "Fitted, though not in [fit]: {}.",
+            freed.join(", ")
+        ));
     }
     let lines = paragraphs
         .iter()
@@ -392,6 +395,7 @@ mod tests {
             std,
             unit: String::new(),
             freed: false,
+            tolerance: None,
         };
         set_number(&mut document, parameter, value, Some(&fit));
         document.to_string()

@@ -153,8 +153,20 @@ pub struct FittedParameter {
     pub std: Option<f64>,
     /// Its unit.
     pub unit: String,
-    /// Whether `[fit]` leaves it out, and it was fitted because it is wrong. Only "after" has it so.
+    /// Whether `[fit]` leaves it out, and it was fitted because the logs ask for another value. Only "after" has it
+    /// so.
     pub freed: bool,
+    /// How far the machine file says that it may be off, as a share.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+}
+
+impl FittedParameter {
+    /// Whether the logs ask for no more than the machine file says that it may be off.
+    pub(super) fn is_within_tolerance(&self) -> bool {
+        let off = (self.fitted / self.declared - 1.0).abs();
+        self.tolerance.is_some_and(|tolerance| off <= tolerance)
+    }
 }
 
 impl Outcome {
@@ -168,7 +180,7 @@ impl Outcome {
         distinct(self.disagreement.iter().map(|found| &*found.remedy))
     }
 
-    /// Names of the numbers of the machine file that are wrong although `[fit]` leaves them out.
+    /// Names of the numbers of the machine file that were fitted although `[fit]` leaves them out.
     pub fn freed(&self) -> impl Iterator<Item = &str> {
         let freed = self.fit.iter().filter(|parameter| parameter.freed);
         freed.map(|parameter| parameter.name.as_str())

@@ -100,6 +100,7 @@ pub fn fitted(
         std,
         unit: unit.into(),
         freed: false,
+        tolerance: None,
     }
 }
 

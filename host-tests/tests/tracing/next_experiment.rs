@@ -523,7 +523,9 @@ fn a_pair_that_no_input_separates_is_said_to_be_one() {
     assert!(next.plan.is_none() && next.separates.is_empty(), "{next:?}");
     let sentences = next.sentences("m");
     assert!(
-        sentences.contains("No excitation that was tried would"),
+        sentences.contains("No input that was tried would")
+            && sentences.contains("with an input up to")
+            && sentences.contains("widens these limits"),
         "{sentences}"
     );
 }
@@ -641,8 +643,9 @@ fn the_command_names_a_doubt_and_looks_no_further_unless_asked() {
     let text = text.join(" ");
     let doubt = "The logs cannot tell asymmetric_viscous from";
     assert!(text.contains(doubt), "{text}");
-    let remedy = "run it again with --experiment FILE, which looks for an input that settles whether it is asymmetric_viscous or";
+    let remedy = "run it again with --experiment FILE, which writes an input that settles whether it is asymmetric_viscous or";
     assert!(text.contains(remedy), "{text}");
+    assert!(text.contains(", if one is found"), "{text}");
     let json = fs::read_to_string(directory.join("gap.json")).unwrap();
     let json: Value = serde_json::from_str(&json).unwrap();
     let next = &json["next_experiment"];

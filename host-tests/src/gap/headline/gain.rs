@@ -10,25 +10,28 @@ use crate::quantity::{Scale, change};
 /// Ratio of two errors up to which the second one is no worse.
 const NO_WORSE: f64 = 1.01;
 
-/// Whether an error is worse after than before; that of a replay that diverges is.
-pub(super) fn is_worse(before: f64, after: f64) -> bool {
-    !after.is_finite() || after > NO_WORSE * before
-}
-
 /// One kind of error before and after, in one unit.
 struct Movement {
     label: &'static str,
     scale: Scale,
     before: f64,
     after: f64,
+    /// What the sensor leaves to any model: a rise by less, as squares add, says nothing.
+    floor: f64,
     /// ` rms`, where that is what it is.
     suffix: &'static str,
 }
 
 impl Movement {
-    /// Whether it is worse after than before, where it was one before.
+    /// Whether it is worse after than before, where it was one before; that of a replay that diverges is.
     fn rises(&self) -> bool {
-        self.before.is_finite() && is_worse(self.before, self.after)
+        let added = (self.after * self.after - self.before * self.before).sqrt();
+        self.before.is_finite()
+            && (!self.after.is_finite() || self.is_larger() && added > self.floor)
+    }
+
+    fn is_larger(&self) -> bool {
+        self.after > NO_WORSE * self.before
     }
 
     /// `the position error went from 291 µm to 52.1 µm rms (-82 %)`; the verb only where it is given.
@@ -40,13 +43,22 @@ impl Movement {
         }
         let after = self.scale.quantity(self.after);
         let change = change(self.before, self.after);
-        let change = change.map_or(String::new(), |change| format!(" ({change})"));
+        let told = if self.is_larger() && !self.rises() {
+            ", less than the sensor can tell"
+        } else {
+            ""
+        };
+        let change = change.map_or(String::new(), |change| format!(" ({change}{told})"));
         format!("the {label}{verb} from {before} to {after}{suffix}{change}")
     }
 }
 
 /// The errors that a model is judged by.
 fn movements(stages: &Stages, report: &Report) -> [Movement; 3] {
+    let floor = report
+        .outcome
+        .residual
+        .map_or(0.0, |residual| residual.floor);
     let movement = |label, unit: Option<&str>, suffix, pick: fn(&ErrorSet) -> f64| {
         let (before, after) = (pick(&stages.before), pick(&stages.after));
         Movement {
@@ -54,6 +66,7 @@ fn movements(stages: &Stages, report: &Report) -> [Movement; 3] {
             scale: unit.map_or_else(Scale::percent, |unit| Scale::of(unit, [before])),
             before,
             after,
+            floor: unit.map_or(0.0, |_| floor),
             suffix,
         }
     };
@@ -87,6 +100,12 @@ fn logs(kind: &str, count: usize) -> String {
     }
 }
 
+/// Whether the position error on the validation logs has risen with what was found.
+pub(super) fn fails(report: &Report) -> bool {
+    let validate = report.outcome.errors.validate.as_ref();
+    validate.is_some_and(|stages| movements(stages, report)[0].rises())
+}
+
 /// The errors that have risen, a sentence for each set of logs.
 pub(super) fn rises(report: &Report) -> Vec<String> {
     let outcome = &report.outcome;
@@ -102,7 +121,7 @@ pub(super) fn rises(report: &Report) -> Vec<String> {
     };
     let there = risen(&movements_there);
     if !there.is_empty() {
-        let fails = if outcome.errors.validate.is_some() && movements_there[0].rises() {
+        let fails = if fails(report) {
             " What was found does not hold there."
         } else {
             ""
@@ -144,15 +163,20 @@ pub(super) fn gain(report: &Report) -> String {
             torque.scale.quantity(torque.after)
         );
     }
-    let better: Vec<String> = movements
-        .iter()
-        .filter(|movement| !movement.rises())
-        .enumerate()
-        .map(|(place, movement)| movement.in_words(if place == 0 { " went" } else { "" }))
-        .collect();
-    if better.is_empty() {
-        format!("On {logs}{unseen} no error has become smaller.{caveat}")
-    } else {
-        format!("On {logs}{unseen} {}.{caveat}", listed(&better))
+    let mut better = movements.iter().filter(|movement| !movement.rises());
+    let Some(first) = better.next() else {
+        return format!("On {logs}{unseen} no error has become smaller.{caveat}");
+    };
+    let first = first.in_words(" went");
+    // A sentence for the last one, which may find no room.
+    let others: Vec<String> = better.map(|movement| movement.in_words("")).collect();
+    match &others[..] {
+        [] => format!("On {logs}{unseen} {first}.{caveat}"),
+        [second] => format!("On {logs}{unseen} {first} and {second}.{caveat}"),
+        [second, third, ..] => {
+            let third = third.replacen(" from ", " went from ", 1);
+            let third = third.replacen("the ", "The ", 1);
+            format!("On {logs}{unseen} {first}, {second}.{caveat} {third}.")
+        }
     }
 }

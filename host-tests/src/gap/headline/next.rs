@@ -2,11 +2,11 @@
 
 use model_core::gap::verdict::Verdict;
 
-use super::gain::is_worse;
+use super::gain::fails;
 use super::nearest;
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
-use crate::gap::outcome::{FreeMotor, MOTOR, NUMBERS, Outcome, Report, Stages};
+use crate::gap::outcome::{FreeMotor, MOTOR, NUMBERS, Outcome, Report};
 use crate::quantity::{Scale, given};
 
 /// Most remedies that the answer shows, so that it keeps to its lines.
@@ -30,20 +30,23 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
         Verdict::EffectsFound | Verdict::NoMissingEffect => {
             let mut steps = Vec::new();
             let validate = outcome.errors.validate.as_ref();
-            if validate.is_some_and(fails) {
+            let fails = fails(report);
+            if fails {
                 steps.push(said(
                     "do not rely on it yet; record a longer log with more varied motion and give it with \
                      another --train",
                 ));
             }
             steps.extend(free_motor(report));
-            steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             if validate.is_none() {
                 steps.push(said(
                     "record a second log, not for the fit, and give it with --validate",
                 ));
             }
-            steps.extend(declare(outcome));
+            if !fails {
+                steps.extend(declare(outcome));
+            }
+            steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             if steps.is_empty() {
                 steps.push(said(
                     "nothing; the machine file and these logs belong together",
@@ -87,11 +90,6 @@ pub(in crate::gap) fn sentence(steps: &[Step]) -> (String, Vec<&str>) {
     (format!("Next: {}{end}", words.join("; ")), copied)
 }
 
-/// Whether the position error is worse with what was found.
-fn fails(stages: &Stages) -> bool {
-    is_worse(stages.before.position_rms, stages.after.position_rms)
-}
-
 fn said(words: &str) -> Step {
     Step::Do(words.to_owned())
 }
@@ -117,14 +115,15 @@ fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
     let doubt = next.question();
     if !next.looked {
         return Some(said(&format!(
-            "run it again with --experiment FILE, which looks for an input that settles {doubt}"
+            "run it again with --experiment FILE, which writes an input that settles {doubt}, if one is found"
         )));
     }
     let (Some(_), Some(start), Some(duration)) =
         (&next.excitation, next.start_position, next.duration_s)
     else {
         return Some(said(&format!(
-            "no input was found that settles {doubt}; wider limits, another sensor or a brake may"
+            "no input was found that settles {doubt}, {}",
+            next.limits.in_words(unit)
         )));
     };
     let file = next.file.as_deref().unwrap_or("the input of the report");
@@ -154,14 +153,10 @@ fn free_motor(report: &Report) -> Vec<Step> {
     match &report.free_motor {
         Some(FreeMotor { fixed, line }) if !is_complete && !are_freed => {
             let fixed: Vec<String> = fixed.iter().map(|name| name.replace('_', " ")).collect();
-            let they_are = if fixed.len() == 1 {
-                "it is"
-            } else {
-                "they are"
-            };
+            let comes = if fixed.len() == 1 { "comes" } else { "come" };
             vec![
                 said(&format!(
-                    "fit {} too if {they_are} a data sheet's, with this line in [fit]",
+                    "if {} {comes} from a data sheet, put `parameters` below into [fit] and run it again",
                     listed(&fixed)
                 )),
                 Step::Copy(line.clone()),
@@ -188,28 +183,19 @@ fn declare(outcome: &Outcome) -> Vec<Step> {
         .map(|parameter| format!("`{} = {}`", parameter.name, given(parameter.fitted)))
         .collect();
     let again = "run it again with --machine-out FILE";
-    if !freed.is_empty() {
-        let freed = listed(&freed);
-        steps.push(said(&format!(
-            "{again}, or set {freed} in the machine file"
-        )));
-    }
-    match outcome.effects.as_slice() {
-        [] => {}
-        [one] => {
-            let way = if freed.is_empty() {
-                again
-            } else {
-                "do the same"
-            };
+    match (outcome.effects.as_slice(), freed.len()) {
+        ([], 0) => {}
+        ([], count) if count <= MOTOR.len() => steps.push(said(&format!(
+            "{again}, or set {} in the machine file",
+            listed(&freed)
+        ))),
+        ([one], 0) => {
             steps.push(said(&format!(
-                "to keep it, {way}, or add to [fit] of the machine file"
+                "to keep it, {again}, or add `declared_effects` below to [fit]"
             )));
             steps.push(Step::Copy(format!("declared_effects = [{}]", one.declare)));
         }
-        _ => steps.push(said(
-            "to keep them, declare them with --machine-out FILE, or with the lines of --verbose",
-        )),
+        _ => steps.push(said(&format!("to keep all of that, {again}"))),
     }
     steps
 }
