@@ -371,8 +371,8 @@ fn nearest(outcome: &Outcome) -> Option<&Candidate> {
 fn best_refused(outcome: &Outcome) -> String {
     match nearest(outcome) {
         Some(best) => format!(
-            "Of what was refused, {} came nearest: with it, the error on data left out of the fit is {:.0} % smaller. \
-             It was refused because {}.",
+            "Of what was refused, {} came nearest: with it, the error on data left out of the fit is {:.0} % smaller, \
+             but {}.",
             best.words,
             100.0 * (1.0 - best.held_out_ratio.unwrap_or(f64::NAN)),
             best.reason

@@ -37,14 +37,17 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
                      another --train",
                 ));
             }
-            steps.extend(free_motor(report));
+            let motor = free_motor(report);
+            // Then the line that declares an effect is not yet the last word on it.
+            let is_final = motor.is_empty();
+            steps.extend(motor);
             if validate.is_none() {
                 steps.push(said(
                     "record a second log, not for the fit, and give it with --validate",
                 ));
             }
             if !fails {
-                steps.extend(declare(outcome));
+                steps.extend(declare(outcome, is_final));
             }
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             if steps.is_empty() {
@@ -62,7 +65,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             ))];
             steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
-            steps.extend(declare(outcome));
+            steps.extend(declare(outcome, true));
             steps
         }
         Verdict::NothingProven => {
@@ -166,8 +169,8 @@ fn free_motor(report: &Report) -> Vec<Step> {
     }
 }
 
-/// How the machine file takes what was found.
-fn declare(outcome: &Outcome) -> Vec<Step> {
+/// How the machine file takes what was found; the line to copy only where that is final.
+fn declare(outcome: &Outcome, is_final: bool) -> Vec<Step> {
     let mut steps = Vec::new();
     if let Some(file) = &outcome.machine_out {
         steps.push(said(&match outcome.unknown {
@@ -189,13 +192,20 @@ fn declare(outcome: &Outcome) -> Vec<Step> {
             "{again}, or set {} in the machine file",
             listed(&freed)
         ))),
-        ([one], 0) => {
+        ([one], 0) if is_final => {
             steps.push(said(&format!(
                 "to keep it, {again}, or add `declared_effects` below to [fit]"
             )));
             steps.push(Step::Copy(format!("declared_effects = [{}]", one.declare)));
         }
-        _ => steps.push(said(&format!("to keep all of that, {again}"))),
+        (effects, count) => {
+            let it = if effects.len() + count == 1 {
+                "it"
+            } else {
+                "all of that"
+            };
+            steps.push(said(&format!("to keep {it}, {again}")));
+        }
     }
     steps
 }
