@@ -46,10 +46,18 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
                     "record a second log, not for the fit, and give it with --validate",
                 ));
             }
+            let next = outcome.next_experiment.as_ref();
+            let experiment = experiment(next, unit);
+            // An input that settles what the logs do not tell apart comes before what is kept.
+            let (found, offered) = match next.is_some_and(|next| next.excitation.is_some()) {
+                true => (experiment, None),
+                false => (None, experiment),
+            };
+            steps.extend(found);
             if !fails {
                 steps.extend(declare(outcome, is_final));
             }
-            steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
+            steps.extend(offered);
             if steps.is_empty() {
                 steps.push(said(
                     "nothing; the machine file and these logs belong together",
