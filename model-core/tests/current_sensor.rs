@@ -1,7 +1,7 @@
 //! Gain, offset and lag of a current's sensor are found beside the numbers of the machine.
 
 use model_core::gap::covariance::Information;
-use model_core::gap::current_sensor::CurrentSensor;
+use model_core::gap::current_sensor::{CurrentSensor, Reading};
 use model_core::gap::fit::{Effort, fit, variables};
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Base;
@@ -62,7 +62,12 @@ fn they_are_found_beside_a_wrong_inertia() {
         data.settings.position_weight = 1e3;
         data.settings.current_weight = 30.0 / rms;
         let scope = tracing::scope(4.0);
-        let moved = variables(&declared, &declared, (&[Base::Inertia], true), &scope);
+        let moved = variables(
+            &declared,
+            &declared,
+            (&[Base::Inertia], &Reading::ALL),
+            &scope,
+        );
         let effort = Effort {
             steps: 60,
             converged: 1e-7,

@@ -3,6 +3,7 @@
 
 use model_core::effect::{Active, Id, MOST_PARAMETERS, Role, Scope};
 use model_core::gap::covariance::Information;
+use model_core::gap::current_sensor::Reading;
 use model_core::gap::fit::{Effort, Variable, fit, variables};
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
@@ -64,7 +65,7 @@ fn all_that_changes_the_modes_may_be_fitted_at_once() {
         (Id::InputDelay, [0.3e-3, 0.0, 0.0]),
         (Id::SensorDelay, [0.25e-3, 0.0, 0.0]),
     ]);
-    let variables = variables(&declared(), &model, (&Base::ALL, true), &SCOPE);
+    let variables = variables(&declared(), &model, (&Base::ALL, &Reading::ALL), &SCOPE);
     assert_eq!(variables.len(), 14 + 1 + 2 + 1 + 1 + 3);
     on_a_log(|data| {
         let mut information = Information::default();
@@ -79,7 +80,7 @@ fn all_that_changes_the_modes_may_be_fitted_at_once() {
 fn every_effect_may_be_screened_beside_all_parameters() {
     for delay in [&[][..], &[(Id::InputDelay, [0.3e-3, 0.0, 0.0])]] {
         let model = with(delay);
-        let variables = variables(&declared(), &model, (&Base::ALL, true), &SCOPE);
+        let variables = variables(&declared(), &model, (&Base::ALL, &Reading::ALL), &SCOPE);
         let mut seen: Vec<Id> = Vec::new();
         let passed_over = |candidate: &Candidate| seen.push(candidate.effect.id);
         let screened =
@@ -197,7 +198,7 @@ fn assert_ends_at(bound: f32, (input, position): &(Vec<f32>, Vec<f32>), effect: 
     let mut start = declared.clone();
     start.effects.push(effect).unwrap();
     let scope = tracing::scope(2.0);
-    let strengths = variables(&declared, &start, (&[], false), &scope);
+    let strengths = variables(&declared, &start, (&[], &[]), &scope);
     assert_eq!(effect.id.description().parameters[0].role, Role::Strength);
     let effort = Effort {
         steps: 30,

@@ -4,7 +4,7 @@
 use model_core::effect::learned_map::{Kind, LearnedMap, Ranges};
 use model_core::effect::{Active, Id, Scope};
 use model_core::gap::covariance::Information;
-use model_core::gap::current_sensor::CurrentSensor;
+use model_core::gap::current_sensor::{CurrentSensor, Reading};
 use model_core::gap::fit::variables;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
@@ -257,7 +257,7 @@ fn sums_over_perturbed_copies_are_the_same() {
     let plant = &plants()[0];
     on_logs(plant, |data| {
         for (name, with) in models(plant) {
-            let variables = variables(&model(plant), &with, (&base, true), &SCOPE);
+            let variables = variables(&model(plant), &with, (&base, &Reading::ALL), &SCOPE);
             let [one_by_one, together] = [true, false].map(|one_by_one| {
                 let mut information = Information::default();
                 if one_by_one {
@@ -282,7 +282,7 @@ fn a_screening_is_the_same() {
             let variables = variables(
                 &model,
                 &model,
-                (&[Base::Inertia, Base::Coulomb], true),
+                (&[Base::Inertia, Base::Coulomb], &Reading::ALL),
                 &SCOPE,
             );
             let mut passed_over = [Vec::new(), Vec::new()];

@@ -223,7 +223,12 @@ impl Spread {
     /// Of the final fit, with the data as the tracing weighed it in the end.
     pub fn new(trace: &Trace, data: &Data, declared: &Model, options: &Options) -> Option<Self> {
         let model = &trace.after.model;
-        let variables = variables(declared, model, (&trace.base, trace.sensor), &options.scope);
+        let variables = variables(
+            declared,
+            model,
+            (&trace.base, &trace.readings),
+            &options.scope,
+        );
         let mut information = Information::default();
         information.gather(data, &AllCores, model, &variables)?;
         information.allow_for_restarts(data, &AllCores, model, &variables)?;
@@ -350,7 +355,7 @@ pub(super) fn fitted(
 
 /// Gain, offset and lag of the current's sensor, where they were fitted.
 pub(super) fn current_sensor(trace: &Trace, spread: &Spread) -> Vec<Estimate> {
-    if !trace.sensor {
+    if trace.readings.is_empty() {
         return Vec::new();
     }
     let model = &trace.after.model;
@@ -403,7 +408,7 @@ mod tests {
             .collect();
             let dimensions = [Dimension::Torque, Dimension::Phase, Dimension::Position];
             let report = |model: &Model| model.effects[0].report(&model.plant);
-            let variables = variables(&declared, &model, (&[], false), &scope);
+            let variables = variables(&declared, &model, (&[], &[]), &scope);
             // A variable's standard deviation is its scale: here the friction.
             let mut covariance = Covariance::default();
             for (index, variable) in variables.iter().enumerate() {

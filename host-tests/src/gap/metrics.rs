@@ -146,13 +146,10 @@ pub fn torque_balance(
                 Some(current),
             ) => {
                 // The reading of a moment within the step that begins here, carried back to its beginning.
-                let reading = simulator.current_match();
-                let read = |index: usize| {
-                    let read = current.at(reading.sample(index, samples));
-                    f64::from(simulator.current_sensor().current(read))
-                };
+                let read = |index: usize| f64::from(simulator.read(current, index));
+                let share = f64::from(simulator.current_match().share);
                 let before = read(index.saturating_sub(1));
-                let now = read(index) + f64::from(reading.share) * (before - read(index));
+                let now = read(index) + share * (before - read(index));
                 f64::from(torque_constant) * now
             }
             (

@@ -1,6 +1,5 @@
 //! A log whose current column errs: its gain, offset and lag are said, and nothing else is made of them.
 
-use std::f64::consts::PI;
 use std::path::Path;
 
 use host_tests::gap::engine;
@@ -8,7 +7,7 @@ use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 
-use crate::stepped::Stepped;
+use crate::stepped::{GEARMOTOR, Stepped};
 
 /// The machine file: its motor is as declared, and so are its friction's laws.
 const DECLARED: &str = r#"
@@ -39,20 +38,10 @@ const TORQUE_CONSTANT: f64 = 1.4;
 /// A current that takes two rows to follow: how late a row reads it shows.
 const INDUCTANCE: f64 = 0.016;
 
-/// The motor that it is, in steps of 0.1 ms; friction and inertia at its shaft.
 const MOTOR: Stepped<4> = Stepped {
-    inertia: 0.09,
     viscous: 0.025,
-    coulomb: 0.34,
     breakaway: 0.36,
-    count: 2.0 * PI / 56_000.0,
-    period: 0.002,
-    steps: 20,
-    rows: 6000,
-    frequencies: [0.15, 0.37, 0.81, 1.43],
-    amplitudes: [0.55, 0.4, 0.3, 0.25],
-    gains: [40.0, 30.0, 0.8],
-    limit: 24.0,
+    ..GEARMOTOR
 };
 
 /// What the column says of a current: this multiple of it, so many steps before, and so much more, A.
@@ -65,24 +54,20 @@ struct Sensor {
 /// A log of the motor with a weight at its shaft of so much torque at a right angle.
 fn log(sensor: &Sensor, weight: f64, phases: [f64; 4]) -> Log {
     let mut flow = 0.0;
-    let mut amperes = vec![0.0; 1 + sensor.late];
-    let torque = |volts: f64, position: f64, velocity: f64| {
-        let left = volts - TORQUE_CONSTANT * velocity - RESISTANCE * flow;
-        flow += MOTOR.step() * left / INDUCTANCE;
-        amperes.push(flow);
-        TORQUE_CONSTANT * flow - weight * position.sin()
-    };
-    let (input, position) = MOTOR.drive(phases, torque);
-    let flows = amperes.into_iter().step_by(MOTOR.steps).take(MOTOR.rows);
-    let current = flows.map(|flow| sensor.gain * flow + sensor.offset);
-    Log {
-        path: "current.csv".into(),
-        period_s: MOTOR.period,
-        input,
-        position,
-        current: Some(current.collect()),
-        ..Log::default()
+    let mut log = MOTOR.log(
+        "current.csv",
+        phases,
+        sensor.late,
+        |volts, position, velocity| {
+            let left = volts - TORQUE_CONSTANT * velocity - RESISTANCE * flow;
+            flow += MOTOR.step() * left / INDUCTANCE;
+            (TORQUE_CONSTANT * flow - weight * position.sin(), flow)
+        },
+    );
+    for reading in log.current.iter_mut().flatten() {
+        *reading = sensor.gain * *reading + sensor.offset;
     }
+    log
 }
 
 fn trace(sensor: &Sensor, weight: f64) -> Outcome {

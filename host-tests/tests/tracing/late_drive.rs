@@ -1,14 +1,13 @@
 //! A geared motor whose drive acts late, its resistance and torque constant as far off as a data sheet's may be: the
 //! numbers that are fitted without the delay bend to it until a small delay makes the error larger.
 
-use std::f64::consts::PI;
 use std::path::Path;
 
 use host_tests::gap::engine;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 
-use crate::stepped::Stepped;
+use crate::stepped::GEARMOTOR;
 
 /// The machine file: what a data sheet says.
 const DECLARED: &str = r#"
@@ -38,45 +37,21 @@ fn gearmotor() -> Machine {
     Machine::of_bytes(Path::new("gearmotor.toml"), DECLARED.into()).unwrap()
 }
 
-/// The motor that it is, in steps of 0.1 ms; friction and inertia at its shaft.
-const MOTOR: Stepped<4> = Stepped {
-    inertia: 0.09,
-    viscous: 0.02,
-    coulomb: 0.34,
-    breakaway: 0.40,
-    count: 2.0 * PI / 56_000.0,
-    period: 0.002,
-    steps: 20,
-    rows: 6000,
-    frequencies: [0.15, 0.37, 0.81, 1.43],
-    amplitudes: [0.55, 0.4, 0.3, 0.25],
-    gains: [40.0, 30.0, 0.8],
-    limit: 24.0,
-};
-
 const RESISTANCE: f64 = 4.7;
 const TORQUE_CONSTANT: f64 = 1.316;
 
 /// `current`: whether its current is logged.
 fn log(delay: f64, phases: [f64; 4], current: bool) -> Log {
-    let mut acting = vec![0.0; (delay / MOTOR.step()).round() as usize];
-    // One a step, behind that before the first one: each row logs what flows as it begins.
-    let mut amperes = vec![0.0];
-    let torque = |volts: f64, _: f64, velocity: f64| {
+    let mut acting = vec![0.0; (delay / GEARMOTOR.step()).round() as usize];
+    let path = format!("late by {delay} s");
+    let log = GEARMOTOR.log(&path, phases, 0, |volts, _, velocity| {
         acting.push(volts);
         let flow = (acting.remove(0) - TORQUE_CONSTANT * velocity) / RESISTANCE;
-        amperes.push(flow);
-        TORQUE_CONSTANT * flow
-    };
-    let (input, position) = MOTOR.drive(phases, torque);
-    let currents = amperes.into_iter().step_by(MOTOR.steps).take(MOTOR.rows);
+        (TORQUE_CONSTANT * flow, flow)
+    });
     Log {
-        path: format!("late by {delay} s").into(),
-        period_s: MOTOR.period,
-        input,
-        position,
-        current: current.then(|| currents.collect()),
-        ..Log::default()
+        current: log.current.filter(|_| current),
+        ..log
     }
 }
 

@@ -10,7 +10,7 @@ use host_tests::log::Log;
 use host_tests::machine::Machine;
 use model_core::gap::verdict::Verdict;
 
-use crate::stepped::Stepped;
+use crate::stepped::{GEARMOTOR, Stepped};
 
 const DECLARED: &str = r#"
 name = "gearmotor"
@@ -39,20 +39,16 @@ declared_effects = []
 const RESISTANCE: f64 = 4.0;
 const TORQUE_CONSTANT: f64 = 1.4;
 
-/// What is before the gap, in steps of 0.1 ms.
+/// What is before the gap.
 const MOTOR: Stepped<4> = Stepped {
     inertia: 0.04,
-    viscous: 0.02,
     coulomb: 0.3,
     breakaway: 0.3,
     count: 2.0 * PI / 4800.0,
     period: 0.004,
     steps: 40,
     rows: 4000,
-    frequencies: [0.15, 0.37, 0.81, 1.43],
-    amplitudes: [0.55, 0.4, 0.3, 0.25],
-    gains: [40.0, 30.0, 0.8],
-    limit: 24.0,
+    ..GEARMOTOR
 };
 
 /// What is behind it, kg·m², and how stiff and how damped its contact is, N·m/rad and N·m·s/rad.
@@ -62,8 +58,7 @@ const DAMPING: f64 = 4.0;
 
 fn log(width: f64, phases: [f64; 4]) -> Log {
     let (mut far, mut rate) = (0.0_f64, 0.0_f64);
-    let mut amperes = vec![0.0];
-    let torque = |volts: f64, position: f64, velocity: f64| {
+    MOTOR.log("gear.csv", phases, 0, |volts, position, velocity| {
         let apart = position - far;
         let pressed = apart - apart.clamp(-0.5 * width, 0.5 * width);
         let contact = if pressed == 0.0 {
@@ -76,19 +71,8 @@ fn log(width: f64, phases: [f64; 4]) -> Log {
         rate += MOTOR.step() * contact / BEHIND;
         far += MOTOR.step() * rate;
         let flow = (volts - TORQUE_CONSTANT * velocity) / RESISTANCE;
-        amperes.push(flow);
-        TORQUE_CONSTANT * flow - contact
-    };
-    let (input, position) = MOTOR.drive(phases, torque);
-    let currents = amperes.into_iter().step_by(MOTOR.steps).take(MOTOR.rows);
-    Log {
-        path: "gear.csv".into(),
-        period_s: MOTOR.period,
-        input,
-        position,
-        current: Some(currents.collect()),
-        ..Log::default()
-    }
+        (TORQUE_CONSTANT * flow - contact, flow)
+    })
 }
 
 fn verdict(width: f64) -> Verdict {

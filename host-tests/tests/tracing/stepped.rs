@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use host_tests::log::Log;
+
 /// What moves, and how it is driven. SI units.
 pub struct Stepped<const WAVES: usize> {
     pub inertia: f64,
@@ -22,6 +24,22 @@ pub struct Stepped<const WAVES: usize> {
     pub gains: [f64; 3],
     pub limit: f64,
 }
+
+/// A geared motor in steps of 0.1 ms; friction and inertia at its shaft.
+pub const GEARMOTOR: Stepped<4> = Stepped {
+    inertia: 0.09,
+    viscous: 0.02,
+    coulomb: 0.34,
+    breakaway: 0.40,
+    count: 2.0 * PI / 56_000.0,
+    period: 0.002,
+    steps: 20,
+    rows: 6000,
+    frequencies: [0.15, 0.37, 0.81, 1.43],
+    amplitudes: [0.55, 0.4, 0.3, 0.25],
+    gains: [40.0, 30.0, 0.8],
+    limit: 24.0,
+};
 
 impl<const WAVES: usize> Stepped<WAVES> {
     /// Length of a step.
@@ -71,5 +89,33 @@ impl<const WAVES: usize> Stepped<WAVES> {
             }
         }
         (input, positions)
+    }
+
+    /// As [`Stepped::drive`], with the current as it was so many steps before each row. `acts`: the torque, and the current
+    /// that flows behind the step.
+    pub fn log(
+        &self,
+        path: &str,
+        phases: [f64; WAVES],
+        late: usize,
+        mut acts: impl FnMut(f64, f64, f64) -> (f64, f64),
+    ) -> Log {
+        // A row has what flows as it begins.
+        let mut amperes = vec![0.0; 1 + late];
+        let torque = |input: f64, position: f64, velocity: f64| {
+            let (torque, flow) = acts(input, position, velocity);
+            amperes.push(flow);
+            torque
+        };
+        let (input, position) = self.drive(phases, torque);
+        let current = amperes.into_iter().step_by(self.steps).take(self.rows);
+        Log {
+            path: path.into(),
+            period_s: self.period,
+            input,
+            position,
+            current: Some(current.collect()),
+            ..Log::default()
+        }
     }
 }

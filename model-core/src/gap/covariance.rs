@@ -103,12 +103,14 @@ impl Information {
             problem.simulated += sums.simulated(copies);
         })?;
         // What is known of the sensor beforehand is known as surely as its weight says.
-        for (place, variable) in variables.iter().enumerate() {
-            if matches!(variable.target, Target::Current(_)) {
+        let own = |variable: &&Variable| matches!(variable.target, Target::Current(_));
+        if variables.iter().any(|variable| own(&variable)) {
+            let factor = Cholesky::new(sums.normal(variables.len()), variables.len());
+            let places = variables.iter().enumerate();
+            for (place, variable) in places.filter(|(_, variable)| own(variable)) {
                 let mut step = [0.0; MOST_VARIABLES];
                 step[place] = 1.0;
-                Cholesky::new(sums.normal(variables.len()), variables.len())
-                    .solve(&mut step[..variables.len()]);
+                factor.solve(&mut step[..variables.len()]);
                 add_square(moves, &step[..variables.len()], variable.weight());
             }
         }

@@ -1,6 +1,7 @@
 //! How the sensor of the current errs.
 
 use super::simulator::Lateness;
+use heapless::Vec;
 
 /// What a sensor of the current says: `gain` times the current of `lag` seconds before, and `offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +30,9 @@ impl Reading {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Gain, Self::Offset, Self::Lag];
 }
+
+/// Some of its numbers.
+pub type Readings = Vec<Reading, { Reading::ALL.len() }>;
 
 impl Default for CurrentSensor {
     fn default() -> Self {

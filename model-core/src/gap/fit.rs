@@ -235,11 +235,11 @@ impl Variable {
 }
 
 /// The variables of a model: those of its base, of the effects and of the map that the declared
-/// one does not have, and, if `sensor`, of the current's sensor. What the user declares of an effect stays as it is.
+/// one does not have, and of the current's sensor these. What the user declares of an effect stays as it is.
 pub fn variables(
     declared: &Model,
     model: &Model,
-    (base, sensor): (&[Base], bool),
+    (base, readings): (&[Base], &[Reading]),
     scope: &Scope,
 ) -> Variables {
     let mut variables = Variables::new();
@@ -262,11 +262,9 @@ pub fn variables(
             let _ = variables.push(Variable::knot(index, scope));
         }
     }
-    if sensor {
-        let rms = scope.torque / declared.plant.torque_per_current();
-        for reading in Reading::ALL {
-            let _ = variables.push(Variable::current(declared, reading, rms, scope.period));
-        }
+    let rms = scope.torque / declared.plant.torque_per_current();
+    for &reading in readings {
+        let _ = variables.push(Variable::current(declared, reading, rms, scope.period));
     }
     variables
 }

@@ -164,15 +164,14 @@ impl Total {
 
     /// It over another one, product over the channels.
     pub fn over(&self, other: &Self) -> f64 {
+        let ratio = |before: f32, after: f32| {
+            if before > 0.0 {
+                f64::from(after) / f64::from(before)
+            } else {
+                1.0
+            }
+        };
         ratio(other.position, self.position) * ratio(other.current, self.current)
-    }
-}
-
-fn ratio(before: f32, after: f32) -> f64 {
-    if before > 0.0 {
-        f64::from(after) / f64::from(before)
-    } else {
-        1.0
     }
 }
 
@@ -200,7 +199,7 @@ pub fn compare(smaller: &HeldOut, larger: &HeldOut) -> Comparison {
             total.add(error);
         }
     }
-    let gained = median(&mut differences).unwrap_or(0.0);
+    let median = median(&mut differences).unwrap_or(0.0);
     for difference in &mut differences {
         *difference -= NO_GAIN;
     }
@@ -208,7 +207,7 @@ pub fn compare(smaller: &HeldOut, larger: &HeldOut) -> Comparison {
     Comparison {
         ratio: totals[1].over(&totals[0]),
         p_value,
-        median: gained,
+        median,
     }
 }
 

@@ -89,10 +89,10 @@ pub fn trace<S: Schedule>(
 fn beats(workbench: &mut Workbench<impl Schedule>, trace: &Trace, other: &Trace) -> Option<bool> {
     let mut others = workbench.over(other.settings)?;
     others.base = other.base.clone();
-    others.sensor = other.sensor;
+    others.readings = other.readings.clone();
     let of_other = others.held_out(&other.after.model)?;
     others.base = trace.base.clone();
-    others.sensor = trace.sensor;
+    others.readings = trace.readings.clone();
     let fit = others.fit(&trace.after.model)?;
     let own = others.held_out(&fit.model)?;
     workbench.count(others.simulated, other.settings.window);
@@ -124,7 +124,7 @@ fn keep(
     if other.has_found(fixed) && beats(workbench, trace, other).unwrap_or(false) {
         return Some(());
     }
-    workbench.sensor = trace.sensor;
+    workbench.readings = trace.readings.clone();
     let declared = workbench.declared;
     let mut found = Found {
         after: trace.after.clone(),

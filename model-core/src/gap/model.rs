@@ -1,6 +1,6 @@
 //! The declared actuator with its effects.
 
-use super::current_sensor::CurrentSensor;
+use super::current_sensor::{CurrentSensor, Reading};
 use super::held::Held;
 use super::simulator::Simulator;
 use crate::effect::gravity::Gravity;
@@ -161,12 +161,18 @@ pub struct Model {
 }
 
 impl Model {
-    /// The model with the current's sensor of another one. What that is late by less, a late drive is late by more:
-    /// the current is late by the sum, and between two samples no fit carries one over to the other.
-    pub fn with_sensor_of(&self, other: &Self) -> Self {
+    /// The model with these numbers of its current's sensor, and the others as in another model. What the sensor is
+    /// late by less, a late drive is late by more: the current is late by the sum, and between two samples no fit
+    /// carries one over to the other.
+    pub fn with_readings(&self, own: &[Reading], other: &Self) -> Self {
         let mut model = self.clone();
-        model.current_sensor = other.current_sensor;
-        let less = self.current_sensor.lag - other.current_sensor.lag;
+        for reading in Reading::ALL {
+            if !own.contains(&reading) {
+                let value = other.current_sensor.get(reading);
+                model.current_sensor.set(reading, value);
+            }
+        }
+        let less = self.current_sensor.lag - model.current_sensor.lag;
         let mut effects = model.effects.iter_mut();
         if let Some(late) = effects.find(|effect| effect.id == Id::InputDelay) {
             late.values[0] += less;

@@ -677,12 +677,7 @@ fn current_at<M: Borrow<Modes>, H: Acting>(
 ) -> f32 {
     let late = simulator.input_lateness().whole;
     let input = |sample: usize| log.input.at(sample.saturating_sub(late));
-    let measured = |sample: usize| {
-        log.current.map(|current| {
-            let sample = simulator.current_match().sample(sample, current.len());
-            simulator.current_sensor().current(current.at(sample))
-        })
-    };
+    let measured = |sample: usize| log.current.map(|current| simulator.read(current, sample));
     let periods = simulator.electric_periods();
     if periods < FASTEST_WINDING || start <= half_width {
         return measured(start)
@@ -851,8 +846,8 @@ fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ensemble: &Ens
             .map(|runner| runner.advance_and_see(&row));
         let mut next = || residuals.next().unwrap_or_default();
         let (centre, (seen, rise)) = next();
-        let seen = (seen, if late { rise } else { last });
-        last = rise;
+        let before = core::mem::replace(&mut last, rise);
+        let seen = (seen, if late { rise } else { before });
         positions[0] = centre.0 * settings.position_weight;
         currents[0] = centre.1 * settings.current_weight;
         for (column, lane) in ensemble.lanes().iter().enumerate() {
@@ -984,12 +979,10 @@ fn accumulate_all<const N: usize>(
     let late = ensemble.reads_within_steps();
     let mut last = [0.0; N];
     for _ in 0..places.steps() {
-        let Some(seen) = places.step(&mut replays, &mut residuals) else {
+        let Some((seen, rises)) = places.step(&mut replays, &mut residuals) else {
             continue;
         };
-        let (seen, rises) = seen;
-        let before = last;
-        last = rises;
+        let before = core::mem::replace(&mut last, rises);
         let rises = if late { rises } else { before };
         let mut next = 1;
         let centre = &residuals[0];

@@ -38,10 +38,7 @@ fn looks<'a>(
         let around = index - STRIDE / 2..index - STRIDE / 2 + STRIDE;
         let mean = match log.current {
             Some(current) => {
-                let reading = simulator.current_match();
-                let sum: f32 = around
-                    .map(|at| current.at(reading.sample(at, current.len())))
-                    .sum();
+                let sum: f32 = around.map(|at| simulator.read(current, at)).sum();
                 sum / STRIDE as f32
             }
             None => {

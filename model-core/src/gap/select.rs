@@ -9,13 +9,14 @@
 //! anew beside these, all must hold against their own absence, and what they leave against [`unknown`]
 //! structure.
 
+use super::current_sensor::{Reading, Readings};
 use super::fit::Fit;
 use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, Total, compare};
 use super::judging::{
     Leader, THROUGHOUT, compare_in_short_windows, compare_where_it_shows, is_rounding, judge,
     judge_effect, wins_on_its_restarts,
 };
-use super::model::{Base, Model, Numbers};
+use super::model::{Base, Model};
 use super::replay::{Data, Schedule};
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
 use super::unknown::{self, Unknown};
@@ -127,7 +128,7 @@ pub(super) fn trace_over<S: Schedule>(
         left: 1.0,
     };
     found.search(&mut workbench, 1, observe)?;
-    if found.is_more(&workbench) || workbench.sensor {
+    if found.is_more(&workbench) || !workbench.readings.is_empty() {
         // Both models are judged on the same restarts, so the first is fitted to these too.
         let fitted = workbench.hold_freed();
         before = workbench.best_fit(&[&before.model, model])?;
@@ -159,8 +160,9 @@ pub(super) fn conclude(
     mut found: Found,
     unknown: Option<Unknown>,
 ) -> Option<Trace> {
-    if hold_sensor(workbench, &mut found)? {
-        let start = before.model.with_sensor_of(workbench.declared);
+    if hold_readings(workbench, &mut found)? {
+        let needed = &workbench.readings;
+        let start = before.model.with_readings(needed, workbench.declared);
         let fitted = workbench.hold_freed();
         before = workbench.fit(&start)?;
         workbench.base = fitted;
@@ -184,7 +186,7 @@ pub(super) fn conclude(
         residual,
         farthest,
         base: workbench.base.clone(),
-        sensor: workbench.sensor,
+        readings: workbench.readings.clone(),
         settings: workbench.data.settings,
         simulated: workbench.simulated,
         before,
@@ -308,7 +310,8 @@ impl Found {
         place: usize,
         round: usize,
     ) -> Option<Option<Consideration>> {
-        let (data, base, sensor) = (workbench.data, workbench.base.clone(), workbench.sensor);
+        let (data, base) = (workbench.data, workbench.base.clone());
+        let readings = workbench.readings.clone();
         let (kept, left) = (self.after.clone(), self.left);
         let out = self.accepted.remove(place);
         let others = self.accepted.len();
@@ -334,7 +337,7 @@ impl Found {
         self.held_out = None;
         workbench.data = data;
         workbench.base = base;
-        workbench.sensor = sensor;
+        workbench.readings = readings;
         Some(None)
     }
 
@@ -440,21 +443,20 @@ fn free_sensor(
     round: &Round,
     found: &mut Found,
 ) -> Option<bool> {
-    if workbench.sensor || !workbench.has_sensor() {
+    if !workbench.readings.is_empty() || !workbench.has_sensor() {
         return Some(false);
     }
     let model = &found.after.model;
-    judge(workbench, &mut found.held_out, model)?;
-    workbench.sensor = true;
-    let larger = workbench.held_out(model)?;
-    let comparison = compare(found.held_out.as_ref()?, &larger);
+    let smaller = judge(workbench, &mut found.held_out, model)?;
+    workbench.readings = Readings::from_array(Reading::ALL);
+    let comparison = compare(smaller, &workbench.held_out(model)?);
     if comparison.refusal(1).is_some() || comparison.ratio > EQUALLY_GOOD * round.least {
-        workbench.sensor = false;
+        workbench.readings.clear();
         return Some(false);
     }
     let fitted = workbench.fit(model)?.model;
     if workbench.is_good_sensor(&fitted) {
-        workbench.sensor = false;
+        workbench.readings.clear();
         return Some(false);
     }
     workbench.restart(&fitted)?;
@@ -463,25 +465,38 @@ fn free_sensor(
     Some(true)
 }
 
-/// Holds the numbers of the current's sensor again, if they are a good one's beside what was found, or held-out blocks
-/// are followed as well so. Whether it does.
+/// Holds those numbers of the current's sensor again without which held-out blocks are followed nearly as well; all of
+/// them, if they are a good sensor's beside what was found, or their gain is not significant. Whether any is held.
 #[inline(never)]
-fn hold_sensor(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option<bool> {
-    if !workbench.sensor {
+fn hold_readings(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option<bool> {
+    if workbench.readings.is_empty() {
         return Some(false);
     }
-    let with = workbench.held_out(&found.after.model)?;
     let is_good = workbench.is_good_sensor(&found.after.model);
-    workbench.sensor = false;
-    let model = found.after.model.with_sensor_of(workbench.declared);
-    let without = workbench.held_out(&model)?;
-    if !is_good && compare(&without, &with).refusal(1).is_none() {
-        workbench.sensor = true;
-        return Some(false);
+    let freed = workbench.readings.clone();
+    let with = workbench.held_out(&found.after.model)?;
+    let mut with_some = |some: &Readings| {
+        workbench.readings = some.clone();
+        let model = &found.after.model;
+        workbench.held_out(&model.with_readings(some, workbench.declared))
+    };
+    let without = with_some(&Readings::new())?;
+    let needed = if is_good || compare(&without, &with).refusal(1).is_some() {
+        Readings::new()
+    } else {
+        fewest(&freed, EQUALLY_GOOD, |some| {
+            Some(compare(&with, &with_some(some)?).ratio)
+        })?
+    };
+    let is_held = needed.len() < freed.len();
+    workbench.readings = needed;
+    if is_held {
+        let model = &found.after.model;
+        let model = model.with_readings(&workbench.readings, workbench.declared);
+        found.after = workbench.fit(&model)?;
+        found.held_out = None;
     }
-    found.after = workbench.fit(&model)?;
-    found.held_out = None;
-    Some(true)
+    Some(is_held)
 }
 
 /// Frees the numbers that the base holds, if they explain what is left as well as the best effect does.
@@ -512,7 +527,10 @@ fn free_numbers(
         return Some(false);
     }
     let limit = EQUALLY_GOOD * comparison.ratio;
-    let mut numbers = fewest(workbench, (model, smaller), &held, limit)?;
+    let mut numbers = fewest(&held, limit, |tried| {
+        let larger = workbench.held_out_freeing(model, tried)?;
+        Some(compare(smaller, &larger).ratio)
+    })?;
     let (chosen, fixed) = (workbench.data, workbench.base.len());
     while !numbers.is_empty() {
         let fit = workbench.free(&found.after.model, &numbers)?;
@@ -534,30 +552,29 @@ fn free_numbers(
     Some(false)
 }
 
-/// The fewest of these numbers that bring the held-out error under this ratio once they are free.
+/// The fewest of these that bring the held-out error under this ratio once they are free, chosen one after the other.
+/// `ratio`: what some of them bring it to.
 #[inline(never)]
-fn fewest(
-    workbench: &mut Workbench<impl Schedule>,
-    (model, smaller): (&Model, &HeldOut),
-    held: &Numbers,
+fn fewest<T: Copy + PartialEq, const N: usize>(
+    all: &Vec<T, N>,
     limit: f64,
-) -> Option<Numbers> {
-    let mut freed = Numbers::new();
-    let mut ratio = f64::INFINITY;
-    while freed.len() < held.len() && ratio > limit {
-        let mut best: Option<(Base, f64)> = None;
-        for &number in held.iter().filter(|number| !freed.contains(number)) {
+    mut ratio: impl FnMut(&Vec<T, N>) -> Option<f64>,
+) -> Option<Vec<T, N>> {
+    let mut freed = Vec::new();
+    let mut reached = f64::INFINITY;
+    while freed.len() < all.len() && reached > limit {
+        let mut best: Option<(T, f64)> = None;
+        for &one in all.iter().filter(|one| !freed.contains(*one)) {
             let mut tried = freed.clone();
-            let _ = tried.push(number);
-            let larger = workbench.held_out_freeing(model, &tried)?;
-            let ratio = compare(smaller, &larger).ratio;
-            if best.is_none_or(|(_, least)| ratio < least) {
-                best = Some((number, ratio));
+            let _ = tried.push(one);
+            let now = ratio(&tried)?;
+            if best.is_none_or(|(_, least)| now < least) {
+                best = Some((one, now));
             }
         }
-        let (number, least) = best?;
-        let _ = freed.push(number);
-        ratio = least;
+        let (one, least) = best?;
+        let _ = freed.push(one);
+        reached = least;
     }
     Some(freed)
 }

@@ -2,6 +2,7 @@
 
 use super::current_sensor::{CurrentSensor, Match};
 use super::held::{Acting, Held};
+use super::log::Channel;
 use super::model::Model;
 use crate::effect::backlash::follow;
 use crate::effect::compliance::{Reaction, Rigid, Shaft, Twist};
@@ -348,6 +349,12 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     #[inline]
     pub fn current_sensor(&self) -> &CurrentSensor {
         &self.sensor
+    }
+
+    /// The current that a log has of the step from this sample.
+    pub fn read(&self, current: Channel, sample: usize) -> f32 {
+        let sample = self.current.sample(sample, current.len());
+        self.sensor.current(current.at(sample))
     }
 
     /// Periods in which the winding's current comes to a share of 1 − 1/e of its steady value; 0 without a

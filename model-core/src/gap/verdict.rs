@@ -1,5 +1,6 @@
 //! What a tracing concludes, and what it looked at and decided on the way.
 
+use super::current_sensor::Readings;
 use super::fit::Fit;
 use super::held_out::{Comparison, Refusal};
 use super::model::{Base, Numbers};
@@ -173,8 +174,8 @@ pub struct Trace {
     /// Numbers of the declared actuator that the final fit has moved: those of the options, and behind
     /// them those that turned out wrong.
     pub base: Numbers,
-    /// Whether the numbers of the current's sensor were fitted.
-    pub sensor: bool,
+    /// Numbers of the current's sensor that were fitted.
+    pub readings: Readings,
     /// Structure that none of the catalogue explains, where nothing was accepted.
     pub unknown: Option<Unknown>,
     /// Whether something was found over predictions of one length, and nothing of it over those of another.

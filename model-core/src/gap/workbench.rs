@@ -2,6 +2,7 @@
 //! count of what was simulated.
 
 use super::covariance::Information;
+use super::current_sensor::Readings;
 use super::fit::{self, Effort, Fit, Target, Variables};
 use super::held_out::{
     HeldOut, LARGEST_RATIO, MOST_BLOCKS, Mask, compare, is_hopeless_within, windows_per_block,
@@ -136,8 +137,8 @@ pub struct Workbench<'a, S> {
     /// Numbers of the declared actuator that fits move: those of the options, and behind them those
     /// that were freed.
     pub base: Numbers,
-    /// Whether fits move the numbers of the current's sensor.
-    pub sensor: bool,
+    /// Numbers of the current's sensor that fits move.
+    pub readings: Readings,
     /// Windows of the judging length simulated, each copy counted.
     pub simulated: u64,
     schedule: &'a S,
@@ -162,7 +163,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             declared,
             options,
             base: options.base.iter().copied().collect(),
-            sensor: false,
+            readings: Readings::new(),
             simulated: 0,
             schedule,
             block: windows_per_block(&data, options.block),
@@ -188,7 +189,7 @@ impl<'a, S: Schedule> Workbench<'a, S> {
 
     /// What a fit of the model may move.
     pub fn variables(&self, model: &Model) -> Variables {
-        let moving = (&self.base[..], self.sensor);
+        let moving = (&self.base[..], &self.readings[..]);
         fit::variables(self.declared, model, moving, &self.options.scope)
     }
 
