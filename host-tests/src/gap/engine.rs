@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::path::Path;
 use std::time::Instant;
 
-use model_core::gap::held_out::LARGEST_RATIO;
+use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::lengths;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::{Base, Model};

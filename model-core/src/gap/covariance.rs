@@ -1,6 +1,7 @@
 //! How surely a fit determines its variables.
 
-use super::fit::{DECLARED_WEIGHT, MOST_VARIABLES, Matrix, Problem, Target, Variable};
+use super::criterion::DECLARED_WEIGHT;
+use super::fit::{MOST_VARIABLES, Matrix, Problem, Target, Variable};
 use super::model::Model;
 use super::replay::{Data, Fold, HALF_WIDTHS, Schedule, Sums, WindowSums, replay_windows};
 use crate::effect::MOST_PARAMETERS;

@@ -1,5 +1,6 @@
 //! Levenberg–Marquardt on the sums of the windowed replay.
 
+use super::criterion::{DECLARED_WEIGHT, KNOT_WEIGHT, SENSOR_GAIN, SENSOR_OFFSET, SENSOR_REACH};
 use super::current_sensor::Reading;
 use super::ensemble::{Ensemble, Store};
 use super::model::{Base, Model};
@@ -18,23 +19,6 @@ pub const MOST_VARIABLES: usize = 29;
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an
 /// `f32` simulation, far below where a parameter's influence bends.
 const DIFFERENCE: f32 = 0.01;
-
-/// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
-/// a log that determines the parameter, and what holds one that it does not.
-pub(super) const DECLARED_WEIGHT: f64 = 3.0;
-
-/// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
-/// would spoil the few windows that do.
-const KNOT_WEIGHT: f64 = 300.0;
-
-/// How far a current's sensor errs: in its gain, and by an offset as a share of the current's rms. What a shunt and
-/// its amplifier are off by in a cheap drive. [`DECLARED_WEIGHT`] is one over the variance of what lies anywhere within
-/// such a scale.
-const SENSOR_GAIN: f32 = 0.05;
-const SENSOR_OFFSET: f32 = 0.03;
-
-/// Most of these scales that a fit moves it by: beyond that its unit is wrong, not its sensor.
-const SENSOR_REACH: f32 = 4.0;
 
 /// Increases of the damping before a fit is taken as converged, and by how much each is.
 const MOST_REFUSALS: u32 = 4;

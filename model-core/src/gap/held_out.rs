@@ -1,5 +1,8 @@
 //! Errors on data that a fit has not seen, and whether one model is better than another on it.
 
+use super::criterion::{
+    FEW_BLOCKS, LARGEST_RATIO, LEAST_BLOCKS, LEAST_MEDIAN, NO_GAIN, SIGNIFICANCE, UNLIKE,
+};
 use super::replay::{Data, WindowError};
 use crate::numeric::statistics::median;
 use crate::numeric::student;
@@ -8,35 +11,6 @@ use heapless::Vec;
 
 /// Most blocks that held-out errors are kept for.
 pub const MOST_BLOCKS: usize = 64;
-
-/// Error of the whole test, shared among the candidates of a round and, for each, among the shapes
-/// that were tried for it.
-const SIGNIFICANCE: f64 = 0.01;
-
-/// Held-out mean square error that a larger model must fall below, as a share of the smaller one's.
-pub const LARGEST_RATIO: f64 = 0.9;
-
-/// Least median over blocks of the logarithm of the two errors' ratio.
-const LEAST_MEDIAN: f32 = 0.05;
-
-/// Gain that is of no interest, as the logarithm of the mean square: one percent of the error. That much
-/// is left to be explained where nothing is missing, by restarts and by rounding, and a test in enough
-/// blocks finds it.
-const NO_GAIN: f32 = 0.02;
-
-/// Distance from [`NO_GAIN`], as a multiple of it, within which a block says nothing. The two models predict the same
-/// there, as where the machine rests; that many blocks say so is not evidence against an effect which shows when it
-/// moves. As much is left out on either side of what the test asks about, so that chance gains nothing by it. A block
-/// in which nothing differs lies at 1, to rounding.
-const UNLIKE: f32 = 1.25;
-
-/// Blocks under which ranks alone may prove nothing: though all of n gain, the signed-rank p is 2⁻ⁿ, and of
-/// an effect that is tried at 128 periods, as all others are looked at too, 3.4e-6 is asked.
-const FEW_BLOCKS: usize = 19;
-
-/// Blocks that a log is cut into at least, where it is long enough: of 24 the four that differ least may lose, and
-/// the signed-rank p of 43/2²⁴ is still below what `FEW_BLOCKS` speaks of.
-pub const LEAST_BLOCKS: usize = 24;
 
 /// Held-out errors by block and channel. A block that was not tested is empty.
 pub type HeldOut = Vec<WindowError, MOST_BLOCKS>;

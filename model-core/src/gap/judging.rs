@@ -1,20 +1,12 @@
 //! Whether a model with an effect is better than the one without, where it has not been fitted.
 
-use super::held_out::{Comparison, HeldOut, LARGEST_RATIO, Refusal, compare, compare_within};
+use super::criterion::{LARGEST_RATIO, LEAST_COUNTS, LITTLE_LEFT};
+use super::held_out::{Comparison, HeldOut, Refusal, compare, compare_within};
 use super::model::Model;
 use super::replay::Schedule;
 use super::verdict::Decision;
 use super::workbench::Workbench;
 use crate::effect::{Active, Id};
-
-/// An effect with a memory that leaves no more than this share of the held-out error is judged on its own
-/// restarts too before it is called not significant: a few windows that restart wrongly may outweigh all
-/// others.
-const LITTLE_LEFT: f64 = 0.3;
-
-/// A reading error or a play under so many counts of the sensor is its rounding, which repeats with the
-/// motion.
-const LEAST_COUNTS: f32 = 0.5;
 
 /// A span that every window has something in common with.
 pub const THROUGHOUT: (f32, f32) = (f32::NEG_INFINITY, f32::INFINITY);

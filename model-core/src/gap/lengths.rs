@@ -10,7 +10,8 @@
 use super::held_out::{Refusal, compare};
 use super::model::{Base, Model};
 use super::replay::{Data, Schedule};
-use super::select::{Found, conclude, look_beneath, stands, take_map, trace_over};
+use super::select::{Found, conclude, trace_over};
+use super::standing::{look_beneath, stands, take_map};
 use super::verdict::{Accepted, Consideration, Decision, Trace, Verdict};
 use super::workbench::{Options, Workbench};
 

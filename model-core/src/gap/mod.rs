@@ -14,8 +14,12 @@
 //! * [`held_out`]: errors on data that a fit has not seen, and whether a model is better there;
 //! * [`span`]: when an effect acts that comes and goes;
 //! * [`workbench`]: data, schedule and declared model, as the steps below use them;
+//! * [`criterion`]: the numbers that the steps below decide by;
 //! * [`judging`]: whether a model is better with an effect;
-//! * [`select`]: rounds of screening, refitting and judging, to the [`verdict`];
+//! * [`round`]: one round of screening, refitting and judging, with what an effect could be else ([`alternatives`]) and
+//!   the numbers that are freed instead ([`numbers`]);
+//! * [`standing`]: whether what was found may be said;
+//! * [`select`]: the rounds, to the [`verdict`];
 //! * [`unknown`]: which variable carries what no effect of the catalogue explains;
 //! * [`lengths`]: what of it is found over predictions of another length too: what is said.
 //!
@@ -34,7 +38,9 @@
 //! * Reported p-values are those of these tests; the limit that they must pass is shared among the
 //!   candidates of a round and the shapes tried for each, not among rounds.
 
+pub mod alternatives;
 pub mod covariance;
+pub mod criterion;
 pub mod current_sensor;
 pub mod ensemble;
 pub mod fit;
@@ -44,12 +50,15 @@ pub mod judging;
 pub mod lengths;
 pub mod log;
 pub mod model;
+pub mod numbers;
 pub mod replay;
+pub mod round;
 pub mod scope;
 pub mod screen;
 pub mod select;
 pub mod simulator;
 pub mod span;
+pub mod standing;
 pub mod unknown;
 pub mod verdict;
 pub mod workbench;

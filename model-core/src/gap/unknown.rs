@@ -1,21 +1,13 @@
 //! Structure that no effect of the catalogue explains: which variable carries it?
 
+use super::criterion::{FAR_BEHIND, LEAST_SCORE, LEFT_BY_MAP, NEAR};
 use super::held_out::{HeldOut, compare};
 use super::model::Model;
 use super::replay::Schedule;
-use super::select::{FAR_BEHIND, LEAST_SCORE};
 use super::verdict::{Consideration, Decision, Subject};
 use super::workbench::Workbench;
 use crate::effect::learned_map::{Kind, LearnedMap};
 use heapless::Vec;
-
-/// A map whose error on the first half of the held-out blocks is beyond this multiple of what it must fall
-/// below is not tested on the others.
-const NEAR: f64 = 3.0;
-
-/// Where the error is structured, only a map that leaves less than this share of it spares those far behind it
-/// a refit.
-const LEFT_BY_MAP: f64 = 0.1;
 
 /// Structure that no effect of the catalogue explains.
 #[derive(Debug, Clone)]

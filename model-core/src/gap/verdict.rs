@@ -1,5 +1,6 @@
 //! What a tracing concludes, and what it looked at and decided on the way.
 
+use super::criterion::UNEXPLAINED;
 use super::current_sensor::Readings;
 use super::fit::Fit;
 use super::held_out::{Comparison, Refusal};
@@ -144,19 +145,12 @@ pub struct Residual {
     pub floor: f64,
 }
 
-/// Multiple of the least error beyond which an error has a cause.
-const UNEXPLAINED: f64 = 3.0;
-
 impl Residual {
     /// Whether more is left than the sensors and the restarts leave.
     pub fn is_unexplained(&self) -> bool {
         self.position_rms > UNEXPLAINED * self.floor
     }
 }
-
-/// Multiple of a declared number, or part of it, that no data sheet and no wear allow: three standard
-/// deviations of a guess, if a factor of two is one.
-pub const FARTHEST: f32 = 8.0;
 
 /// The result of the tracing.
 #[derive(Debug, Clone)]

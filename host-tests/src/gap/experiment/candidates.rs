@@ -2,8 +2,8 @@
 
 use model_core::effect::learned_map::{Kind, LearnedMap};
 use model_core::effect::{Active, Id, MOST_PARAMETERS, Scope};
+use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::fit::Fit;
-use model_core::gap::held_out::LARGEST_RATIO;
 use model_core::gap::model::Model;
 use model_core::gap::screen;
 use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};

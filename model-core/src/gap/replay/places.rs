@@ -4,7 +4,9 @@
 //! to twist it. The way there is longer in one window than in another, so that lanes begin one after the
 //! other and come there together; those that sleep are left where they are.
 
-use super::{Data, Restart, Runner, Settings, Twists, Window};
+use super::data::{Data, Settings, Window};
+use super::restart::{Restart, Twists};
+use super::runner::Runner;
 use crate::gap::held::Acting;
 use crate::gap::log::Log;
 use crate::gap::simulator::lockstep::{Givens, Lockstep};
@@ -38,7 +40,7 @@ struct Leads<const N: usize> {
 }
 
 impl<const N: usize> Leads<N> {
-    fn new(each: [usize; N]) -> Self {
+    pub(super) fn new(each: [usize; N]) -> Self {
         let most = each.into_iter().max().unwrap_or(0);
         Self { each, most }
     }
@@ -60,7 +62,7 @@ pub(super) struct Replay<'s, M, H, const N: usize> {
     lanes: Lockstep<'s, M, H, N>,
     /// Where it restarts, without what the effects remember.
     restarts: [Course; N],
-    twists: [Twists; N],
+    pub twists: [Twists; N],
     /// Whether it starts from where the first simulator beside it has run in to.
     follows: bool,
 }
@@ -220,7 +222,7 @@ impl<'a, const N: usize> Places<'a, N> {
 
     /// Takes down the twists behind a step.
     #[inline(never)]
-    fn observe<M: Borrow<Modes>, H: Acting>(
+    pub(super) fn observe<M: Borrow<Modes>, H: Acting>(
         &self,
         replay: &mut Replay<M, H, N>,
         samples: &[usize; N],

@@ -1,0 +1,134 @@
+//! What else an effect that was found could be: twins of it, or the end of a fit that was caught.
+
+use super::criterion::{
+    EQUALLY_GOOD, LARGEST_RATIO, LEAST_CERTAINTY, POOR_EXPLANATION, TOLD_APART,
+};
+use super::held_out::Refusal;
+use super::judging::is_rounding;
+use super::model::Model;
+use super::replay::Schedule;
+use super::select::Found;
+use super::verdict::{Accepted, Decision};
+use super::workbench::Workbench;
+use crate::effect::Id;
+use crate::effect::twins::twins;
+
+/// Most exchanges of an effect for a twin of it.
+const MOST_EXCHANGES: usize = 2;
+
+/// What speaks against the effect in a slot of a fitted model, though held-out blocks are followed better with
+/// it: it is within half a count of the sensor; a fit without it, from where the one with it has come to, does
+/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain. That is asked
+/// here only of an effect that leaves most of the error: what is still missing makes the strength of one that
+/// takes most of it uncertain too. In the end [`stands`] asks it of all.
+#[inline(never)]
+pub(super) fn doubt(
+    workbench: &mut Workbench<impl Schedule>,
+    with: &Model,
+    slot: usize,
+) -> Option<Option<Decision>> {
+    if is_rounding(&with.effects[slot], workbench.data.settings.resolution) {
+        return Some(Some(Decision::BelowResolution));
+    }
+    let mut without = with.clone();
+    without.effects.remove(slot);
+    let without = workbench.fit(&without)?.model;
+    let ratio = workbench.error_ratio(&without, with)?;
+    Some(if ratio > LARGEST_RATIO {
+        Some(Decision::Refused(Refusal::NotNeeded))
+    } else if ratio > POOR_EXPLANATION && workbench.certainty(with, slot)? < LEAST_CERTAINTY {
+        Some(Decision::Refused(Refusal::Uncertain))
+    } else {
+        None
+    })
+}
+
+/// Puts a twin in the place of an effect that was found before the last one, if the log is followed as well with
+/// the twin and without the last one: the last one only made up for what is not alike in the two. `with`: the
+/// fit with all of them. Whether a twin was put there.
+#[inline(never)]
+pub(super) fn exchange_for_twin(
+    workbench: &mut Workbench<impl Schedule>,
+    with: &Model,
+    found: &mut Found,
+) -> Option<bool> {
+    let first = workbench.declared.effects.len();
+    for place in 0..found.accepted.len() {
+        let known = with.effects[first + place];
+        for twin in twins(&known) {
+            if !is_allowed_beside(workbench, with, twin.id) {
+                continue;
+            }
+            let mut other = with.clone();
+            other.effects.pop();
+            other.effects[first + place] = twin;
+            let other = workbench.fit(&other)?;
+            if workbench.error_ratio(&other.model, with)? > LARGEST_RATIO {
+                let accepted = &mut found.accepted[place];
+                accepted.equivalent.retain(|id| *id != twin.id);
+                let _ = accepted.equivalent.push(known.id);
+                accepted.candidate.effect = other.model.effects[first + place];
+                found.after = other;
+                found.held_out = None;
+                return Some(true);
+            }
+        }
+    }
+    Some(false)
+}
+
+/// Whether a model lacks an effect that its coordinate may have.
+fn is_allowed_beside(workbench: &Workbench<impl Schedule>, model: &Model, id: Id) -> bool {
+    let has = model.effects.iter().any(|effect| effect.id == id);
+    !has && (workbench.options.scope.rotary || !id.description().rotary_only)
+}
+
+/// A model whose last effect has been found, beside those with its twins: which of them the log does
+/// not tell from it, and one in its place that follows the log better, or as well with fewer parameters. By
+/// itself a twin may not have been found, where a fit from the base alone does not come to it.
+#[inline(never)]
+pub(super) fn ask_twins(
+    workbench: &mut Workbench<impl Schedule>,
+    winner: &mut Accepted,
+    mut fitted: Model,
+) -> Option<Model> {
+    // Each exchange leaves fewer parameters or less error, so that hardly any goes back to the first one.
+    for _ in 0..=MOST_EXCHANGES {
+        let effect = *fitted.effects.last()?;
+        let mut better = None;
+        for twin in twins(&effect) {
+            if !is_allowed_beside(workbench, &fitted, twin.id) {
+                continue;
+            }
+            let mut other = fitted.clone();
+            *other.effects.last_mut()? = twin;
+            let other = workbench.fit(&other)?.model;
+            let ratio = workbench.error_ratio(&fitted, &other)?;
+            winner.equivalent.retain(|id| *id != twin.id);
+            if ratio <= tolerated(twin.id, effect.id) {
+                better = Some(other);
+                break;
+            }
+            if ratio <= TOLD_APART {
+                let _ = winner.equivalent.push(twin.id);
+            }
+        }
+        let Some(other) = better else {
+            break;
+        };
+        let _ = winner.equivalent.push(effect.id);
+        fitted = other;
+        winner.candidate.effect = *fitted.effects.last()?;
+    }
+    Some(fitted)
+}
+
+/// Multiple of the error with an effect up to which another one is taken in its place: as well with fewer
+/// parameters, better with as many or more.
+pub(super) fn tolerated(other: Id, than: Id) -> f64 {
+    if other.parameters() < than.parameters() {
+        EQUALLY_GOOD
+    } else {
+        1.0 / EQUALLY_GOOD
+    }
+}

@@ -1,0 +1,324 @@
+//! The state that a window restarts from, and what is run in to it.
+
+use super::data::{Data, MARGIN, Settings, WINDOW, Window, samples};
+use crate::effect::compliance::Twist;
+use crate::effect::learned_map::deflected;
+use crate::effect::thermal_drift::ThermalDrift;
+use crate::gap::held::Acting;
+use crate::gap::log::Log;
+use crate::gap::simulator::{Course, Simulator};
+use crate::plant::modes::Modes;
+use crate::plant::{Motion, State};
+use core::borrow::Borrow;
+
+/// Length of the run-in that twists a shaft, s, and fewest samples in it: a wrong twist falls to a
+/// tenth in two or three swings.
+const SHAFT_RUN_IN: f32 = 0.1;
+
+const LEAST_RUN_IN: usize = 100;
+
+/// Fewest samples on either side that a run-in's state is smoothed over, at the beginning of a log.
+const LEAST_HALF_WIDTH: usize = 2;
+
+/// Most windows that a run-in goes back.
+const MOST_RUN_IN: usize = 10;
+
+/// Time from one look at the current to the next while a winding's warmth is carried to a restart, s:
+/// far below any thermal time constant.
+const HEAT_STRIDE: f32 = 0.01;
+
+/// Time from one look at the position to the next while a hysteresis is carried to a restart, s: a
+/// machine that turns has hardly moved in it.
+const TURN_STRIDE: f32 = 0.005;
+
+/// Travel, in shares of the reach, behind which the deflection that it began with is forgotten; and time
+/// constants behind which a current is.
+const FORGOTTEN: f32 = 5.0;
+
+/// Periods under which a winding's current counts as steady: at a third of a period it is within 5 % of that
+/// after one.
+const FASTEST_WINDING: f32 = 0.3;
+
+/// What a run-in shows of a shaft's twist, in which what it started with has died out. What the far side
+/// swings about is smoothed over it, for a swing is too fast for that.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Twists {
+    /// The twist at the restart.
+    pub twist: Twist,
+    /// Its angles on either side of it, as far as that is smoothed over.
+    pub angles: [f32; 2 * MARGIN + 1],
+}
+
+impl Twists {
+    pub(super) fn new() -> Self {
+        Self {
+            twist: Twist::default(),
+            angles: [0.0; 2 * MARGIN + 1],
+        }
+    }
+
+    /// Takes down the twist at a sample.
+    #[inline]
+    pub(super) fn observe(
+        &mut self,
+        twist: Twist,
+        sample: usize,
+        restart: &Restart,
+        settings: &Settings,
+    ) {
+        let place = (sample + settings.half_width).checked_sub(restart.start);
+        if let Some(angle) = place.and_then(|place| self.angles.get_mut(place)) {
+            *angle = twist.angle;
+        }
+        if sample == restart.start {
+            self.twist = twist;
+        }
+    }
+}
+
+/// The last clear motion before a restart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Approach {
+    /// Its last sample.
+    pub since: usize,
+    /// Which way it went.
+    pub motion: Motion,
+    /// Whether the machine rested or turned behind it: the slope at the restart then says nothing of
+    /// the drive.
+    pub rested: bool,
+    /// The measured state there, but for the current.
+    pub state: State,
+}
+
+/// Where a replay starts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Restart {
+    pub start: usize,
+    /// The measured state, but for the current.
+    pub state: State,
+    /// How it came there, where somebody asks.
+    pub approach: Option<Approach>,
+    /// The warmth there, for the heating that was asked for first: few copies have another one.
+    warmth: Option<(ThermalDrift, f32)>,
+}
+
+/// What run-ins to a restart lead to.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct RunIn {
+    pub twists: Option<Twists>,
+    /// Where a simulated approach ends.
+    pub behind: Option<Course>,
+}
+
+impl Restart {
+    pub(super) fn new(log: &Log, start: usize, settings: &Settings, remembers: bool) -> Self {
+        let state = measured_state(log, start, settings);
+        let approach = remembers.then(|| approach(log, start, settings));
+        Self {
+            start,
+            state,
+            approach,
+            warmth: None,
+        }
+    }
+
+    /// Steps that simulations which remember run in to it.
+    pub(super) fn lead(&self, log: &Log, settings: &Settings) -> usize {
+        let simulated = settings.own_velocity(log).is_none();
+        let approach = self.approach.filter(|_| simulated);
+        approach.map_or(0, |approach| self.start - approach.since)
+    }
+
+    /// Sample from which a run-in twists a shaft.
+    pub(super) fn winds_since(&self, log: &Log) -> usize {
+        let run_in = samples(SHAFT_RUN_IN, log.period, LEAST_RUN_IN);
+        self.start.saturating_sub(run_in).max(LEAST_HALF_WIDTH)
+    }
+
+    /// Share by which warmth has raised the resistance of a model's winding.
+    pub(super) fn warmth<M: Borrow<Modes>, H: Acting>(
+        &mut self,
+        simulator: &Simulator<M, H>,
+        log: &Log,
+    ) -> f32 {
+        let Some(heating) = simulator.heating() else {
+            return 0.0;
+        };
+        match self.warmth {
+            Some((known, warmth)) if known == heating => warmth,
+            _ => {
+                let warmth = warmth_at(simulator, heating, log, self.start);
+                self.warmth.get_or_insert((heating, warmth));
+                warmth
+            }
+        }
+    }
+}
+
+/// Share by which a log up to a sample has raised the resistance of a winding that was cold at its
+/// beginning: by the measured current, or by the steady one of input and speed.
+pub(super) fn warmth_at<M: Borrow<Modes>, H: Acting>(
+    simulator: &Simulator<M, H>,
+    heating: ThermalDrift,
+    log: &Log,
+    start: usize,
+) -> f32 {
+    let stride = samples(HEAT_STRIDE, log.period, 1);
+    let step = stride as f32 * log.period;
+    let mut warmth = 0.0;
+    for sample in (stride..=start).step_by(stride) {
+        let middle = sample - stride / 2;
+        let current = match log.current {
+            Some(current) => simulator.current_sensor().current(current.at(middle)),
+            None => {
+                let travel = log.position.at(sample) - log.position.at(sample - stride);
+                simulator.steady_current(travel / step, log.input.at(middle))
+            }
+        };
+        warmth = heating.after(warmth, current, step);
+    }
+    warmth
+}
+
+/// Current of a winding at a sample. It is integrated from the input and the measured motion, from so early that
+/// what it began with is forgotten. A measured current corrects it on the way: a wrong start would act like a
+/// torque for a time constant of the winding, so that the samples of the last time constant are averaged, each
+/// carried on to this one. `state`: that at the sample, smoothed over so many samples on either side.
+pub(super) fn current_at<M: Borrow<Modes>, H: Acting>(
+    simulator: &Simulator<M, H>,
+    log: &Log,
+    start: usize,
+    (state, half_width): (&State, usize),
+) -> f32 {
+    let late = simulator.input_lateness().whole;
+    let input = |sample: usize| log.input.at(sample.saturating_sub(late));
+    let measured = |sample: usize| log.current.map(|current| simulator.read(current, sample));
+    let periods = simulator.electric_periods();
+    if periods < FASTEST_WINDING || start <= half_width {
+        return measured(start)
+            .unwrap_or_else(|| simulator.steady_current(state.velocity.value(), input(start)));
+    }
+    let longest = samples(WINDOW, log.period, 1).min(start - half_width);
+    let back = (FORGOTTEN * periods + 1.0).min(longest as f32) as usize;
+    let share = 1.0 - libm::expf(-1.0 / periods);
+    let most = periods.max(1.0);
+    let mut seen = 1.0;
+    let mut current = measured(start - back);
+    for sample in start - back..start {
+        let travel = log.position.at(sample + half_width) - log.position.at(sample - half_width);
+        let velocity = travel / (2.0 * half_width as f32 * log.period);
+        let steady = simulator.steady_current(velocity, input(sample));
+        let before = current.unwrap_or(steady);
+        let mut after = before + share * (steady - before);
+        if let Some(measured) = measured(sample + 1) {
+            seen = most.min(seen + 1.0);
+            after += (measured - after) / seen;
+        }
+        current = Some(after);
+    }
+    current.unwrap_or(0.0)
+}
+
+/// Deflection of a hysteresis with this reach behind the measured motion up to a sample.
+pub(super) fn deflection_at(log: &Log, start: usize, reach: f32) -> f32 {
+    let stride = samples(TURN_STRIDE, log.period, 1);
+    let displacement = |end: usize| log.position.at(end) - log.position.at(end - stride);
+    let mut begin = start;
+    let mut travel = 0.0;
+    while begin >= stride && travel < FORGOTTEN * reach {
+        travel += displacement(begin).abs();
+        begin -= stride;
+    }
+    let ends = (begin + stride..=start).step_by(stride);
+    ends.fold(0.0, |deflection, end| {
+        deflected(deflection, displacement(end), reach)
+    })
+}
+
+/// The last clear motion before what the state at `start` is smoothed over, within the run-in; the
+/// one before, where it has hardly begun.
+pub(super) fn approach(log: &Log, start: usize, settings: &Settings) -> Approach {
+    let half_width = settings.half_width;
+    let earliest = start
+        .saturating_sub(MOST_RUN_IN * settings.window)
+        .max(half_width);
+    let clear_motion = |before: usize| {
+        let there = log.position.at(before);
+        let mut samples = (earliest..before).rev();
+        samples
+            .find(|&index| (log.position.at(index) - there).abs() > settings.clear_travel)
+            .map(|last| (last, Motion::of(there - log.position.at(last))))
+    };
+    let before = start - half_width;
+    let Some((last, motion)) = clear_motion(before) else {
+        // Too near to the beginning of the log to look back over the smoothing?
+        let here = log.position.at(start);
+        let mut first = (0..start).filter(|_| earliest == half_width);
+        let moved = |index: &usize| (here - log.position.at(*index)).abs() > settings.clear_travel;
+        if let Some(index) = first.find(moved) {
+            return Approach {
+                since: start,
+                motion: Motion::of(here - log.position.at(index)),
+                rested: false,
+                state: measured_state(log, start, settings),
+            };
+        }
+        // It has rested as long as anybody looks back: somewhere within the play.
+        return Approach {
+            since: earliest,
+            motion: Motion::Rest,
+            rested: true,
+            state: measured_state(log, earliest, settings),
+        };
+    };
+    // A slope over the end of a plateau mixes a rest with what comes behind it.
+    let turned = last
+        .checked_sub(2 * half_width)
+        .filter(|&index| index > earliest)
+        .and_then(clear_motion)
+        .filter(|(_, earlier)| *earlier != motion);
+    let resting = clear_motion(start).is_none_or(|(last, _)| 2 * (start - last) > half_width);
+    let rested = resting || before - last > half_width || turned.is_some();
+    let (since, motion) = turned.unwrap_or((last, motion));
+    Approach {
+        since,
+        motion,
+        rested,
+        state: measured_state(log, since, settings),
+    }
+}
+
+/// Steps that simulations run in to a window, where any of them remembers.
+pub(super) fn lead(data: &Data, window: Window, remembers: bool) -> usize {
+    let log = &data.logs[window.log];
+    Restart::new(log, window.start, &data.settings, remembers).lead(log, &data.settings)
+}
+
+/// Whether the machine turns or rests in a window, or shortly before it: where a memory shows.
+pub fn turns(data: &Data, window: Window) -> bool {
+    let log = &data.logs[window.log];
+    let at = |sample: usize| approach(log, sample, &data.settings);
+    let (start, end) = (at(window.start), at(window.start + data.settings.window));
+    start.rested || end.rested || start.motion != end.motion
+}
+
+/// The measured state at a sample, but for the current.
+pub(super) fn measured_state(log: &Log, start: usize, settings: &Settings) -> State {
+    measured_state_less(log, start, settings, |_| 0.0)
+}
+
+/// The same less a known part of each position.
+pub(super) fn measured_state_less(
+    log: &Log,
+    start: usize,
+    settings: &Settings,
+    part: impl Fn(usize) -> f32 + Copy,
+) -> State {
+    let state = log.smoothed_state_less(start, settings.half_width, settings.resolution, part);
+    match log.velocity {
+        Some(velocity) if settings.measured_velocity => {
+            State::new(state.position.value(), velocity.at(start))
+        }
+        _ => state,
+    }
+}

@@ -1,0 +1,313 @@
+//! One simulation on its way through a window.
+
+use super::data::Settings;
+use super::restart::{
+    Approach, Restart, RunIn, Twists, current_at, deflection_at, measured_state,
+    measured_state_less,
+};
+use crate::effect::compliance::Shaft;
+use crate::gap::held::{Acting, Held};
+use crate::gap::log::Log;
+use crate::gap::simulator::{Course, Given, Simulator};
+use crate::plant::State;
+use crate::plant::modes::Modes;
+use core::borrow::Borrow;
+
+/// What the log says of one step, for all simulations that take it.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Sample from which the step starts.
+    pub index: usize,
+    /// The input held over it.
+    input: f32,
+    /// The position at the end of the step.
+    next_position: f32,
+    /// The current at its start.
+    current: Option<f32>,
+    /// The velocity at its end.
+    next_velocity: Option<f32>,
+    /// The brake's friction, held over it.
+    brake: f32,
+}
+
+impl Row {
+    /// The step from sample `index` of a log, which must not be the last.
+    #[inline]
+    pub fn new(log: &Log, index: usize) -> Self {
+        Self {
+            index,
+            input: log.input.at(index),
+            next_position: log.position.at(index + 1),
+            current: log.current.map(|current| current.at(index)),
+            next_velocity: log.velocity.map(|velocity| velocity.at(index + 1)),
+            brake: log.brake.map_or(0.0, |brake| brake.at(index)),
+        }
+    }
+}
+
+/// One simulation on its way through a window.
+pub struct Runner<'a, M = Modes, H = Held> {
+    pub(super) simulator: &'a Simulator<M, H>,
+    pub(super) log: &'a Log<'a>,
+    pub(super) course: Course,
+    pub(super) velocity_channel: bool,
+}
+
+impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
+    /// Starts at sample `start` of the log.
+    pub fn new(
+        simulator: &'a Simulator<M, H>,
+        log: &'a Log<'a>,
+        start: usize,
+        settings: &Settings,
+    ) -> Self {
+        let mut restart = Restart::new(log, start, settings, simulator.remembers());
+        Self::from_restart(
+            simulator,
+            log,
+            &mut restart,
+            settings,
+            &mut RunIn::default(),
+        )
+    }
+
+    /// Starts at a restart, with what another simulator has run in to, or what it runs in to itself:
+    /// that it leaves there.
+    pub(super) fn from_restart(
+        simulator: &'a Simulator<M, H>,
+        log: &'a Log<'a>,
+        restart: &mut Restart,
+        settings: &Settings,
+        run_in: &mut RunIn,
+    ) -> Self {
+        let mut runner = Self::unwound(simulator, log, restart, settings);
+        if let Some(shaft) = simulator.shaft() {
+            let twists = run_in
+                .twists
+                .get_or_insert_with(|| runner.twists(restart, settings));
+            runner.wound(shaft, twists, restart, settings);
+        }
+        match &restart.approach {
+            Some(approach) if simulator.remembers() => {
+                runner.behind(approach, restart, settings, &mut run_in.behind)
+            }
+            _ => runner,
+        }
+    }
+
+    /// The same without a shaft's twist.
+    pub(super) fn unwound(
+        simulator: &'a Simulator<M, H>,
+        log: &'a Log<'a>,
+        restart: &mut Restart,
+        settings: &Settings,
+    ) -> Self {
+        let mut runner = Self {
+            velocity_channel: settings.velocity_channel,
+            ..Self::from_state(simulator, log, (restart.start, restart.state), settings)
+        };
+        runner.course.memory.warmth = restart.warmth(simulator, log);
+        runner
+    }
+
+    /// What a run-in shows of the shaft's twist.
+    // Its frame is not to lie under the simulations behind it.
+    #[inline(never)]
+    fn twists(&self, restart: &Restart, settings: &Settings) -> Twists {
+        let mut run_in = self.before(restart, settings);
+        let mut twists = Twists::new();
+        for index in restart.winds_since(self.log)..restart.start + settings.half_width {
+            run_in.advance(&Row::new(self.log, index));
+            twists.observe(run_in.course.memory.twist, index + 1, restart, settings);
+        }
+        twists
+    }
+
+    /// Where the run-in that twists a shaft begins.
+    pub(super) fn before(&self, restart: &Restart, settings: &Settings) -> Self {
+        let since = restart.winds_since(self.log);
+        let narrow = Settings {
+            half_width: settings.half_width.min(since),
+            ..*settings
+        };
+        let state = measured_state(self.log, since, &narrow);
+        let mut run_in = Self::from_state(self.simulator, self.log, (since, state), settings);
+        run_in.course.memory.warmth = self.course.memory.warmth;
+        run_in
+    }
+
+    /// With the twist that a run-in leads to.
+    pub(super) fn wound(
+        &mut self,
+        shaft: &Shaft,
+        twists: &Twists,
+        restart: &Restart,
+        settings: &Settings,
+    ) {
+        let (log, start) = (self.log, restart.start);
+        let first = start - settings.half_width;
+        let ahead = |index: usize| shaft.ahead() * twists.angles[index - first];
+        let state = measured_state_less(log, start, settings, ahead);
+        let warmth = self.course.memory.warmth;
+        *self = Self {
+            velocity_channel: self.velocity_channel,
+            ..Self::from_state(self.simulator, log, (start, state), settings)
+        };
+        self.course.memory.warmth = warmth;
+        let own_velocity = settings.own_velocity(log).is_some();
+        self.simulator
+            .twist(&mut self.course, shaft, twists.twist, own_velocity);
+    }
+
+    /// With what the effects remember of the approach to the restart, or of another simulator's if that
+    /// is known; a simulated one is, then.
+    pub(super) fn behind(
+        &self,
+        approach: &Approach,
+        restart: &Restart,
+        settings: &Settings,
+        known: &mut Option<Course>,
+    ) -> Self {
+        if let Some(course) = known {
+            return self.resumed((course, 0.0), approach, settings);
+        }
+        let simulated = settings.own_velocity(self.log).is_none() && approach.since < restart.start;
+        let mut run_in = self.run_in(approach, settings);
+        let mut moved = 0.0;
+        for index in approach.since..restart.start {
+            match settings.own_velocity(self.log) {
+                // A measured velocity is the drive's own, and says where it has gone.
+                Some(velocity) => {
+                    let by = self.log.period * velocity.at(index);
+                    moved += by;
+                    self.simulator.drag(&mut run_in.course, by);
+                }
+                None => {
+                    run_in.advance(&Row::new(self.log, index));
+                }
+            }
+        }
+        *known = Some(run_in.course).filter(|_| simulated);
+        self.resumed((&run_in.course, moved), approach, settings)
+    }
+
+    /// At the beginning of the approach.
+    pub(super) fn run_in(&self, approach: &Approach, settings: &Settings) -> Self {
+        let since = (approach.since, approach.state);
+        let mut run_in = Self::from_state(self.simulator, self.log, since, settings);
+        run_in.course.memory.warmth = self.course.memory.warmth;
+        self.simulator.lean(&mut run_in.course, approach.motion);
+        run_in
+    }
+
+    /// With what the effects remember behind the approach, and how much further the drive is than a
+    /// simulation of it says.
+    pub(super) fn resumed(
+        &self,
+        (run_in, moved): (&Course, f32),
+        approach: &Approach,
+        settings: &Settings,
+    ) -> Self {
+        let mut course = self.course;
+        if approach.rested && settings.own_velocity(self.log).is_none() {
+            course.state = run_in.state;
+            course.state.position = self.course.state.position;
+            if self.log.current.is_some() {
+                course.state.current = self.course.state.current;
+            }
+        }
+        self.simulator.resume(&mut course, run_in, moved);
+        Self { course, ..*self }
+    }
+
+    /// Starts at sample `start` of the log from a state that lacks its current.
+    fn from_state(
+        simulator: &'a Simulator<M, H>,
+        log: &'a Log<'a>,
+        (start, measured): (usize, State),
+        settings: &Settings,
+    ) -> Self {
+        let own_velocity = settings.own_velocity(log).is_some();
+        let mut state = simulator.state_behind(measured, own_velocity);
+        state.current = current_at(simulator, log, start, (&state, settings.half_width));
+        let mut course = Course::new(state);
+        if let Some(reach) = simulator.reach() {
+            course.memory.deflection = deflection_at(log, start, reach);
+        }
+        Self {
+            simulator,
+            log,
+            course,
+            velocity_channel: false,
+        }
+    }
+
+    /// Steps from a sample to the next and gives the residuals, model less measurement: of the
+    /// position at the next sample, and of the current at this one or of the velocity at the next.
+    #[inline]
+    pub fn advance(&mut self, row: &Row) -> (f32, f32) {
+        self.advance_and_see(row).0
+    }
+
+    /// The same; and the current that its sensor sees, with how fast that rises, A and A/s.
+    #[inline]
+    pub(super) fn advance_and_see(&mut self, row: &Row) -> ((f32, f32), (f32, f32)) {
+        let before = self.course.state.current;
+        let late = self.simulator.input_lateness();
+        // Before the log its first input acts.
+        let back = |samples: usize| self.log.input.at(row.index.saturating_sub(samples));
+        let input = if late.whole == 0 {
+            row.input
+        } else {
+            back(late.whole)
+        };
+        let previous = if late.share == 0.0 {
+            input
+        } else {
+            back(late.whole + 1)
+        };
+        let given = Given {
+            input,
+            previous,
+            brake: row.brake,
+            index: row.index,
+        };
+        // A refused input leaves the state: logs are checked on reading, so none is.
+        let predicted = self
+            .simulator
+            .step(&mut self.course, &given)
+            .unwrap_or(self.course.state.current);
+        let reading = self.simulator.current_match();
+        let read = self.simulator.current_sensor().reading(predicted);
+        let current = match (row.current, self.log.current) {
+            (Some(measured), _) if reading.is_at_hand() => read - measured,
+            (_, Some(measured)) => read - measured.at(reading.sample(row.index, measured.len())),
+            (_, None) => match row.next_velocity {
+                Some(measured) if self.velocity_channel => {
+                    self.course.state.velocity.value() - measured
+                }
+                _ => 0.0,
+            },
+        };
+        let position = self
+            .simulator
+            .reported_from(&self.course, row.next_position);
+        let rise = (self.course.state.current - before) / self.log.period;
+        ((position, current), (predicted, rise))
+    }
+
+    /// The position that the simulation reports.
+    pub fn reported(&self) -> f32 {
+        self.simulator.reported(&self.course)
+    }
+
+    /// The velocity of its drive.
+    pub fn drive_velocity(&self) -> f32 {
+        self.course.state.velocity.value()
+    }
+
+    /// The position of its drive, before shaft, play and sensor.
+    pub fn drive(&self) -> f32 {
+        self.course.state.position.value()
+    }
+}

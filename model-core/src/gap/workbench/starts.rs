@@ -1,0 +1,157 @@
+//! Where a fit with one effect more starts.
+
+use super::Workbench;
+use super::fits::ROUGH;
+use crate::effect::{Active, Id};
+use crate::gap::criterion::{BENT, WORTH_A_FIT};
+use crate::gap::fit::Fit;
+use crate::gap::model::{Base, Model};
+use crate::gap::replay::Schedule;
+use crate::gap::screen;
+
+impl<S: Schedule> Workbench<'_, S> {
+    /// The model, where a fit of more than its base starts: as it is, or from the declared base.
+    #[inline(never)]
+    pub fn unbend(&mut self, model: &Model) -> Option<Model> {
+        self.nearest(model.clone(), &self.unbent(model))
+    }
+
+    /// The start of a fit: a model, or what another one comes to in short windows. What lacks something bends its
+    /// base to it, by a factor of twenty where the machine sticks and the model slides, and no fit comes back from
+    /// there. Of two that may be it, that is taken of which a rough fit follows the log better.
+    fn nearest(&mut self, near: Model, unbent: &Model) -> Option<Model> {
+        let cost = self.cost(&near)?;
+        let far = self.approach(unbent);
+        match far.filter(|far| self.cost(far).is_some_and(|far| far < cost)) {
+            Some(far) => Some(self.best_with(&[&near, &far], ROUGH)?.model),
+            None => Some(near),
+        }
+    }
+
+    /// The model with an effect, fitted from the strength at which it follows the log best beside the fitted base,
+    /// and from that beside the declared one: a base that was fitted without a large play has bent to it, and leaves
+    /// the play nothing to explain. Of the two that is taken of which a rough fit follows the log better.
+    ///
+    /// `None` inside if no strength comes near to what the model does without.
+    #[inline(never)]
+    fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
+        let without = self.cost(model)?;
+        let near = self.best_strength(model, id, without);
+        let unbent = self.unbent(model);
+        let far = self.best_strength(&unbent, id, without);
+        let started = match (&near, &far) {
+            (Some(near), Some(far)) => self.best_with(&[near, far], ROUGH)?.model,
+            (Some(only), None) | (None, Some(only)) => only.clone(),
+            (None, None) => return Some(None),
+        };
+        let fit = self.fit(&started)?;
+        // With more to fit it can only be worse where it was caught on its way.
+        let settled = if fit.cost > without {
+            self.settle(fit)
+        } else {
+            fit
+        };
+        Some(Some(settled.model))
+    }
+
+    /// The model with an effect at that of the strengths that its fits start from at which it follows the log
+    /// best. `None` if none of them comes near to this cost.
+    #[inline(never)]
+    fn best_strength(&mut self, model: &Model, id: Id, without: f64) -> Option<Model> {
+        let mut best: Option<Model> = None;
+        let mut least = WORTH_A_FIT * without;
+        for values in (0..).map_while(|index| id.start(&self.options.scope, index)) {
+            let tried = screen::with_effect(model, Active { id, values })?;
+            // Beyond the plant's range there is nothing to try.
+            let Some(cost) = self.cost(&tried) else {
+                continue;
+            };
+            if cost < least {
+                (best, least) = (Some(tried), cost);
+            }
+        }
+        best
+    }
+
+    /// The model with its base as it is declared.
+    pub(super) fn unbent(&self, model: &Model) -> Model {
+        let mut unbent = model.clone();
+        for &parameter in &self.base {
+            unbent.set(parameter, self.declared.get(parameter));
+        }
+        unbent
+    }
+
+    /// Whether the fit has moved a number of the base to a multiple or a part of what is declared: it
+    /// may then stand in for what is missing, in a valley from which no fit with the effect comes back.
+    fn is_bent(&self, model: &Model) -> bool {
+        self.base.iter().any(|&parameter| {
+            let (fitted, declared) = (model.get(parameter), self.declared.get(parameter));
+            let moved = fitted / declared;
+            declared > 0.0 && !(1.0 / BENT..=BENT).contains(&moved)
+        })
+    }
+
+    /// The model with an effect, where a fit of it starts: beside the base as it is, or where the declared one
+    /// comes to with it. With one that acts for a while it has been fitted already.
+    ///
+    /// `None` inside if it is hopeless or the model is full.
+    #[inline(never)]
+    pub fn start(&mut self, model: &Model, effect: Active) -> Option<Option<Model>> {
+        if effect.id.bends_base() {
+            return self.try_strengths(model, effect.id);
+        }
+        let Some(larger) = screen::with_effect(model, effect) else {
+            return Some(None);
+        };
+        let bent = self.is_bent(model);
+        let unbent = self.unbent(&larger);
+        if effect.law().span().is_some() {
+            let mut best: Option<Fit> = None;
+            for start in [Some(&larger), bent.then_some(&unbent)]
+                .into_iter()
+                .flatten()
+            {
+                let fit = self.settle_span(start)?;
+                let least = best.as_ref().map_or(f64::INFINITY, |best| best.cost);
+                best = fit.filter(|fit| fit.cost < least).or(best);
+            }
+            return Some(best.map(|fit| fit.model));
+        }
+        let near = self.take_along(model, larger)?;
+        self.nearest(near, &unbent).map(Some)
+    }
+
+    /// A model fitted in short windows, which hardly know where the machine sticks. `None` if it leaves the
+    /// plant's range.
+    // A fit, which is not to lie below the rest of the tracing.
+    #[inline(never)]
+    pub fn approach(&mut self, start: &Model) -> Option<Model> {
+        let fit = self.fit_with(start, self.screen_window(), ROUGH)?;
+        let model = fit.model;
+        // A breakaway level has no slope where nothing sticks.
+        if !self.base.contains(&Base::Static) {
+            return Some(model);
+        }
+        let mut lower = model.clone();
+        lower.set(Base::Static, lower.get(Base::Coulomb));
+        let cost = self.cost(&model)?;
+        let lower = Some(lower).filter(|lower| self.cost(lower).is_some_and(|lower| lower < cost));
+        Some(lower.unwrap_or(model))
+    }
+
+    /// A model with an effect at its strength from a screening, which is that beside a base that moves along:
+    /// with such a base, where it follows the log better so, and worse beside the base of the model without.
+    ///
+    /// The base moves along in short windows, where a fit is hardly caught by sticking that comes and goes.
+    #[inline(never)]
+    fn take_along(&mut self, without: &Model, larger: Model) -> Option<Model> {
+        let cost = self.cost(&larger)?;
+        if cost <= self.cost(without)? {
+            return Some(larger);
+        }
+        let moved = self.fit_with(&larger, self.screen_window(), ROUGH);
+        let follows = |moved: &Model| self.cost(moved).is_some_and(|moved| moved < cost);
+        Some(moved.map(|fit| fit.model).filter(follows).unwrap_or(larger))
+    }
+}
