@@ -295,7 +295,7 @@ fn a_screening_is_the_same() {
             });
             let (one, all) = (one.unwrap(), all.unwrap());
             assert_eq!(one.candidates, all.candidates);
-            assert_eq!(one.imitation, all.imitation);
+            assert_eq!(one.collinearity, all.collinearity);
             assert_eq!(first, second);
         });
     }

@@ -57,7 +57,11 @@ fn hint(args: &Args) -> String {
         Some(directory) => format!("Plots: {}.", directory.join("index.html").display()),
         None => "With plots: --report DIR.".to_owned(),
     };
-    format!("All numbers: --verbose. {plots} To read by a program: --json FILE.")
+    let program = match &args.json {
+        Some(_) => "",
+        None => " To read by a program: --json FILE.",
+    };
+    format!("All numbers: --verbose. {plots}{program}")
 }
 
 /// The next experiment's input in the report's directory.

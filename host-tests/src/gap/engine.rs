@@ -350,6 +350,11 @@ pub fn trace(
         load_unit: machine.coordinate.load_unit().to_owned(),
         demand,
         free_motor: free_motor(machine, train),
+        without_inductance: machine
+            .motor
+            .as_ref()
+            .filter(|motor| motor.inductance == 0.0)
+            .map(|motor| motor.resistance),
         train: train_evidence,
         validate: validate_evidence,
     };
@@ -408,7 +413,7 @@ pub fn refitted_errors(
     let (model, train_error) = with_workbench(machine, train, |bench| {
         bench.data.settings = settings;
         let fit = bench.fit(model)?;
-        let model = bench.settle(fit).model;
+        let model = bench.multi_start(fit).model;
         let errors = metrics::errors(&bench.data, &AllCores, &model);
         Some((model, errors.ok()?.position_rms))
     })?;

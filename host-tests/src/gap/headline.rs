@@ -69,7 +69,7 @@ impl Headline {
             finding,
             details,
             gain: gain(report),
-            certainty: certainty(outcome),
+            certainty: certainty(report),
             next: next::steps(report),
         }
     }
@@ -243,7 +243,15 @@ fn current_sensor(outcome: &Outcome) -> Option<(String, String)> {
     let mut errs = Vec::new();
     if is_sure(gain, 1.0) {
         let gain = significant(gain.value, 3);
-        errs.push(format!("is {gain} times what flows"));
+        let mut said = format!("is {gain} times what flows");
+        if !outcome.fit.iter().any(|number| number.name == "resistance") {
+            // The same voltage drops over both, and inertia and friction are fitted to the torque of either.
+            said += &format!(
+                " (or the resistance is the declared one over {gain}, and inertia and friction are {gain} times the \
+                 fitted ones)"
+            );
+        }
+        errs.push(said);
     }
     if is_sure(offset, 0.0) {
         let size = quantity(offset.value.abs(), &offset.unit);
@@ -261,7 +269,8 @@ fn current_sensor(outcome: &Outcome) -> Option<(String, String)> {
 }
 
 /// How sure it is, and what else it could be.
-fn certainty(outcome: &Outcome) -> String {
+fn certainty(report: &Report) -> String {
+    let outcome = &report.outcome;
     match outcome.verdict {
         Verdict::LogAndMachineDisagree => {
             let first = outcome.disagreement.first();
@@ -279,7 +288,7 @@ fn certainty(outcome: &Outcome) -> String {
             sentences.join(" ")
         }
         Verdict::EffectsFound | Verdict::UnknownEffect => {
-            let mut sentences = Vec::new();
+            let mut sentences = Vec::from_iter(inductance(report));
             sentences.extend(chance(&outcome.effects));
             sentences.extend(alternatives(outcome));
             if outcome.verdict == Verdict::UnknownEffect {
@@ -356,6 +365,22 @@ fn alternatives(outcome: &Outcome) -> Option<String> {
         sentences.extend(next.rivals());
     }
     (!sentences.is_empty()).then(|| sentences.join(" "))
+}
+
+/// The inductance of a winding that would be as late as a delay that was found, where the machine file has none.
+fn inductance(report: &Report) -> Option<String> {
+    let resistance = report.without_inductance?;
+    let delays = [
+        Id::InputDelay.description().id,
+        Id::SensorDelay.description().id,
+    ];
+    let mut effects = report.outcome.effects.iter();
+    let late = effects.find(|effect| delays.contains(&effect.id.as_str()))?;
+    let inductance = late.parameters.first()?.value * resistance;
+    Some(format!(
+        "The machine file has no inductance: a winding of {} comes as late as that.",
+        Scale::of("H", [inductance]).quantity(inductance)
+    ))
 }
 
 /// The refused candidate that came nearest to being found, if any came near.

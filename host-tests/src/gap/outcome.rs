@@ -175,9 +175,13 @@ impl Outcome {
         distinct(self.disagreement.iter().map(|found| &*found.what))
     }
 
-    /// What mends them, each once though it mends several things.
+    /// What mends them, each once though it mends several things. Where one of several calls does, all stand here.
     pub fn remedies(&self) -> Vec<&str> {
-        distinct(self.disagreement.iter().map(|found| &*found.remedy))
+        distinct(
+            self.disagreement
+                .iter()
+                .flat_map(|found| found.remedy.lines()),
+        )
     }
 
     /// Names of the numbers of the machine file that were fitted although `[fit]` leaves them out.
@@ -405,6 +409,8 @@ pub struct Report {
     pub demand: Demand,
     /// Those of the motor's numbers that `[fit]` leaves out, where the training logs could tell them.
     pub free_motor: Option<FreeMotor>,
+    /// Resistance of a motor for which the machine file has no inductance, Ω.
+    pub without_inductance: Option<f64>,
     /// Training logs.
     pub train: Vec<Evidence>,
     /// Validation logs.

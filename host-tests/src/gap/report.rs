@@ -138,7 +138,7 @@ fn disagreement(outcome: &Outcome) -> String {
             "<article class=\"unknown\">\n<h3>{}</h3>\n<p>{}.</p>\n<p><code>{}</code></p>\n</article>\n",
             escape(&found.what),
             escape(&capitalised(&found.evidence)),
-            escape(&found.remedy),
+            escape(&found.remedy).replace('\n', "<br>"),
         );
     }
     text + "</section>\n"

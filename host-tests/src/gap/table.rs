@@ -84,10 +84,13 @@ fn numbers(page: &mut Page, report: &Report) {
 fn disagreement(page: &mut Page, outcome: &Outcome) {
     for found in &outcome.disagreement {
         page.line("", Style::Plain);
-        let [what, evidence, remedy] = found.lines().map(|line| printable(&line));
-        page.wrapped(&what, 0, Style::Strong);
-        page.wrapped(&evidence, 2, Style::Plain);
-        page.line(&remedy, Style::Plain);
+        for (place, line) in found.lines().iter().enumerate() {
+            match place {
+                0 => page.wrapped(&printable(line), 0, Style::Strong),
+                1 => page.wrapped(&printable(line), 2, Style::Plain),
+                _ => page.line(&printable(line), Style::Plain),
+            }
+        }
     }
 }
 

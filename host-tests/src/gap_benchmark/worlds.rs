@@ -13,12 +13,14 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;
+use rig::world::World;
 
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
 use crate::workspace;
 
 mod details;
+mod guesses;
 mod summary;
 pub mod told;
 pub mod traced;
@@ -43,6 +45,8 @@ pub struct Args {
     pub seed: u64,
     /// The only one to be traced.
     pub only: Option<u64>,
+    /// Whether each is traced with other guesses for what `[fit]` names, too.
+    pub guesses: bool,
     /// Where the result goes, as JSON.
     pub json: Option<PathBuf>,
 }
@@ -77,7 +81,12 @@ fn all(args: &Args) -> Result<String, Failure> {
     let judged: Vec<Judged> = (0..args.count)
         .into_par_iter()
         .map(|index| {
-            let judged = traced::judge(args.seed, index);
+            let (world, records) = World::draw(args.seed, index);
+            let (mut judged, _) = traced::judge_world(&world, &records);
+            if args.guesses && judged.refused.is_none() {
+                let first = (&judged.verdict[..], &judged.answer);
+                judged.guesses = guesses::ask(&world, &records, first);
+            }
             progress.inc(1);
             judged
         })

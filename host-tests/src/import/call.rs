@@ -120,6 +120,8 @@ pub(super) fn tried(path: &Path, raw: &Raw, mut recipe: Recipe) -> Option<Call> 
     for _ in 0..MOST {
         let sources = recipe.parsed(raw).ok()?;
         match convert(path, raw, &recipe, &sources) {
+            // What leaves out most of a file has not understood it.
+            Ok(made) if 2 * made.left_out > made.rows => return None,
             Ok(_) => return Some(recipe.call(path, &out_beside(path))),
             Err(fault) => {
                 let mend = fault.mend?;

@@ -94,7 +94,7 @@ impl Table {
             self.lines[row - 1]
         );
         let late = disordered(time);
-        let mend = if late as f64 <= MOST_UNTIMED * time.len() as f64 {
+        let mend = if late as f64 <= MOST_UNTIMED * time.len() as f64 && fills_gaps(time, late) {
             Mend::Sort
         } else {
             self.longest_run(|row| time[row] < time[row - 1])
@@ -512,6 +512,17 @@ impl PrintedDigits {
             .max(10_f64.powi((leading + 1).saturating_sub(self.significant)))
             .max(largest * f64::EPSILON)
     }
+}
+
+/// Whether rows that came late, so many of them, belong where their stamps say: they have left gaps there. Behind a
+/// clock that was set back they come upon rows that are there already.
+fn fills_gaps(time: &[f64], late: usize) -> bool {
+    let mut sorted = time.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let usual = median(&steps);
+    let short = steps.iter().filter(|&&step| step < usual / 2.0).count();
+    2 * short <= late
 }
 
 /// How many rows are earlier than one before them.

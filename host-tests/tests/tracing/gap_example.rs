@@ -240,6 +240,7 @@ pub fn example() -> Report {
             ..Demand::default()
         },
         free_motor: None,
+        without_inductance: None,
         train: vec![slide("train.csv", 12_000)],
         validate: vec![slide("validate.csv", 9_000)],
     }

@@ -62,8 +62,8 @@ impl Effect for Backlash {
         rotary_only: false,
     };
 
-    const REMEMBERS: bool = true;
-    const BENDS_BASE: bool = true;
+    const STATEFUL: bool = true;
+    const BIASES_BASE: bool = true;
     const MISREADS: bool = true;
 
     fn new([width, ..]: [f32; MOST_PARAMETERS]) -> Self {

@@ -41,7 +41,7 @@ impl Effect for InputDelay {
         rotary_only: false,
     };
 
-    const BENDS_BASE: bool = true;
+    const BIASES_BASE: bool = true;
 
     fn new([delay, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self { delay }

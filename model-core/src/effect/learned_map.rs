@@ -133,8 +133,8 @@ impl LearnedMap {
     /// Maps of zeros over the range of their variable: one, of a hysteresis one for each reach that is
     /// tried.
     pub fn trials(kind: Kind, ranges: &Ranges) -> impl Iterator<Item = Self> {
-        let remembers = kind == Kind::PositionHysteresis;
-        let trials = if remembers { REACHES.len() } else { 1 };
+        let is_stateful = kind == Kind::PositionHysteresis;
+        let trials = if is_stateful { REACHES.len() } else { 1 };
         let reaches = REACHES.into_iter().take(trials);
         reaches.map(move |reach| Self::across(kind, ranges, reach))
     }

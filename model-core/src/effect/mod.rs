@@ -187,11 +187,11 @@ pub trait Effect: Copy {
 
     /// Whether it remembers the last clear motion, which no measured state restores: its replays run in
     /// from there.
-    const REMEMBERS: bool = false;
+    const STATEFUL: bool = false;
 
     /// Whether a base that is fitted without it bends to it, so that a screening may not see it: it is
     /// refitted whatever its score.
-    const BENDS_BASE: bool = false;
+    const BIASES_BASE: bool = false;
 
     /// Whether it is the first terms of any law of its variable, so that a learned map may be the
     /// better answer.
@@ -286,7 +286,7 @@ macro_rules! catalogue {
             pub const ALL: &'static [Self] = &[$(Self::$name),*];
 
             /// How many of them a base bends to that is fitted without.
-            pub const BENDING: usize = 0 $(+ $module::$name::BENDS_BASE as usize)*;
+            pub const BIASING: usize = 0 $(+ $module::$name::BIASES_BASE as usize)*;
 
             /// What the effect is.
             pub fn description(self) -> &'static Description {
@@ -309,13 +309,13 @@ macro_rules! catalogue {
             }
 
             /// Whether it remembers the last clear motion, which no measured state restores.
-            pub fn remembers(self) -> bool {
-                match self { $(Self::$name => $module::$name::REMEMBERS),* }
+            pub fn is_stateful(self) -> bool {
+                match self { $(Self::$name => $module::$name::STATEFUL),* }
             }
 
             /// Whether a base that is fitted without it bends to it.
-            pub fn bends_base(self) -> bool {
-                match self { $(Self::$name => $module::$name::BENDS_BASE),* }
+            pub fn biases_base(self) -> bool {
+                match self { $(Self::$name => $module::$name::BIASES_BASE),* }
             }
 
             /// Whether it is the first terms of any law of its variable.

@@ -420,7 +420,7 @@ impl Effect for Presliding {
         ],
         rotary_only: false,
     };
-    const REMEMBERS: bool = true;
+    const STATEFUL: bool = true;
 
     fn new([compliance, velocity, _]: [f32; MOST_PARAMETERS]) -> Self {
         Self {

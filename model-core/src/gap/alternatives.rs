@@ -1,4 +1,4 @@
-//! What else an effect that was found could be: twins of it, or the end of a fit that was caught.
+//! What else an effect that was found could be: twins of it, or only the way out of a local minimum.
 
 use super::criterion::{
     EQUALLY_GOOD, LARGEST_RATIO, LEAST_CERTAINTY, POOR_EXPLANATION, TOLD_APART,
@@ -18,7 +18,7 @@ const MOST_EXCHANGES: usize = 2;
 
 /// What speaks against the effect in a slot of a fitted model, though held-out blocks are followed better with
 /// it: it is within half a count of the sensor; a fit without it, from where the one with it has come to, does
-/// as well, for it only helped out of where the fit before was caught; or its strength is uncertain. That is asked
+/// as well, for it only helped out of the local minimum of the fit before; or its strength is uncertain. That is asked
 /// here only of an effect that leaves most of the error: what is still missing makes the strength of one that
 /// takes most of it uncertain too. In the end [`stands`] asks it of all.
 #[inline(never)]

@@ -31,9 +31,9 @@ pub const GOOD_SENSOR: f64 = 0.2;
 /// Share of a declared number from which on a fitted one makes it wrong: finer than a data sheet.
 pub const LEAST_OFF: f32 = 0.02;
 
-/// A number of the base that is fitted to more than this multiple of what is declared, or to less than
-/// this part of it, is bent.
-pub const BENT: f32 = 2.0;
+/// A number of the base that is fitted to more than this multiple of what is declared, or to less than this part of it,
+/// is taken to be biased by what the model lacks.
+pub const BIASED: f32 = 2.0;
 
 /// Multiple of a declared number, or part of it, that no data sheet and no wear allow: three standard
 /// deviations of a guess, if a factor of two is one.
@@ -121,7 +121,7 @@ pub const SHORTLIST: usize = 8;
 pub const FAR_BEHIND: f32 = 0.1;
 
 /// A tried strength whose error, before anything is fitted to it, is beyond this multiple of what the
-/// model has without is hopeless. Large, for a base that has settled without it has bent to that.
+/// model has without is hopeless. Large, for a base that was fitted without it is biased by its absence.
 pub const WORTH_A_FIT: f64 = 10.0;
 
 /// A map whose error on the first half of the held-out blocks is beyond this multiple of what it must fall
@@ -159,9 +159,9 @@ pub const CONTESTED: f64 = 3.0;
 /// the catalogue's best guess is then not what the machine has.
 pub const CLEARLY_BETTER: f64 = 0.5;
 
-/// A fit of the whole log whose error falls to this multiple of what the held-out one falls to was caught
-/// on its way.
-pub const CAUGHT: f64 = 2.0;
+/// A fit of the whole log whose error falls to no less than this multiple of what the held-out one falls to has stopped
+/// in a local minimum.
+pub const LOCAL_MINIMUM: f64 = 2.0;
 
 /// An effect with a memory that leaves no more than this share of the held-out error is judged on its own
 /// restarts too before it is called not significant: a few windows that restart wrongly may outweigh all

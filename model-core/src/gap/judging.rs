@@ -79,7 +79,7 @@ pub fn judge_effect(
     let mut comparison =
         compare_where_it_shows(workbench, (model, smaller), (&with, &larger), slot)?;
     let mut refusal = comparison.refusal(looks);
-    if refusal.is_none() && effect.id.remembers() {
+    if refusal.is_none() && effect.id.is_stateful() {
         let beside = compare_beside(workbench, model, effect.id, &larger)?;
         refusal = beside.refusal(looks);
         if refusal.is_some() {
@@ -91,7 +91,7 @@ pub fn judge_effect(
         Some(Refusal::NotSignificant { .. }) => comparison.ratio <= LITTLE_LEFT,
         _ => false,
     };
-    if effect.id.remembers() && unsettled {
+    if effect.id.is_stateful() && unsettled {
         let restarted = compare_restarted(workbench, model, &with)?;
         if restarted.refusal(looks).is_none() {
             (comparison, refusal) = (restarted, None);

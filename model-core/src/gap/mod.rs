@@ -30,7 +30,7 @@
 //!   blocks, and an error far beyond the sensor's is never called complete.
 //! * Each fit starts from what the declared values come to in short windows too, not only from the fit
 //!   before, and keeps the better. A model that lacks something sticks where the machine slides, its base
-//!   bends to that, and no fit comes back. A least-squares start on accelerations would need derivatives
+//!   is biased by that, and no fit comes back. A least-squares start on accelerations would need derivatives
 //!   that a coarse encoder does not give.
 //! * The signed-rank test, and the t-test beside it where blocks are few, ask whether more than one percent
 //!   of the error is gained, not whether anything is: restarts and rounding leave something to every

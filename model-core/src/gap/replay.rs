@@ -71,9 +71,9 @@ impl Job for Replays<'_> {
     type Result = Replayed;
 
     fn lead(&self, number: usize) -> usize {
-        let remembers = self.simulator.remembers();
+        let is_stateful = self.simulator.is_stateful();
         let window = (self.window)(number);
-        window.map_or(0, |window| lead(self.data, window, remembers))
+        window.map_or(0, |window| lead(self.data, window, is_stateful))
     }
 
     #[inline(always)]

@@ -2,8 +2,8 @@
 
 use super::alternatives::{ask_twins, doubt, exchange_for_twin};
 use super::criterion::{
-    CAUGHT, CONTESTED, EQUALLY_GOOD, EQUIVALENT, FAR_BEHIND, IDENTICAL, LEAST_IDENTIFIABILITY,
-    LEAST_SCORE, NOTHING_LEFT, SHORTLIST, TOLD_APART,
+    CONTESTED, EQUALLY_GOOD, EQUIVALENT, FAR_BEHIND, IDENTICAL, LEAST_IDENTIFIABILITY, LEAST_SCORE,
+    LOCAL_MINIMUM, NOTHING_LEFT, SHORTLIST, TOLD_APART,
 };
 use super::held_out::{Comparison, Refusal};
 use super::judging::{
@@ -21,7 +21,7 @@ use crate::effect::Id;
 use heapless::Vec;
 
 /// Room for those that are refitted whatever their score, besides.
-const MOST_REFITTED: usize = SHORTLIST + Id::BENDING;
+const MOST_REFITTED: usize = SHORTLIST + Id::BIASING;
 
 /// Looks of a round: at the candidates, and at the declared numbers.
 const MOST_LOOKS: usize = MOST_CANDIDATES + 1;
@@ -62,7 +62,7 @@ pub(super) fn take_winner(
         },
     };
     let fell = workbench.error_ratio(&found.after.model, &fitted)?;
-    let fitted = if fell > CAUGHT * round.least {
+    let fitted = if fell > LOCAL_MINIMUM * round.least {
         workbench.fit_past_blocks(&fitted)?.model
     } else {
         fitted
@@ -80,7 +80,7 @@ pub(super) fn take_winner(
     let chosen = workbench.data;
     workbench.restart(&fitted)?;
     let after = workbench.fit(&fitted)?;
-    let after = workbench.settle(after);
+    let after = workbench.multi_start(after);
     let slot = after.model.effects.len() - 1;
     if let Some(decision) = doubt(workbench, &after.model, slot)? {
         workbench.data = chosen;
@@ -122,7 +122,7 @@ impl Candidate {
 
     /// What its scores say: whether it is worth a refit.
     fn first_look(&self, round: usize, resolution: f32) -> Consideration {
-        let decision = if self.effect.id.bends_base() {
+        let decision = if self.effect.id.biases_base() {
             Decision::NotShortlisted
         } else if self.identifiability < LEAST_IDENTIFIABILITY {
             Decision::Absorbed
@@ -217,7 +217,7 @@ fn prove_rivals(
         );
         let Some(held_out) = look
             .held_out
-            .filter(|held_out| unproven && held_out.ratio < limit && !effect.id.remembers())
+            .filter(|held_out| unproven && held_out.ratio < limit && !effect.id.is_stateful())
         else {
             continue;
         };
@@ -250,7 +250,7 @@ fn refit(
 ) -> Option<()> {
     let Screening {
         candidates,
-        imitation,
+        collinearity,
         ..
     } = screened;
     let resolution = workbench.data.settings.resolution;
@@ -266,10 +266,11 @@ fn refit(
     let mut shortlist: Vec<usize, MOST_REFITTED> = Vec::new();
     let mut scored = 0;
     for index in 0..looks.len() {
-        let bends_base = candidates[index].effect.id.bends_base();
-        if looks[index].decision == Decision::NotShortlisted && (bends_base || scored < SHORTLIST) {
+        let biases_base = candidates[index].effect.id.biases_base();
+        if looks[index].decision == Decision::NotShortlisted && (biases_base || scored < SHORTLIST)
+        {
             let _ = shortlist.push(index);
-            scored += usize::from(!bends_base);
+            scored += usize::from(!biases_base);
         }
     }
     // Where the machine sticks while the model slides, what is linear in an effect says little of it.
@@ -287,7 +288,7 @@ fn refit(
         let ahead = shortlist.iter().find(|&&other| {
             looks[other].decision == Decision::Accepted
                 && !structured
-                && !own.id.bends_base()
+                && !own.id.biases_base()
                 && candidates[index].score < FAR_BEHIND * candidates[other].score
         });
         if let Some(&other) = ahead {
@@ -299,8 +300,8 @@ fn refit(
         // Of effects that are one model here, the catalogue's first is refitted for all.
         let same = shortlist.iter().find(|&&other| {
             (candidates[other].effect.id as usize) < own.id as usize
-                && imitation[index][other] > IDENTICAL
-                && imitation[other][index] > IDENTICAL
+                && collinearity[index][other] > IDENTICAL
+                && collinearity[other][index] > IDENTICAL
         });
         if let Some(&other) = same {
             looks[index].decision = Decision::SameAs {
@@ -368,16 +369,16 @@ fn refit(
         ratio: comparison.ratio,
         equivalent: shortlist
             .iter()
-            .filter(|&&other| other != best && imitation[best][other] > EQUIVALENT)
+            .filter(|&&other| other != best && collinearity[best][other] > EQUIVALENT)
             .map(|&other| candidates[other].effect.id)
             .filter(|&id| !told_apart(id))
             .collect(),
     };
     let rival = shortlist.iter().find_map(|&index| {
-        let remembers = candidates[index].effect.id.remembers();
+        let is_stateful = candidates[index].effect.id.is_stateful();
         let near = |held_out: &Comparison| held_out.ratio <= CONTESTED * least;
         let held_out = passed(index).filter(near)?;
-        (index != best && remembers).then(|| accept(index, held_out))
+        (index != best && is_stateful).then(|| accept(index, held_out))
     });
     round.winner = Some(accept(best, comparison));
     round.rival = rival;

@@ -16,7 +16,7 @@ use heapless::Vec;
 
 /// Most candidates that one screening returns, however many effects there are: those that are refitted whatever their
 /// score, and more of the others than are ever refitted. What is compared with each other fits the chip's memory.
-pub const MOST_CANDIDATES: usize = 12 + Id::BENDING;
+pub const MOST_CANDIDATES: usize = 12 + Id::BIASING;
 
 /// Strength at which candidates are simulated, as a share of their scale.
 const STRENGTH: f32 = 0.05;
@@ -32,7 +32,7 @@ pub struct Candidate {
     pub effect: Active,
     /// Share of the residual's energy that it explains once the base is projected out, 0 to 1.
     pub score: f32,
-    /// Share of its own sensitivity that the base cannot imitate, 0 to 1.
+    /// Share of its own sensitivity that no change of the base makes, 0 to 1.
     pub identifiability: f32,
     /// Whether physics allows the sign that the residual asks for.
     pub allowed: bool,
@@ -126,7 +126,7 @@ impl<'a> Projection<'a> {
     }
 
     /// Cosine between an effect's sensitivity at its strengths and the span of another's columns.
-    fn imitation(
+    fn collinearity(
         &self,
         (effect, first): (Active, usize),
         (other, start): (Active, usize),
@@ -290,8 +290,8 @@ pub struct Screening {
     pub candidates: Candidates,
     /// Effects that were screened, these and others.
     pub screened: usize,
-    /// How well one imitates another.
-    pub imitation: Imitation,
+    /// How collinear they are.
+    pub collinearity: Collinearity,
     /// Windows simulated, each copy counted.
     pub simulated: u64,
 }
@@ -304,10 +304,10 @@ impl Screening {
     }
 }
 
-/// How well one effect imitates another: `[a][b]` is the cosine between the sensitivity of
+/// Collinearity of effects: `[a][b]` is the cosine between the sensitivity of
 /// candidate `a` at its best strengths and what candidate `b` can do with any strengths, the base
 /// projected out of both. At 1 the log cannot tell `a` from `b`.
-pub type Imitation = [[f32; MOST_CANDIDATES]; MOST_CANDIDATES];
+pub type Collinearity = [[f32; MOST_CANDIDATES]; MOST_CANDIDATES];
 
 /// The best of the effects that have been screened so far.
 #[derive(Default)]
@@ -347,8 +347,8 @@ impl Ranking {
             return;
         };
         let hope = |candidate: &Candidate| {
-            let bends_base = candidate.effect.id.bends_base();
-            (bends_base, candidate.allowed, candidate.score)
+            let biases_base = candidate.effect.id.biases_base();
+            (biases_base, candidate.allowed, candidate.score)
         };
         let least = |a: &&mut Candidate, b: &&mut Candidate| {
             let (a, b) = (hope(a), hope(b));
@@ -436,12 +436,12 @@ pub fn screen(
     }
     sums.replay(data, schedule, (Fold::All, 1), &ensemble);
     simulated += sums.simulated(&ensemble);
-    let mut imitation = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
-    compare(&mut best, &mut imitation, (&sums, base), &columns, scope);
+    let mut collinearity = [[0.0; MOST_CANDIDATES]; MOST_CANDIDATES];
+    compare(&mut best, &mut collinearity, (&sums, base), &columns, scope);
     Some(Screening {
         candidates: best,
         screened,
-        imitation,
+        collinearity,
         simulated,
     })
 }
@@ -469,7 +469,7 @@ fn rank_shapes(
 #[inline(never)]
 fn compare(
     best: &mut Candidates,
-    imitation: &mut Imitation,
+    collinearity: &mut Collinearity,
     (sums, base): (&Sums, usize),
     columns: &Columns,
     scope: &Scope,
@@ -488,9 +488,12 @@ fn compare(
             continue;
         };
         for (b, other) in best.iter().enumerate() {
-            if let Some((imitator, start)) = place(other.effect.id) {
-                imitation[a][b] =
-                    projection.imitation((candidate.effect, *first), (*imitator, *start), scope);
+            if let Some((collinear, start)) = place(other.effect.id) {
+                collinearity[a][b] = projection.collinearity(
+                    (candidate.effect, *first),
+                    (*collinear, *start),
+                    scope,
+                );
             }
         }
     }

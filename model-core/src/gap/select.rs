@@ -156,8 +156,8 @@ fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option
 fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
     let declared = workbench.declared;
     let window = workbench.data.settings.window;
-    // How replays restart comes before any fit, which would else bend the parameters to restarts
-    // that are wrong. Then short windows: far from the truth, they are the smoother problem.
+    // How replays restart comes before any fit, which would else bias the parameters by
+    // wrong restarts. Then short windows: far from the truth, they are the smoother problem.
     workbench.restart(declared)?;
     let mut fitted = declared.clone();
     for window in [workbench.screen_window(), window, window] {
@@ -167,7 +167,7 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
     workbench.restart(&fitted)?;
     let near = workbench.approach(declared);
     let best = workbench.best_fit(&[&fitted, declared, near.as_ref().unwrap_or(declared)])?;
-    Some(workbench.settle(best))
+    Some(workbench.multi_start(best))
 }
 
 /// What has been found so far.

@@ -196,7 +196,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     }
 
     /// Whether an effect remembers the last clear motion, which no measured state restores.
-    pub fn remembers(&self) -> bool {
+    pub fn is_stateful(&self) -> bool {
         self.half_play().is_some() || self.bristles.is_some()
     }
 

@@ -136,8 +136,8 @@ pub(super) fn take_map_again(
     Some(())
 }
 
-/// Looks for effects from the base that a learned map has freed: one that was fitted alone may have bent
-/// to what is missing, so that little was left to be seen of it. Whether effects are found that follow the
+/// Looks for effects beside the base that was fitted with a learned map: one that was fitted alone may be biased by
+/// what is missing, so that little was left to be seen of that. Whether effects are found that follow the
 /// log about as well as the map does.
 #[inline(never)]
 pub(super) fn look_again(

@@ -97,7 +97,7 @@ pub fn learn(
             look.decision = Decision::FarBehind { of: passed.subject };
             continue;
         }
-        let start = workbench.unbend(&with_map(*map))?;
+        let start = workbench.remove_bias(&with_map(*map))?;
         let is_near = |tested: &HeldOut| {
             let comparison = compare(smaller, tested);
             structured || !comparison.is_hopeless() && comparison.ratio < NEAR * limit

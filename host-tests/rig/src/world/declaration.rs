@@ -58,6 +58,22 @@ pub(super) fn declaration(
     }
 }
 
+/// The same with other guesses for what `[fit]` names: each a third of to three times the truth.
+pub(super) fn guessed(
+    random: &mut Random,
+    machine: &Machine,
+    declaration: &Declaration,
+) -> Declaration {
+    let mut guessed = declaration.clone();
+    for (name, factor) in &mut guessed.factors {
+        if declaration.fit.contains(name) {
+            *factor = log_between(random, 1.0 / 3.0, 3.0);
+        }
+    }
+    keep_order(&mut guessed.factors, machine);
+    guessed
+}
+
 /// Keeps the declared breakaway level from falling below the Coulomb level, which no file may say: of the two
 /// the one that is fitted gives way.
 fn keep_order(factors: &mut [(&'static str, f64)], machine: &Machine) {

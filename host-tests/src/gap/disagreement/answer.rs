@@ -80,6 +80,7 @@ pub(in crate::gap) fn report(
         load_unit: machine.coordinate.load_unit().to_owned(),
         demand: Demand::default(),
         free_motor: None,
+        without_inductance: None,
         train: Vec::new(),
         validate: Vec::new(),
     })

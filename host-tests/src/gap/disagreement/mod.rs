@@ -39,18 +39,23 @@ pub struct Disagreement {
     pub what: String,
     /// What shows it.
     pub evidence: String,
-    /// The command to run, or the line of the machine file to change.
+    /// The command to run, or the line of the machine file to change; a line for each, where one of several does.
     pub remedy: String,
 }
 
 impl Disagreement {
-    /// A line for each part. The remedy is to be copied, and so is not to be broken.
-    pub fn lines(&self) -> [String; 3] {
-        [
+    /// A line that says what is wrong, one of evidence, and one for each remedy, which is to be copied and so is not to
+    /// be broken.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = vec![
             format!("{}.", self.what),
             format!("  Evidence: {}.", self.evidence),
-            format!("  Remedy: {}", self.remedy),
-        ]
+        ];
+        for (place, remedy) in self.remedy.lines().enumerate() {
+            let head = if place == 0 { "Remedy:" } else { "or:" };
+            lines.push(format!("  {head} {remedy}"));
+        }
+        lines
     }
 }
 

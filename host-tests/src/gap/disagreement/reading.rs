@@ -29,6 +29,8 @@ pub enum Correction {
     Geared(Column, f64),
     /// A column has the wrong sign.
     Negative(Column),
+    /// Position and velocity have the wrong sign: the encoder counts the other way.
+    Reversed,
     /// Two columns are swapped.
     Swapped(Column, Column),
     /// The position starts again after so much.
@@ -137,6 +139,10 @@ impl Reading {
                 }
                 Correction::Geared(column, ratio) => log.scale(column, 1.0 / ratio),
                 Correction::Negative(column) => log.scale(column, -1.0),
+                Correction::Reversed => {
+                    log.scale(Column::Position, -1.0);
+                    log.scale(Column::Velocity, -1.0);
+                }
                 Correction::Swapped(one, other) => log.swap(one, other),
                 Correction::Wrapped(turn) => log.unwrap_position(turn),
                 Correction::Number(..) => {}
@@ -391,6 +397,9 @@ impl Reading {
         let mut all: Vec<_> = there
             .map(|column| (Correction::Negative(column), 0.0))
             .collect();
+        if is_negative && self.has(Column::Position) && self.has(Column::Velocity) {
+            all.push((Correction::Reversed, 0.0));
+        }
         let pairs = [
             (Column::Input, Column::Current, 1.0),
             (Column::Position, Column::Velocity, 2.0),

@@ -63,7 +63,7 @@ fn corrections_of(
         all.push(Disagreement {
             what: whats.join(", or "),
             evidence: evidence(before, &alike[0]),
-            remedy: remedies.join(", or: "),
+            remedy: remedies.join("\n"),
         });
         before = &alike[0];
     }
@@ -168,6 +168,9 @@ fn what(declared: &Reading, correction: Correction) -> String {
             significant(ratio.abs().max(1.0 / ratio.abs()), 3)
         ),
         Correction::Negative(column) => format!("{} has the wrong sign", column.name()),
+        Correction::Reversed => {
+            "position and velocity have the wrong sign: the encoder counts the other way".to_owned()
+        }
         Correction::Swapped(one, other) => {
             format!("{} and {} are swapped", one.name(), other.name())
         }
@@ -440,6 +443,9 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
             }
             Correction::Geared(changed, ratio) if changed == column => factor /= ratio,
             Correction::Negative(changed) if changed == column => factor = -factor,
+            Correction::Reversed if matches!(column, Column::Position | Column::Velocity) => {
+                factor = -factor;
+            }
             Correction::Swapped(one, other) if one == column => name = other.name(),
             Correction::Swapped(one, other) if other == column => name = one.name(),
             Correction::Wrapped(turn) if column == Column::Position && unit != "deg" => {

@@ -4,7 +4,7 @@ use std::io;
 
 use plotters::style::RGBColor;
 
-use crate::gap::outcome::{Evidence, Report};
+use crate::gap::outcome::{Evidence, Outcome, Report};
 use crate::gap::table::is_extended;
 use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, GUIDE, Layer, MEASURED, Mark, Panel};
 use crate::page::series::{
@@ -39,6 +39,24 @@ struct Model<'a> {
     error: Vec<f32>,
 }
 
+/// What the second model has that the first one has not, where no effect was found.
+fn extension(outcome: &Outcome) -> &'static str {
+    if outcome.unknown.is_some() {
+        "with the learned map"
+    } else {
+        "with other numbers"
+    }
+}
+
+/// The same at the beginning of a sentence.
+fn taken_by(outcome: &Outcome) -> &'static str {
+    if outcome.unknown.is_some() {
+        "The learned map takes"
+    } else {
+        "The other numbers take"
+    }
+}
+
 /// A number of a model that a picture shows: what it is, its unit, how to get it.
 type Number<'a> = (&'a str, &'a str, &'a dyn Fn(&Model) -> f64);
 
@@ -59,7 +77,7 @@ pub(super) fn of_log(report: &Report, log: &Evidence) -> io::Result<Vec<Figure>>
         models: if !is_extended(&report.outcome) {
             vec![after("fitted model")]
         } else if report.outcome.effects.is_empty() {
-            vec![before("before"), after("with the learned map")]
+            vec![before("before"), after(extension(&report.outcome))]
         } else {
             vec![before("before effects"), after("with effects")]
         },
@@ -545,7 +563,7 @@ impl Subject<'_> {
         if self.models.len() == 1 {
             format!("With the fitted model {clauses}.")
         } else if self.report.outcome.effects.is_empty() {
-            format!("The learned map takes {clauses}.")
+            format!("{} {clauses}.", taken_by(&self.report.outcome))
         } else {
             format!("The effects take {clauses}.")
         }

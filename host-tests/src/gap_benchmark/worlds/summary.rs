@@ -193,19 +193,37 @@ impl Summary {
             table(&self.effects, "one effect or law"),
         );
         text += &format!(
-            "numbers within their 95 % intervals   {} of {}{}\n\
+            "numbers within their 95 % intervals   {}\n\
              error after over before, median       {:.3}\n\
              error after over told fit, median     {:.3}\n\
              seconds, median and longest           {:.2}, {:.2}\n\n",
-            self.coverage.inside,
-            self.coverage.of,
-            bracket(self.coverage.inside, self.coverage.of),
+            out_of(self.coverage.inside, self.coverage.of),
             self.after_over_before,
             self.after_over_told,
             self.seconds.median,
             self.seconds.longest,
         );
+        text += &self.guesses();
         text + &self.failures()
+    }
+
+    /// How many answers stay with other guesses for what `[fit]` names; nothing, where that was not asked.
+    fn guesses(&self) -> String {
+        let asked = || self.list.iter().filter(|one| !one.guesses.is_empty());
+        let stay = |one: &&Judged| one.guesses.iter().all(|guessed| guessed.same);
+        let right = |one: &&Judged| one.visible && one.judgement == Judgement::Right;
+        if asked().next().is_none() {
+            return String::new();
+        }
+        format!(
+            "answers that stay with other guesses  {}\n\
+             of those that are right and visible   {}\n\n",
+            out_of(asked().filter(stay).count(), asked().count()),
+            out_of(
+                asked().filter(right).filter(stay).count(),
+                asked().filter(right).count()
+            ),
+        )
     }
 
     /// One line for each world that counts against the tracing, the wrong ones first.
@@ -255,6 +273,11 @@ impl Summary {
 
 fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
+}
+
+/// Count out of all, with the interval of the share.
+fn out_of(count: usize, of: usize) -> String {
+    format!("{count} of {of}{}", bracket(count, of))
 }
 
 /// Count and share with its interval.

@@ -6,6 +6,7 @@ use model_core::gap::replay::Settings;
 use rig::world::{Kind, Record, World};
 use serde::Serialize;
 
+use super::guesses::Guessed;
 use super::told::{self, Told};
 use super::{VISIBLE, directory, truth};
 use crate::error::InputError;
@@ -52,6 +53,8 @@ pub struct Judged {
     pub after_over_told: Option<f64>,
     /// Fitted numbers of a right answer beside the truth.
     pub deviations: Vec<Deviation>,
+    /// What is said with other guesses for what `[fit]` names; empty unless it was asked.
+    pub guesses: Vec<Guessed>,
     /// Wall-clock seconds of the tracing, beside others.
     pub seconds: f64,
 }
@@ -93,13 +96,7 @@ impl Judged {
     }
 }
 
-/// Draws, plays, traces and judges a world.
-pub fn judge(seed: u64, index: u64) -> Judged {
-    let (world, records) = World::draw(seed, index);
-    judge_world(&world, &records).0
-}
-
-/// As [`judge`], of a world that is there, with what the tracing found.
+/// Traces and judges a world, and gives what the tracing found.
 pub fn judge_world(world: &World, records: &[Record; 2]) -> (Judged, Option<Found>) {
     let truth = truth::of(world);
     let mut judged = Judged {
@@ -130,6 +127,7 @@ pub fn judge_world(world: &World, records: &[Record; 2]) -> (Judged, Option<Foun
         after_over_before: None,
         after_over_told: None,
         deviations: Vec::new(),
+        guesses: Vec::new(),
         seconds: 0.0,
     };
     let found = match trace(world, records, &mut judged) {

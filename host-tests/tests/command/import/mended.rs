@@ -152,6 +152,12 @@ fn times() {
         again,
         &["earlier than that of line 1001", "--lines 1002-3001"],
     );
+    // The clock is set back by a fifth of a second: no row that comes then belongs among those before.
+    let back = timed(&|row, t| format!("{:.4}", if row < 1_200 { t } else { t - 0.2 }));
+    mends(
+        back,
+        &["earlier than that of line 1201", "--lines 1202-3001"],
+    );
     let swapped = timed(&|row, t| match row % 500 {
         3 => format!("{:.4}", t + 1e-3),
         4 => format!("{:.4}", t - 1e-3),
@@ -180,6 +186,26 @@ fn times() {
     output.refuses(
         "gap --machine machine.toml --train a.csv",
         &["more samples would have to be filled in", "--rate 50 "],
+    );
+}
+
+/// Thousands with commas are words to a reader of numbers: a call that left out all of them would leave out most rows.
+#[test]
+fn what_would_leave_out_most_rows_is_no_call() {
+    let thousands = changed(HEADER, |row, fields| {
+        let time = if row < 500 { fields[0] } else { "\"1,000.0\"" };
+        format!("{time},{}", fields[1..].join(","))
+    });
+    let place = Place::with("bad.csv", thousands);
+    place.write("machine.toml", Machine::force_slide().to_toml());
+    let error = place
+        .run("gap --machine machine.toml --train bad.csv")
+        .stderr;
+    assert!(text(&error).contains("`time_s`"), "{}", text(&error));
+    assert!(
+        !text(&error).contains("cargo hil import"),
+        "{}",
+        text(&error)
     );
 }
 

@@ -33,7 +33,7 @@ impl Job for Contrasts<'_> {
         let window = self.data[0].window(number);
         let leads = self.data.iter().zip(self.simulators);
         let leads = leads.map(|(data, simulator)| {
-            window.map_or(0, |window| lead(data, window, simulator.remembers()))
+            window.map_or(0, |window| lead(data, window, simulator.is_stateful()))
         });
         leads.max().unwrap_or(0)
     }

@@ -85,7 +85,7 @@ impl<M: Borrow<Modes>, H: Acting, const N: usize> Replay<'_, M, H, N> {
         let simulator = self.lanes.simulator();
         match phase {
             Phase::Winding => simulator.shaft().is_some() && !self.follows,
-            Phase::RunIn => simulator.remembers() && !self.follows,
+            Phase::RunIn => simulator.is_stateful() && !self.follows,
             Phase::Window => true,
         }
     }
@@ -117,7 +117,7 @@ impl<'a, const N: usize> Places<'a, N> {
         at: impl Fn(usize) -> Option<Window>,
         simulators: &[Simulator<M, H>],
     ) -> Option<Self> {
-        let remembers = simulators.iter().any(Simulator::remembers);
+        let is_stateful = simulators.iter().any(Simulator::is_stateful);
         let winds = simulators.iter().any(|it| it.shaft().is_some());
         let settings = &data.settings;
         let mut windows = [at(0)?; N];
@@ -131,7 +131,7 @@ impl<'a, const N: usize> Places<'a, N> {
             _ => Second::Nothing,
         });
         let restarts: [Restart; N] = array::from_fn(|lane| {
-            Restart::new(logs[lane], windows[lane].start, settings, remembers)
+            Restart::new(logs[lane], windows[lane].start, settings, is_stateful)
         });
         let run_in = Leads::new(array::from_fn(|lane| {
             restarts[lane].lead(logs[lane], settings)
@@ -207,7 +207,7 @@ impl<'a, const N: usize> Places<'a, N> {
     ) -> Course {
         let restart = &self.restarts[lane];
         match &restart.approach {
-            Some(approach) if there.simulator.remembers() => {
+            Some(approach) if there.simulator.is_stateful() => {
                 if self.run_in.each[lane] > 0 {
                     there.run_in(approach, self.settings).course
                 } else {
@@ -264,7 +264,7 @@ impl<'a, const N: usize> Places<'a, N> {
         let simulator = replay.lanes.simulator();
         for lane in 0..N {
             let approach = self.restarts[lane].approach.as_ref();
-            let ran_in = |_: &&_| self.run_in.each[lane] > 0 && simulator.remembers();
+            let ran_in = |_: &&_| self.run_in.each[lane] > 0 && simulator.is_stateful();
             if let Some(approach) = approach.filter(ran_in) {
                 let there = self.runner(simulator, lane, replay.restarts[lane]);
                 let run_in = (&behind[lane], 0.0);

@@ -111,9 +111,9 @@ pub(super) struct RunIn {
 }
 
 impl Restart {
-    pub(super) fn new(log: &Log, start: usize, settings: &Settings, remembers: bool) -> Self {
+    pub(super) fn new(log: &Log, start: usize, settings: &Settings, is_stateful: bool) -> Self {
         let state = measured_state(log, start, settings);
-        let approach = remembers.then(|| approach(log, start, settings));
+        let approach = is_stateful.then(|| approach(log, start, settings));
         Self {
             start,
             state,
@@ -289,9 +289,9 @@ pub(super) fn approach(log: &Log, start: usize, settings: &Settings) -> Approach
 }
 
 /// Steps that simulations run in to a window, where any of them remembers.
-pub(super) fn lead(data: &Data, window: Window, remembers: bool) -> usize {
+pub(super) fn lead(data: &Data, window: Window, is_stateful: bool) -> usize {
     let log = &data.logs[window.log];
-    Restart::new(log, window.start, &data.settings, remembers).lead(log, &data.settings)
+    Restart::new(log, window.start, &data.settings, is_stateful).lead(log, &data.settings)
 }
 
 /// Whether the machine turns or rests in a window, or shortly before it: where a memory shows.

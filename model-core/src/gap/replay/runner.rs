@@ -61,7 +61,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         start: usize,
         settings: &Settings,
     ) -> Self {
-        let mut restart = Restart::new(log, start, settings, simulator.remembers());
+        let mut restart = Restart::new(log, start, settings, simulator.is_stateful());
         Self::from_restart(
             simulator,
             log,
@@ -88,7 +88,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             runner.wound(shaft, twists, restart, settings);
         }
         match &restart.approach {
-            Some(approach) if simulator.remembers() => {
+            Some(approach) if simulator.is_stateful() => {
                 runner.behind(approach, restart, settings, &mut run_in.behind)
             }
             _ => runner,

@@ -21,8 +21,8 @@ pub(super) fn accumulate(sums: &mut WindowSums, data: &Data, window: Window, ens
     let log = &data.logs[window.log];
     let settings = &data.settings;
     let simulators = ensemble.simulators();
-    let remembers = simulators.iter().any(Simulator::remembers);
-    let mut restart = Restart::new(log, window.start, settings, remembers);
+    let is_stateful = simulators.iter().any(Simulator::is_stateful);
+    let mut restart = Restart::new(log, window.start, settings, is_stateful);
     let mut shared = RunIn::default();
     let mut runners: Vec<Runner<&Modes, Varied>, MOST_SIMULATORS> = simulators
         .iter()
@@ -133,9 +133,9 @@ impl Job for Accumulate<'_> {
 
     fn lead(&self, number: usize) -> usize {
         let simulators = self.ensemble.simulators();
-        let remembers = simulators.iter().any(Simulator::remembers);
+        let is_stateful = simulators.iter().any(Simulator::is_stateful);
         let window = self.window(number);
-        window.map_or(0, |window| lead(self.data, window, remembers))
+        window.map_or(0, |window| lead(self.data, window, is_stateful))
     }
 
     #[inline(always)]

@@ -49,7 +49,7 @@ impl<S: Schedule> Workbench<'_, S> {
         let data = &self.data;
         let mut mask = Mask::new();
         let count = data.windows().div_ceil(self.block).min(MOST_BLOCKS);
-        let everywhere = !id.remembers();
+        let everywhere = !id.is_stateful();
         let _ = mask.resize(count, everywhere);
         if !everywhere {
             for number in 0..data.windows() {
@@ -155,7 +155,7 @@ impl<S: Schedule> Workbench<'_, S> {
     pub fn held_out_freeing(&mut self, model: &Model, numbers: &[Base]) -> Option<HeldOut> {
         let fixed = self.base.len();
         let _ = self.base.extend_from_slice(numbers);
-        let start = self.unbend(model);
+        let start = self.remove_bias(model);
         let held_out = start.and_then(|start| self.held_out(&start));
         self.base.truncate(fixed);
         held_out

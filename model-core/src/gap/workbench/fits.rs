@@ -21,20 +21,23 @@ pub(super) const ROUGH: Effort = Effort {
     converged: 1e-4,
 };
 
-/// How far starts lie around a fit that is to settle, either way: of the base in shares of its scale, of
-/// the effects in shares of their values.
+/// How far from a fit further starts lie, either way, of the base, in shares of its scale.
 const BASE_REACH: f32 = 0.02;
 
+/// The same of the effects, in shares of their values.
 const EFFECT_REACH: f32 = 0.25;
 
-/// Most starts, and how many have to come to nothing, which is less than this share of the cost.
+/// Most starts.
 const MOST_STARTS: u32 = 8;
 
+/// Starts one after the other that have to come to nothing for no more to follow.
 const IDLE_STARTS: u32 = 3;
 
-const SETTLED: f64 = 1e-3;
+/// A start that lowers the cost by less than this share has come to nothing.
+const IMPROVED: f64 = 1e-3;
 
-const SETTLING_SEED: u64 = 1;
+/// Seed of the starts.
+const STARTS_SEED: u64 = 1;
 
 impl<S: Schedule> Workbench<'_, S> {
     /// Fits a model to all of the log.
@@ -81,8 +84,8 @@ impl<S: Schedule> Workbench<'_, S> {
     /// may end in front of any such jump. From a little beside, it passes most of them.
     // A model beside the fit's own, which is not to lie below the rest of the tracing.
     #[inline(never)]
-    pub fn settle(&mut self, fit: Fit) -> Fit {
-        let mut random = Random::new(SETTLING_SEED, 0);
+    pub fn multi_start(&mut self, fit: Fit) -> Fit {
+        let mut random = Random::new(STARTS_SEED, 0);
         let window = self.data.settings.window;
         let mut best = fit;
         let (mut starts, mut idle) = (0, 0);
@@ -95,7 +98,7 @@ impl<S: Schedule> Workbench<'_, S> {
                 continue;
             };
             if rough.cost < best.cost {
-                let clearly = best.cost * (1.0 - SETTLED);
+                let clearly = best.cost * (1.0 - IMPROVED);
                 best = self.fit(&rough.model).unwrap_or(rough);
                 if best.cost < clearly {
                     idle = 0;
@@ -192,7 +195,7 @@ impl<S: Schedule> Workbench<'_, S> {
     }
 
     /// The fit of a model from the best of what rough ones of the whole log and of every second block come
-    /// to: where the machine sticks, one may be caught that another has passed.
+    /// to: where the machine sticks, one may stop in a local minimum that another has passed.
     #[inline(never)]
     pub fn fit_past_blocks(&mut self, model: &Model) -> Option<Fit> {
         let (data, schedule, block) = (self.data, self.schedule, self.block);
@@ -213,11 +216,13 @@ impl<S: Schedule> Workbench<'_, S> {
     #[inline(never)]
     pub fn free(&mut self, model: &Model, numbers: &[Base]) -> Option<Fit> {
         let _ = self.base.extend_from_slice(numbers);
-        let start = self.unbend(model)?;
-        let fitted = self.best_with(&[&start, &self.unbent(model)], ROUGH)?.model;
+        let start = self.remove_bias(model)?;
+        let fitted = self
+            .best_with(&[&start, &self.with_declared_base(model)], ROUGH)?
+            .model;
         self.restart(&fitted)?;
         let fit = self.fit(&fitted)?;
-        Some(self.settle(fit))
+        Some(self.multi_start(fit))
     }
 
     /// Sum of a model's squared weighted residuals.

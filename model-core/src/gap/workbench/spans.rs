@@ -22,7 +22,7 @@ impl<S: Schedule> Workbench<'_, S> {
     /// edge changes nothing that the window sees. So the edges are looked for, and everything is fitted
     /// to them, in turns.
     #[inline(never)]
-    pub(super) fn settle_span(&mut self, model: &Model) -> Option<Option<Fit>> {
+    pub(super) fn fit_edges(&mut self, model: &Model) -> Option<Option<Fit>> {
         let mut best: Option<Fit> = None;
         for _ in 0..MOST_TURNS {
             let last = best.as_ref().map_or(model, |fit| &fit.model);

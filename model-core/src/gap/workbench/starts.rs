@@ -3,7 +3,7 @@
 use super::Workbench;
 use super::fits::ROUGH;
 use crate::effect::{Active, Id};
-use crate::gap::criterion::{BENT, WORTH_A_FIT};
+use crate::gap::criterion::{BIASED, WORTH_A_FIT};
 use crate::gap::fit::Fit;
 use crate::gap::model::{Base, Model};
 use crate::gap::replay::Schedule;
@@ -12,16 +12,16 @@ use crate::gap::screen;
 impl<S: Schedule> Workbench<'_, S> {
     /// The model, where a fit of more than its base starts: as it is, or from the declared base.
     #[inline(never)]
-    pub fn unbend(&mut self, model: &Model) -> Option<Model> {
-        self.nearest(model.clone(), &self.unbent(model))
+    pub fn remove_bias(&mut self, model: &Model) -> Option<Model> {
+        self.nearest(model.clone(), &self.with_declared_base(model))
     }
 
-    /// The start of a fit: a model, or what another one comes to in short windows. What lacks something bends its
-    /// base to it, by a factor of twenty where the machine sticks and the model slides, and no fit comes back from
-    /// there. Of two that may be it, that is taken of which a rough fit follows the log better.
-    fn nearest(&mut self, near: Model, unbent: &Model) -> Option<Model> {
+    /// The start of a fit: a model, or what another one comes to in short windows. What lacks something
+    /// has a biased base, by a factor of twenty where the machine sticks and the model slides, and no fit comes back
+    /// from there. Of two that may be it, that is taken of which a rough fit follows the log better.
+    fn nearest(&mut self, near: Model, unbiased: &Model) -> Option<Model> {
         let cost = self.cost(&near)?;
-        let far = self.approach(unbent);
+        let far = self.approach(unbiased);
         match far.filter(|far| self.cost(far).is_some_and(|far| far < cost)) {
             Some(far) => Some(self.best_with(&[&near, &far], ROUGH)?.model),
             None => Some(near),
@@ -29,25 +29,25 @@ impl<S: Schedule> Workbench<'_, S> {
     }
 
     /// The model with an effect, fitted from the strength at which it follows the log best beside the fitted base,
-    /// and from that beside the declared one: a base that was fitted without a large play has bent to it, and leaves
-    /// the play nothing to explain. Of the two that is taken of which a rough fit follows the log better.
+    /// and from that beside the declared one: a base that was fitted without a large backlash is biased by that, and
+    /// leaves the backlash nothing to explain. Of the two that is taken of which a rough fit follows the log better.
     ///
     /// `None` inside if no strength comes near to what the model does without.
     #[inline(never)]
     fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
         let without = self.cost(model)?;
         let near = self.best_strength(model, id, without);
-        let unbent = self.unbent(model);
-        let far = self.best_strength(&unbent, id, without);
+        let unbiased = self.with_declared_base(model);
+        let far = self.best_strength(&unbiased, id, without);
         let started = match (&near, &far) {
             (Some(near), Some(far)) => self.best_with(&[near, far], ROUGH)?.model,
             (Some(only), None) | (None, Some(only)) => only.clone(),
             (None, None) => return Some(None),
         };
         let fit = self.fit(&started)?;
-        // With more to fit it can only be worse where it was caught on its way.
+        // With more to fit it can only be worse in a local minimum.
         let settled = if fit.cost > without {
-            self.settle(fit)
+            self.multi_start(fit)
         } else {
             fit
         };
@@ -74,21 +74,21 @@ impl<S: Schedule> Workbench<'_, S> {
     }
 
     /// The model with its base as it is declared.
-    pub(super) fn unbent(&self, model: &Model) -> Model {
-        let mut unbent = model.clone();
+    pub(super) fn with_declared_base(&self, model: &Model) -> Model {
+        let mut unbiased = model.clone();
         for &parameter in &self.base {
-            unbent.set(parameter, self.declared.get(parameter));
+            unbiased.set(parameter, self.declared.get(parameter));
         }
-        unbent
+        unbiased
     }
 
     /// Whether the fit has moved a number of the base to a multiple or a part of what is declared: it
     /// may then stand in for what is missing, in a valley from which no fit with the effect comes back.
-    fn is_bent(&self, model: &Model) -> bool {
+    fn is_biased(&self, model: &Model) -> bool {
         self.base.iter().any(|&parameter| {
             let (fitted, declared) = (model.get(parameter), self.declared.get(parameter));
             let moved = fitted / declared;
-            declared > 0.0 && !(1.0 / BENT..=BENT).contains(&moved)
+            declared > 0.0 && !(1.0 / BIASED..=BIASED).contains(&moved)
         })
     }
 
@@ -98,28 +98,28 @@ impl<S: Schedule> Workbench<'_, S> {
     /// `None` inside if it is hopeless or the model is full.
     #[inline(never)]
     pub fn start(&mut self, model: &Model, effect: Active) -> Option<Option<Model>> {
-        if effect.id.bends_base() {
+        if effect.id.biases_base() {
             return self.try_strengths(model, effect.id);
         }
         let Some(larger) = screen::with_effect(model, effect) else {
             return Some(None);
         };
-        let bent = self.is_bent(model);
-        let unbent = self.unbent(&larger);
+        let is_biased = self.is_biased(model);
+        let unbiased = self.with_declared_base(&larger);
         if effect.law().span().is_some() {
             let mut best: Option<Fit> = None;
-            for start in [Some(&larger), bent.then_some(&unbent)]
+            for start in [Some(&larger), is_biased.then_some(&unbiased)]
                 .into_iter()
                 .flatten()
             {
-                let fit = self.settle_span(start)?;
+                let fit = self.fit_edges(start)?;
                 let least = best.as_ref().map_or(f64::INFINITY, |best| best.cost);
                 best = fit.filter(|fit| fit.cost < least).or(best);
             }
             return Some(best.map(|fit| fit.model));
         }
         let near = self.take_along(model, larger)?;
-        self.nearest(near, &unbent).map(Some)
+        self.nearest(near, &unbiased).map(Some)
     }
 
     /// A model fitted in short windows, which hardly know where the machine sticks. `None` if it leaves the
@@ -143,7 +143,7 @@ impl<S: Schedule> Workbench<'_, S> {
     /// A model with an effect at its strength from a screening, which is that beside a base that moves along:
     /// with such a base, where it follows the log better so, and worse beside the base of the model without.
     ///
-    /// The base moves along in short windows, where a fit is hardly caught by sticking that comes and goes.
+    /// The base moves along in short windows, where sticking that comes and goes makes hardly any local minimum.
     #[inline(never)]
     fn take_along(&mut self, without: &Model, larger: Model) -> Option<Model> {
         let cost = self.cost(&larger)?;
