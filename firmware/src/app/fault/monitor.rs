@@ -83,7 +83,6 @@ pub struct Monitors {
     limits: Limits,
     observers: Observers,
     state: State,
-    period: f32,
     supply_steps: u32,
     winding: overload::Coefficients,
 }
@@ -141,7 +140,6 @@ impl Monitors {
             limits,
             observers,
             state: State::default(),
-            period,
             // At least one step; the conversion takes the fraction off.
             supply_steps: (supply_time / period) as u32 + 1,
             winding: overload::Coefficients::new(
@@ -152,18 +150,21 @@ impl Monitors {
         })
     }
 
-    /// The same in the place of other monitors, with all that these have seen: numbers that come as often as
+    /// Takes the numbers of other monitors, and keeps all that was seen: numbers that come as often as
     /// one likes hide nothing.
-    #[must_use]
-    pub fn in_place_of(self, before: &Self) -> Self {
-        let heat = self.winding.taken_over(before.winding, before.state.heat);
-        Self {
-            state: State {
-                heat,
-                ..before.state
-            },
-            ..self
-        }
+    pub fn take(&mut self, other: &Self) {
+        let Self {
+            limits,
+            observers,
+            state: _,
+            supply_steps,
+            winding,
+        } = *other;
+        self.state.heat = winding.taken_over(self.winding, self.state.heat);
+        self.limits = limits;
+        self.observers = observers;
+        self.supply_steps = supply_steps;
+        self.winding = winding;
     }
 
     /// Takes a control step's measurements: the conditions that hold now.

@@ -71,6 +71,34 @@ pub struct Setup {
     pub monitors: Option<Monitors>,
 }
 
+impl Setup {
+    /// Takes other numbers; what the monitors have seen stays. Nothing is copied twice: this is the longest of all orders, and the
+    /// control step waits for it.
+    fn take(&mut self, other: &Self) {
+        let Self {
+            pid,
+            converters,
+            stroke,
+            current,
+            command_steps,
+            motion,
+            temperature,
+            monitors,
+        } = other;
+        self.pid.clone_from(pid);
+        self.converters = *converters;
+        self.stroke = *stroke;
+        self.current = *current;
+        self.command_steps = *command_steps;
+        self.motion.clone_from(motion);
+        self.temperature.clone_from(temperature);
+        match (&mut self.monitors, monitors) {
+            (Some(ours), Some(monitors)) => ours.take(monitors),
+            (ours, monitors) => ours.clone_from(monitors),
+        }
+    }
+}
+
 /// The command.
 #[derive(Debug, Clone, Copy)]
 enum Command {
@@ -183,9 +211,9 @@ impl Drive {
     /// True if a signal begins.
     fn obey(&mut self, position: f32) -> bool {
         let mut begins = false;
-        while let Some(order) = self.orders.dequeue() {
-            match order {
-                Order::Setup(setup) => self.take(setup),
+        while let Some(order) = self.orders.peek() {
+            match *order {
+                Order::Setup(ref setup) => self.setup.take(setup),
                 Order::Mode(mode) => {
                     self.mode = mode;
                     self.wiring.set_commanded(mode != Mode::Wires);
@@ -202,17 +230,9 @@ impl Drive {
                     self.seeking = Some(Seeking::Under(search));
                 }
             }
+            self.orders.dequeue();
         }
         begins
-    }
-
-    /// Other numbers; the winding stays as hot as it is.
-    fn take(&mut self, setup: Setup) {
-        let monitors = match (setup.monitors, &self.setup.monitors) {
-            (Some(new), Some(before)) => Some(new.in_place_of(before)),
-            (new, _) => new,
-        };
-        self.setup = Setup { monitors, ..setup };
     }
 
     /// Begins anew, where the actuator is.
