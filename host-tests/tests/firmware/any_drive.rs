@@ -2,7 +2,7 @@
 
 use firmware::app::fault::observer::Tolerances;
 use firmware::app::machine::EMA;
-use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
+use host_tests::operation_on_host::{Drop, Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
 use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -53,6 +53,60 @@ pub fn any_actuator(random: &mut Random) -> Parameters {
         ..EMA.plant
     }
 }
+
+/// Any drop between bridge and winding, within what [`Tolerances::INDUSTRIAL`] is made of.
+pub fn any_drop(random: &mut Random) -> Drop {
+    Drop {
+        dead_time: TOLERANCES.dead_time * random.uniform(),
+        brushes: TOLERANCES.brushes * random.uniform(),
+        ..Drop::default()
+    }
+}
+
+/// A winding whose temperature changes, and that of its magnets with it.
+pub struct Warming {
+    /// Resistance and torque constant.
+    numbers: [f32; 2],
+    /// By which share they change in a second.
+    rates: [f32; 2],
+}
+
+impl Warming {
+    /// Of a motor that has any winding within its tolerances from here on.
+    pub fn any(motor: &mut Motor, random: &mut Random) -> Self {
+        let numbers = BOUNDS.map(|[low, high]| low + (high - low) * random.uniform());
+        let mut warming = Self {
+            numbers,
+            rates: [0.0; 2],
+        };
+        warming.step(motor, 0.0);
+        warming
+    }
+
+    /// From now on by any rate up to 20 K/s. Copper has 0.39 % more a kelvin, ferrite magnets 0.2 % less.
+    pub fn turn(&mut self, random: &mut Random) {
+        let rate = 20.0 * either_way(random);
+        self.rates = [0.0039 * rate, -0.002 * rate];
+    }
+
+    /// Goes on for some seconds, within the tolerances.
+    pub fn step(&mut self, motor: &mut Motor, seconds: f32) {
+        for ((number, rate), [low, high]) in self.numbers.iter_mut().zip(self.rates).zip(BOUNDS) {
+            *number = (*number * (1.0 + rate * seconds)).clamp(low, high);
+        }
+        motor.warm(self.numbers);
+    }
+}
+
+/// Where resistance and torque constant lie.
+const BOUNDS: [[f32; 2]; 2] = {
+    let [resistance, _, torque_constant] = winding();
+    let [r, k] = [TOLERANCES.resistance, TOLERANCES.torque_constant];
+    [
+        [(1.0 - r) * resistance, (1.0 + r) * resistance],
+        [(1.0 - k) * torque_constant, (1.0 + k) * torque_constant],
+    ]
+};
 
 /// A command of any kind in either mode, weak or strong.
 pub fn any_command(random: &mut Random) -> (&'static str, String) {

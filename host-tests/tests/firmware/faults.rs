@@ -499,6 +499,9 @@ fn impossible_limits_are_refused_by_name() {
     }
 }
 
+/// Of the bridge, V.
+const SUPPLY: f32 = 24.0;
+
 /// The encoder's monitor over a whole recording: the faults and the steps at which they began.
 fn judge(machine: &Machine, samples: &[(f32, f32, f32)]) -> Vec<(usize, Fault)> {
     let resolution = machine.converters.position.unit();
@@ -516,9 +519,10 @@ fn judge(machine: &Machine, samples: &[(f32, f32, f32)]) -> Vec<(usize, Fault)> 
             voltage: stood.replace(input),
             spread: 0.0,
         };
-        if let Some(fault) = observer.step(&mut state, &reading) {
+        if let Some(fault) = observer.step(&mut state, &reading, SUPPLY) {
             found.push((step, fault));
         }
+        observer.learn(&mut state);
     }
     found
 }
@@ -664,7 +668,8 @@ fn an_encoder_that_fails_is_found_within_three_time_constants() {
                     stand.run(1, command, 0.0, |position| share * position);
                     let claimed = share * stand.state.velocity.value();
                     let apart = (stand.state.velocity.value() - claimed).abs();
-                    let explained = tolerances.voltage
+                    let explained = tolerances.brushes
+                        + tolerances.dead_time * SUPPLY
                         + tolerances.resistance * resistance * stand.state.current.abs()
                         + tolerances.torque_constant * torque_constant * claimed.abs();
                     if onset.is_none() && torque_constant * apart > explained {
@@ -673,13 +678,14 @@ fn an_encoder_that_fails_is_found_within_three_time_constants() {
                     judge(&EMA, &stand.seen).first().copied()
                 })
                 .expect("no fault");
-            let onset = onset.expect("found before it could be");
             println!(
                 "{name}, to {command} rad: after {step} ms, {} rad",
                 stand.state.position.value()
             );
             assert_eq!(found, fault, "{name}");
-            assert!(step - onset <= within, "{name}: {step}, {onset}");
+            // What the winding told before may have told it sooner.
+            let late = onset.map_or(0, |onset| step - onset);
+            assert!(late <= within, "{name}: {step}, {late}");
         }
     }
 }
@@ -696,7 +702,7 @@ fn with_the_bridge_off_the_encoder_is_believed_and_a_fault_of_it_is_over() {
     };
     let mut found = None;
     for _ in 0..20 {
-        found = observer.step(&mut state, &lying);
+        found = observer.step(&mut state, &lying, SUPPLY);
     }
     assert_eq!(found, Some(Fault::EncoderLost));
     for position in [0.0, 1.0, -1.0] {
@@ -706,6 +712,45 @@ fn with_the_bridge_off_the_encoder_is_believed_and_a_fault_of_it_is_over() {
             voltage: None,
             spread: 0.0,
         };
-        assert_eq!(observer.step(&mut state, &off), None);
+        assert_eq!(observer.step(&mut state, &off, SUPPLY), None);
     }
+}
+
+/// What no converter makes. Behind it, and the bridge off for a step, a sound reading is believed.
+#[test]
+fn readings_that_are_no_numbers_or_enormous_are_borne_by_the_encoders_monitor() {
+    let observer = encoder();
+    let values = [0.0, 1.0, 1e20, f32::MAX, f32::INFINITY, f32::NAN];
+    let signed = values.map(|value| [value, -value]).concat();
+    let mut random = Random::new(1, 0);
+    let mut any = || signed[(random.uniform() * signed.len() as f32) as usize % signed.len()];
+    let rest = Reading {
+        position: 0.0,
+        current: 0.0,
+        voltage: Some(0.0),
+        spread: 0.0,
+    };
+    let mut found = 0;
+    for _ in 0..1000 {
+        let mut state = back_emf::State::default();
+        for _ in 0..10 {
+            let reading = Reading {
+                position: any(),
+                current: any(),
+                voltage: Some(any()),
+                spread: any().abs(),
+            };
+            found += u32::from(observer.step(&mut state, &reading, any()).is_some());
+            observer.learn(&mut state);
+        }
+        let off = Reading {
+            voltage: None,
+            ..rest
+        };
+        for reading in [off, rest, rest, rest] {
+            assert_eq!(observer.step(&mut state, &reading, SUPPLY), None);
+            observer.learn(&mut state);
+        }
+    }
+    assert!(found > 0);
 }

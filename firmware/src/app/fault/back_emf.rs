@@ -7,34 +7,35 @@
 //! (u₀ + u₁)/2 = R (i₀ + i₁)/2 + L (i₁ − i₀)/h + k (Δθ₀ + Δθ₁)/2h,
 //!
 //! in which no measurement is differentiated. What is left of it, e, is 0 V for exact numbers and a motion
-//! whose rates are even. For numbers within their tolerances and a current and a speed that are monotone it
-//! stays below
+//! whose rates are even. Three numbers of a sound drive are not known: the shares ρ and κ by which its resistance and its
+//! torque constant are off, and the share δ that its bridge's dead time takes of the supply U, against the current, whose sign is σ. So
 //!
-//! b = δu + δR R |i₀ + i₁|/2 + R |i₁ − i₀|/2 + δL L |i₁ − i₀|/h
-//!   + (δk k |Δθ₀ + Δθ₁| + k |Δθ₁ − Δθ₀|)/2h + l |u₁ − u₀|/h + (s₀ + s₁)/8,
+//! e − σ b/2 = ρ R (i₀ + i₁)/2 + δ U σ + κ k (Δθ₀ + Δθ₁)/2h + n.
 //!
-//! whose third and sixth terms are the trapezoidal rule's worst, and whose seventh one is that of a voltage that acts
-//! by *l* later than it was told. Where the current is limited the voltage changes within a period, by *s*: the period
-//! that slides weighs a triangle's half, which is off from the mean by a quarter in all, of at most s/2. Both go through one first-order filter with the time constant *τ*. Its
-//! response is positive, so |e| ≤ b in every period keeps the filtered |E| below the filtered B. Reading in steps
-//! of *r* rad is wrong by half a step at most however long it moves, which the filter makes k r/τ of; twice that
-//! covers what it hides of b too. Hence |E| > B + 2 k r/τ means that the encoder, the current sensor or
-//! one of the declared tolerances is wrong: no debounce, no number that was tried out.
+//! For a current and a speed that are monotone |n| stays below
 //!
-//! What is off for good need not be borne twice. Declared numbers that are wrong are wrong by the same amount from one moment to
-//! the next, so of e less its own mean over the time constant *T*, which D is after the filter, the tolerances of R and k leave
-//! no more than they leave of the current and the speed less theirs:
+//! m = R |i₁ − i₀|/2 + δL L |i₁ − i₀|/h + k |Δθ₁ − Δθ₀|/2h + l |u₁ − u₀|/h + (s₀ + s₁)/8,
 //!
-//! |D| ≤ δR R |I − Ī| + δk k |Ω − Ω̄| + N + N̄ + what the voltage between told and winding changes by,
+//! and b/2, for what the brushes take comes and goes between 0 and b. The first and the third term of m are the trapezoidal rule's worst,
+//! the fourth one is that of a voltage that acts by *l* later than it was told. Where the current is limited the voltage changes within
+//! a period, by *s*: the period that slides weighs a triangle's half, which is off from the mean by a quarter in all, of at most s/2. A
+//! current or a speed that turns round within a period changed before it by as much, so the bound N has the m of the period before too.
+//! Near no current its sign is not known; there σ is 0, and N has all that brushes and dead time may take.
 //!
-//! with the other terms of b as N. That voltage has the current's sign, and lies between 0 and δu: while the
-//! current keeps its sign it changes by δu at most. The winding's own resistance changes too, by its copper's temperature: by
-//! 0.39 %/K · 20 K/s · T in the mean, 0.8 % of R |i|, which N has. So a current sensor that is stuck, whose reading has
-//! no change, is found once the voltage that the true current takes changes by little more than δu, whatever the reading is.
+//! All of this goes through one first-order filter with the time constant *τ*. Its response is positive, so |n| ≤ N in every period keeps
+//! the filtered |n| below the filtered N. Reading in steps of *r* rad is wrong by half a step at most however long it
+//! moves, which the filter makes k r/τ of; twice that covers what it hides of N too.
+//!
+//! Hence each filtered balance is a strip between two planes in the space of ρ, δ and κ, and a sound drive lies in all strips. At first only
+//! the tolerances are known, which are a box. A balance whose strip does not touch what is known, or does not touch the tolerances,
+//! is the fault: no drive explains it beside those before, so the encoder, the current sensor or one of the declared tolerances
+//! is wrong. That takes no debounce, and no number that was tried out. A strip that touches what is known narrows it, after Vicino and
+//! Zappa, IEEE Transactions on Automatic Control 41 (1996) 774. What is known widens by what a winding may warm or cool, and the tolerances narrow it again. It
+//! begins anew with the bridge off. What a fault taught before it was found may be wrong; the tolerances are not.
 //!
 //! A motor at ω whose encoder claims ω' is found within three time constants from where
-//! k |ω − ω'| exceeds δu + δR R |i| + δk k |ω'|. A motor that is held tells the winding nothing about its
-//! encoder: what ends that is the monitor of its [torque](super::following), and where it is held by an
+//! k |ω − ω'| exceeds b + δu U + δR R |i| + δk k |ω'|, and from less where the winding is known. A motor that is held tells the winding
+//! nothing about its encoder: what ends that is the monitor of its [torque](super::following), and where it is held by an
 //! end stop that it may be at, [`Fault::Overload`].
 
 use model_core::numeric::invalid_parameter::InvalidParameter;
@@ -48,14 +49,27 @@ use crate::app::timing::PLANT_PERIOD;
 /// How much later than told a voltage acts at most, s: the bridge's timer takes it over with the second tick.
 const LATENCY: f32 = 2.0 * PLANT_PERIOD;
 
-/// T, s: 25 τ, so that what fails is compared with what was before, and short enough for a winding to stay as warm as it is.
-const MEMORY: f32 = 0.1;
-
-/// By which share of it a resistance differs from its mean over [`MEMORY`].
-const DRIFT: f32 = 0.0039 * 20.0 * MEMORY;
-
 /// Of a current whose sign is known, A: more than what the sensor's zero may be off by.
 const SIGNED: f32 = current_offset::MOST;
+
+/// How fast a winding warms or cools at most, K/s. Copper that keeps its heat warms by its resistivity times the squared density of its current
+/// over its heat capacity: 2.3e-8 Ω·m at 105 °C, (51e6 A/m²)² and 3.45e6 J/(K·m³) make 17 K/s. The density is that of 20.4 A where the
+/// continuous 6 A have 15 A/mm², the most of a small motor.
+const WARMING: f32 = 20.0;
+
+/// By which share a kelvin changes copper's resistance, and a ferrite magnet. No magnet warms faster than its winding.
+const COPPER: f32 = 3.9e-3;
+const MAGNETS: f32 = 2e-3;
+
+/// Most of a bridge's supply, V.
+const VOLTS: f32 = 36.0;
+
+/// Least half width of a strip, V: a thousand times what a sum of five terms of so many volts is rounded by, 5 · 36 V · 2⁻²⁴.
+const ROUNDING: f32 = 0.01;
+
+/// Control steps from one balance that is learned to the next: one for the balance, one for the widening and three for the
+/// tolerances. The filter's time constant is four, so that a balance between two of them says little that these do not.
+const TURNS: u8 = 5;
 
 /// The observer's numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,40 +80,130 @@ pub struct Coefficients {
     /// k/h.
     back_emf: f32,
     tolerances: Tolerances,
+    /// The middle of ρ, δ and κ, and how far the tolerances let them be from it.
+    tolerated: [[f32; 3]; 2],
     /// 2 k r/τ, V.
     quantisation: f32,
     /// l/h.
     latency: f32,
     /// h/τ.
     gain: f32,
-    /// h/T.
-    memory: f32,
+    /// By how much ρ, δ and κ change over [`TURNS`] at most. A dead time stays.
+    drift: [f32; 3],
 }
 
-/// What the difference from before is judged by, filtered.
+/// A balance: the three unknown numbers, times these factors, make the middle, to within the width either way.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Signals {
-    /// e, V.
-    residual: f32,
-    /// R i, V.
-    ohmic: f32,
-    /// k ω by the encoder, V.
-    claimed: f32,
+struct Strip {
+    /// Of ρ, δ and κ, V: R i, U σ, and k ω by the encoder.
+    factors: [f32; 3],
+    /// e − σ b/2, V.
+    middle: f32,
     /// N, V.
-    rest: f32,
-    /// How often the current may have been above 0, and below, 0 to 1.
-    signs: [f32; 2],
+    width: f32,
 }
 
-impl Signals {
+impl Strip {
     fn follow(&mut self, other: &Self, gain: f32) {
         let follow = |value: &mut f32, other: f32| *value += gain * (other - *value);
-        follow(&mut self.residual, other.residual);
-        follow(&mut self.ohmic, other.ohmic);
-        follow(&mut self.claimed, other.claimed);
-        follow(&mut self.rest, other.rest);
-        for (sign, other) in self.signs.iter_mut().zip(other.signs) {
-            follow(sign, other);
+        for (factor, other) in self.factors.iter_mut().zip(other.factors) {
+            follow(factor, other);
+        }
+        follow(&mut self.middle, other.middle);
+        follow(&mut self.width, other.width);
+    }
+}
+
+fn dot([a, b, c]: [f32; 3], [d, e, f]: [f32; 3]) -> f32 {
+    a * d + b * e + c * f
+}
+
+/// Adds a share of a vector.
+fn add(to: &mut [f32; 3], share: f32, vector: [f32; 3]) {
+    for (to, entry) in to.iter_mut().zip(vector) {
+        *to += share * entry;
+    }
+}
+
+fn scaled(vector: [f32; 3], factor: f32) -> [f32; 3] {
+    vector.map(|entry| factor * entry)
+}
+
+/// What is known of a winding: ρ, δ and κ lie in a parallelotope. Each of its points is the middle and of each of the three edges
+/// some share from −1 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Known {
+    middle: [f32; 3],
+    edges: [[f32; 3]; 3],
+    /// The inverse of the edges: each row, times a distance from the middle, gives its edge's share of it.
+    shares: [[f32; 3]; 3],
+}
+
+impl Known {
+    /// As far from a middle as this.
+    fn within(middle: [f32; 3], most: [f32; 3]) -> Self {
+        let diagonal = |[a, b, c]: [f32; 3]| [[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]];
+        Self {
+            middle,
+            edges: diagonal(most),
+            shares: diagonal(most.map(|most| 1.0 / most)),
+        }
+    }
+
+    /// How far the strip's middle is from this one's, and how far each edge reaches towards it, V.
+    fn apart(&self, strip: &Strip) -> (f32, [f32; 3]) {
+        let off = strip.middle - dot(strip.factors, self.middle);
+        (off, self.edges.map(|edge| dot(strip.factors, edge)))
+    }
+
+    /// Whether the strip touches it. One that is not a number does not.
+    fn explains(&self, strip: &Strip) -> bool {
+        let (off, reaches) = self.apart(strip);
+        let most: f32 = reaches.iter().map(|reach| reach.abs()).sum();
+        off.abs() <= most + strip.width
+    }
+
+    /// Takes off what lies beside a strip that touches it: its planes take the place of those of the edge that reaches farthest
+    /// across them, if that leaves less.
+    fn narrow(&mut self, strip: &Strip) {
+        let (off, reaches) = self.apart(strip);
+        let (mut most, mut longest) = (0.0, 0);
+        for (edge, reach) in reaches.iter().enumerate() {
+            most += reach.abs();
+            if reach.abs() > reaches[longest].abs() {
+                longest = edge;
+            }
+        }
+        let low = if off - strip.width > -most {
+            off - strip.width
+        } else {
+            -most
+        };
+        let high = if off + strip.width < most {
+            off + strip.width
+        } else {
+            most
+        };
+        let left = 0.5 * (high - low);
+        let left = if left > ROUNDING { left } else { ROUNDING };
+        let reach = reaches[longest];
+        if left < reach.abs() {
+            let along = scaled(self.edges[longest], 1.0 / reach);
+            add(&mut self.middle, 0.5 * (low + high), along);
+            for (edge, reach) in self.edges.iter_mut().zip(reaches) {
+                add(edge, -reach, along);
+            }
+            self.edges[longest] = scaled(along, left);
+            self.shares[longest] = scaled(strip.factors, 1.0 / left);
+        }
+    }
+
+    /// Makes room for numbers that change by this much.
+    fn widen(&mut self, drift: [f32; 3]) {
+        for (edge, shares) in self.edges.iter_mut().zip(&mut self.shares) {
+            let longer = 1.0 + dot(drift, shares.map(f32::abs));
+            *edge = scaled(*edge, longer);
+            *shares = scaled(*shares, 1.0 / longer);
         }
     }
 }
@@ -128,14 +232,25 @@ struct Period {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
     before: Option<Before>,
-    /// E, and what it is made of.
-    now: Signals,
-    /// Their mean before.
-    mean: Signals,
-    /// B, V.
-    bound: f32,
-    /// Filtered magnitude of what the encoder claims, k |Δθ₀ + Δθ₁|/2h, V.
-    claimed: f32,
+    /// The filtered balance.
+    balance: Strip,
+    /// m of the last balance, V.
+    rest: f32,
+    known: Option<Known>,
+    /// Whether the last balance is one to learn from.
+    learns: bool,
+    turn: u8,
+}
+
+impl State {
+    /// The same for other numbers: what is known and what the filter has was told in the old ones.
+    #[must_use]
+    pub fn of_other_numbers(self) -> Self {
+        Self {
+            before: self.before,
+            ..Self::default()
+        }
+    }
 }
 
 impl Coefficients {
@@ -163,29 +278,45 @@ impl Coefficients {
         };
         check_encoder(resolution, period)?;
         tolerances.check()?;
+        let turns = f32::from(TURNS) * period;
+        let middle = 0.5 * tolerances.dead_time;
+        let most = [tolerances.resistance, middle, tolerances.torque_constant];
         Ok(Self {
             resistance,
             inductance: inductance / period,
             back_emf: torque_constant / period,
             tolerances,
+            tolerated: [
+                [0.0, middle, 0.0],
+                most.map(|most| most.max(ROUNDING / VOLTS)),
+            ],
             quantisation: 2.0 * torque_constant * resolution / TIME_CONSTANT,
             latency: LATENCY / period,
             gain: period / TIME_CONSTANT,
-            memory: period / MEMORY,
+            drift: [COPPER * WARMING * turns, 0.0, MAGNETS * WARMING * turns],
         })
     }
 
-    /// Takes a reading: [`Fault::EncoderLost`] or [`Fault::EncoderImplausible`] as long as the encoder
+    /// Whether the strip touches the tolerances. One that is not a number does not.
+    fn tolerates(&self, strip: &Strip) -> bool {
+        let [middle, most] = self.tolerated;
+        let off = strip.middle - dot(strip.factors, middle);
+        off.abs() <= dot(strip.factors.map(f32::abs), most) + strip.width
+    }
+
+    /// Takes a reading and the supply, V: [`Fault::EncoderLost`] or [`Fault::EncoderImplausible`] as long as the encoder
     /// is not to be believed. A reading that is not finite is none, and the observer begins anew; so it
     /// does with the bridge off.
-    pub fn step(&self, state: &mut State, reading: &Reading) -> Option<Fault> {
+    pub fn step(&self, state: &mut State, reading: &Reading, supply: f32) -> Option<Fault> {
         let &Reading {
             position,
             current,
             spread,
             ..
         } = reading;
-        let finite = position.is_finite() && current.is_finite() && spread.is_finite();
+        let finite = [position, current, spread, supply]
+            .into_iter()
+            .all(f32::is_finite);
         let mut now = Before {
             position,
             current,
@@ -212,64 +343,86 @@ impl Coefficients {
             moved: moved_before,
         } = before.period?;
         let mean = |before: f32, now: f32| 0.5 * (before + now);
-        let mean_current = mean(before.current, current);
         let change = current - before.current;
+        let ohmic = self.resistance * mean(before.current, current);
         let claimed = self.back_emf * mean(moved_before, moved);
-        let residual = mean(voltage_before, voltage)
-            - self.resistance * mean_current
-            - self.inductance * change
-            - claimed;
-        let ohmic = self.resistance * mean_current;
         let rest = (0.5 * self.resistance + self.tolerances.inductance * self.inductance)
             * change.abs()
             + 0.5 * self.back_emf * (moved - moved_before).abs()
             + self.latency * (voltage - voltage_before).abs()
             + 0.125 * (spread_before + spread);
-        let bound = self.tolerances.voltage
-            + self.tolerances.resistance * ohmic.abs()
-            + self.tolerances.torque_constant * claimed.abs()
-            + rest;
-        let signals = Signals {
-            residual,
-            ohmic,
-            claimed,
-            rest: rest + DRIFT * ohmic.abs(),
-            signs: [mean_current > -SIGNED, mean_current < SIGNED]
-                .map(|may| f32::from(u8::from(may))),
+        let Tolerances {
+            brushes, dead_time, ..
+        } = self.tolerances;
+        let (sign, lost) = if before.current > SIGNED && current > SIGNED {
+            (1.0, 0.5 * brushes)
+        } else if before.current < -SIGNED && current < -SIGNED {
+            (-1.0, 0.5 * brushes)
+        } else {
+            (0.0, brushes + dead_time * supply.abs())
         };
-        state.now.follow(&signals, self.gain);
-        state.mean.follow(&state.now, self.memory);
-        state.bound += self.gain * (bound - state.bound);
-        state.claimed += self.gain * (claimed.abs() - state.claimed);
-        let within = state.now.residual.abs() <= state.bound + self.quantisation;
-        if within && self.is_as_before(state) {
+        let balance = Strip {
+            factors: [ohmic, sign * supply, claimed],
+            middle: mean(voltage_before, voltage)
+                - ohmic
+                - self.inductance * change
+                - claimed
+                - 0.5 * sign * brushes,
+            width: rest + state.rest + lost,
+        };
+        state.rest = rest;
+        state.balance.follow(&balance, self.gain);
+        let known = state.known.get_or_insert_with(|| {
+            let [middle, most] = self.tolerated;
+            Known::within(middle, most)
+        });
+        let [_, _, claimed] = state.balance.factors;
+        let strip = self.with_steps(&state.balance);
+        let explained = known.explains(&strip) && self.tolerates(&strip);
+        state.learns = explained;
+        if explained {
             None
-        } else if state.claimed <= self.quantisation {
+        } else if claimed.abs() <= self.quantisation {
             Some(Fault::EncoderLost)
         } else {
             Some(Fault::EncoderImplausible)
         }
     }
 
-    /// Whether what is left of the balance differs from its mean by no more than the tolerances let it.
-    fn is_as_before(&self, state: &State) -> bool {
-        let State { now, mean, .. } = state;
-        let Tolerances {
-            resistance,
-            torque_constant,
-            voltage,
-            ..
-        } = self.tolerances;
-        let most = resistance * (now.ohmic - mean.ohmic).abs()
-            + torque_constant * (now.claimed - mean.claimed).abs()
-            + now.rest
-            + mean.rest
-            + 2.0 * self.quantisation;
-        // What is lost with a current above 0 is a drop, below 0 it is negative.
-        let difference = now.residual - mean.residual;
-        let [above, below] = now.signs;
-        let [above_before, below_before] = mean.signs;
-        difference <= most + voltage * (above + below_before)
-            && -difference <= most + voltage * (below + above_before)
+    /// A balance with what the encoder's steps may make of it.
+    fn with_steps(&self, balance: &Strip) -> Strip {
+        Strip {
+            width: balance.width + self.quantisation,
+            ..*balance
+        }
+    }
+
+    /// Learns the winding from the last reading, unless that was a fault. It is called once behind each [step](Self::step), when there
+    /// is time: nothing is made of it before the next one.
+    pub fn learn(&self, state: &mut State) {
+        let (Some(known), true) = (&mut state.known, state.learns) else {
+            return;
+        };
+        state.turn = (state.turn + 1) % TURNS;
+        match state.turn {
+            0 => {
+                let mut strip = self.with_steps(&state.balance);
+                // It has to hold until the next widening.
+                strip.width += dot(self.drift, strip.factors.map(f32::abs));
+                known.narrow(&strip);
+            }
+            1 => known.widen(self.drift),
+            turn => {
+                let number = usize::from(turn) - 2;
+                let [middle, most] = self.tolerated;
+                let mut strip = Strip {
+                    middle: VOLTS * middle[number],
+                    width: VOLTS * most[number],
+                    ..Strip::default()
+                };
+                strip.factors[number] = VOLTS;
+                known.narrow(&strip);
+            }
+        }
     }
 }

@@ -151,7 +151,7 @@ impl Monitors {
     }
 
     /// Takes the numbers of other monitors, and keeps all that was seen: numbers that come as often as
-    /// one likes hide nothing.
+    /// one likes hide nothing. What is known of the winding holds for its old numbers alone.
     pub fn take(&mut self, other: &Self) {
         let Self {
             limits,
@@ -161,6 +161,9 @@ impl Monitors {
             winding,
         } = *other;
         self.state.heat = winding.taken_over(self.winding, self.state.heat);
+        if self.observers.winding != observers.winding {
+            self.state.winding = self.state.winding.of_other_numbers();
+        }
         self.limits = limits;
         self.observers = observers;
         self.supply_steps = supply_steps;
@@ -181,10 +184,10 @@ impl Monitors {
             && current.is_finite()
             && supply.is_finite()
             && voltage.is_none_or(f32::is_finite);
-        let winding = self
-            .observers
-            .winding
-            .step(&mut self.state.winding, &measured.reading);
+        let winding =
+            self.observers
+                .winding
+                .step(&mut self.state.winding, &measured.reading, supply);
         let torque = self
             .observers
             .torque
@@ -213,6 +216,11 @@ impl Monitors {
                 Fault::StopReached,
                 driven_into_stop(voltage, measured.switches),
             )
+    }
+
+    /// Learns from the last step what the next one judges by. It may be called when the control step is not waited for any more.
+    pub fn learn(&mut self) {
+        self.observers.winding.learn(&mut self.state.winding);
     }
 
     /// How hot the winding is.

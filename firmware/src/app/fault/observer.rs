@@ -46,9 +46,10 @@ pub struct Tolerances {
     pub inductance: f32,
     /// Of the torque constant. Ferrite magnets lose 0.2 % a kelvin.
     pub torque_constant: f32,
-    /// Between the voltage that was told and that at the winding, V: dead time, brushes, and the drop
-    /// of the switches.
-    pub voltage: f32,
+    /// What the brushes take of the voltage, V, from 0 to this. It comes and goes at any time.
+    pub brushes: f32,
+    /// Of the supply: what the dead time of the bridge takes of the voltage, from 0 to this.
+    pub dead_time: f32,
     /// Of the inertia.
     pub inertia: f32,
     /// Of friction, and of the return spring.
@@ -60,13 +61,14 @@ pub struct Tolerances {
 impl Tolerances {
     /// A winding between −20 and 105 °C that was declared at 20 °C, with ferrite magnets and an
     /// inductance from a data sheet; 0.3 V at each of two brushes, and 1 µs of dead time in a period
-    /// of 50 µs at 24 V, half a volt. Mechanics that were identified on one actuator of a series, and
+    /// of 50 µs. Mechanics that were identified on one actuator of a series, and
     /// buffers at its stops that yield.
     pub const INDUSTRIAL: Self = Self {
         resistance: 0.35,
         inductance: 0.3,
         torque_constant: 0.2,
-        voltage: 1.1,
+        brushes: 0.6,
+        dead_time: 0.02,
         inertia: 0.2,
         mechanics: 0.25,
         stop: 0.02,
@@ -81,7 +83,8 @@ impl Tolerances {
             self.resistance,
             self.inductance,
             self.torque_constant,
-            self.voltage,
+            self.brushes,
+            self.dead_time,
             self.inertia,
             self.mechanics,
             self.stop,

@@ -437,6 +437,9 @@ impl ControlWork for Drive {
         // It was due before the next plant tick. What is left may come beside that.
         self.wiring.set_control_due(false);
 
+        if let Some(monitors) = &mut self.setup.monitors {
+            monitors.learn();
+        }
         self.record(applied);
         // A log has a gap where the processor stood still.
         self.sample = (!self.wiring.is_stalled()).then(|| Sample {
