@@ -28,6 +28,17 @@ fn misdeclared(mut machine: Machine, seed: u64) -> Machine {
 
 type Spoil = fn(&mut Log, &mut Machine);
 
+/// The velocity of a log, from its positions before and after each row.
+fn velocity(log: &Log) -> Vec<f64> {
+    let position = &log.position;
+    let last = position.len() - 1;
+    let rows = (0..=last).map(|row| (row.saturating_sub(1), (row + 1).min(last)));
+    rows.map(|(one, other)| {
+        (position[other] - position[one]) / ((other - one) as f64 * log.period_s)
+    })
+    .collect()
+}
+
 fn scale(values: &mut [f64], factor: f64) {
     values.iter_mut().for_each(|value| *value *= factor);
 }
@@ -38,7 +49,16 @@ fn wrap(values: &mut [f64], turn: f64) {
         .for_each(|value| *value = value.rem_euclid(turn));
 }
 
-const FAULTS: [(&str, &str, Spoil); 30] = [
+const FAULTS: [(&str, &str, Spoil); 31] = [
+    (
+        "encoder's direction",
+        "the encoder counts the other way",
+        |log, _| {
+            log.velocity = Some(velocity(log));
+            scale(&mut log.position, -1.0);
+            scale(log.velocity.as_mut().unwrap(), -1.0);
+        },
+    ),
     (
         "motor's side of the gear",
         "position is 75 times too large",
