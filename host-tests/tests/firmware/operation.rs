@@ -17,6 +17,7 @@ use host_tests::board_link::log_transfer::LogTransfer;
 use host_tests::board_log::BoardLog;
 use host_tests::operation_on_host::{Motor, OperationOnHost, Plant, SECTOR, SharedFlash};
 use host_tests::simulated_flash::{Cut, Tear};
+use host_tests::workspace;
 use model_core::plant::Directional;
 use model_core::plant::bridge::Bridge;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -325,6 +326,38 @@ fn whatever_a_controller_is_set_to_it_drives_with_numbers_or_lets_go() {
             }
         }
     }
+}
+
+/// The sessions of `docs/board.md`, typed as they stand there.
+#[test]
+fn the_sessions_of_the_documentation_go_as_they_are_printed() {
+    let text = std::fs::read_to_string(workspace::root().join("docs/board.md")).unwrap();
+    let sessions = text.split("```text\n").skip(1);
+    let sessions = sessions.map(|rest| rest.split_once("```").unwrap().0);
+    let mut typed = 0;
+    for session in sessions.filter(|session| session.starts_with("> ")) {
+        let mut image = controller();
+        image.run_ms(1500);
+        for exchange in session.split("> ").skip(1) {
+            let (line, answer) = exchange.split_once('\n').unwrap();
+            let said = image.line(line);
+            typed += 1;
+            for (said, printed) in said.lines().zip(answer.lines()) {
+                // What steps cost, and how long they have been going on, is another thing here.
+                let differs = |line: &str| line.starts_with("worst") || line.contains(" mode, ");
+                assert!(
+                    said == printed || differs(said) && differs(printed),
+                    "{line}: {said}"
+                );
+            }
+            assert_eq!(
+                said.lines().count(),
+                answer.trim_end().lines().count(),
+                "{line}: {said}"
+            );
+        }
+    }
+    assert!(typed > 15, "{typed}");
 }
 
 /// The outputs are safe, and the console says why and what to do.

@@ -6,7 +6,7 @@
 //! large enough and common to most blocks; then the next round starts from the model with it. Where
 //! declared numbers that are not to be fitted do as well as that effect once they are, they are wrong:
 //! they are freed, and no effect is taken. In the end each effect that was taken before others is chosen
-//! anew beside these, all must hold against their own absence, and what they leave against [`unknown`]
+//! anew beside these, all must hold against their own absence, and what they leave against [`unknown`](super::unknown)
 //! structure.
 
 use super::alternatives::tolerated;

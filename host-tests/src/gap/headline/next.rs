@@ -79,10 +79,15 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
         Verdict::NothingProven => {
             let mut steps = free_motor(report);
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
-            steps.push(said(
-                "record a longer log, slow and fast, both ways and with many reversals, with current_a and \
-                 velocity if they can be measured, and give it with another --train",
-            ));
+            // A current that is there shows where an input is written late or early; one that is not is missed.
+            let is_measured = report.train.iter().all(|log| !log.current.is_empty());
+            steps.push(said(if is_measured {
+                "see that each row's input is what acts from that row on, as the loop writes it; record a longer log, \
+                 slow and fast, both ways and with many reversals, and give it with another --train"
+            } else {
+                "record a longer log, slow and fast, both ways and with many reversals, with current_a if it can be \
+                 measured, and give it with another --train"
+            }));
             steps
         }
     }
