@@ -54,7 +54,7 @@ pub struct Args {
     /// Trace the world of this index alone, print what it is and leave its files in target/hil/worlds
     #[arg(long, value_name = "INDEX", requires = "worlds")]
     pub only: Option<u64>,
-    /// Trace each world twice more, with other guesses for what [fit] names (a third of to three times the truth),
+    /// Trace each world twice more, with other guesses for the fitted numbers (a third of to three times the truth),
     /// and count the answers that stay
     #[arg(long, requires = "worlds", conflicts_with = "only")]
     pub guesses: bool,

@@ -357,7 +357,7 @@ fn the_sessions_of_the_documentation_go_as_they_are_printed() {
             );
         }
     }
-    assert!(typed > 15, "{typed}");
+    assert!(typed > 10, "{typed}");
 }
 
 /// The outputs are safe, and the console says why and what to do.
