@@ -9,7 +9,11 @@ use std::error::Error;
 
 const PERIOD: f32 = 1e-3;
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// Runs the example.
+///
+/// # Errors
+/// None: its numbers are valid.
+pub fn main() -> Result<(), Box<dyn Error>> {
     let declared = Parameters {
         drive: Drive::Voltage {
             resistance: 1.0,

@@ -7,7 +7,11 @@ use std::error::Error;
 
 const PERIOD: f32 = 1e-3;
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// Runs the example.
+///
+/// # Errors
+/// None: its numbers are valid.
+pub fn main() -> Result<(), Box<dyn Error>> {
     // Motor values referred to the output shaft.
     let parameters = Parameters {
         drive: Drive::Voltage {

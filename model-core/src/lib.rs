@@ -9,6 +9,18 @@
 //! fused operations, the sign of a zero out of `f32::min` and `f32::max`, the payload of a NaN.
 //! `f64`, software on the chip, is for constructors and for sums over windows. `cargo hil test`
 //! compares all of it on the emulated target.
+//!
+//! | to | begin at |
+//! |---|---|
+//! | step an actuator | [`plant::actuator::Actuator`], made of [`plant::parameters::Parameters`] |
+//! | step many at once | [`plant::batch`] |
+//! | step a throttle body, or the paper's actuator and test bench | [`plant::throttle`], [`plant::ema`], [`plant::bench`] |
+//! | control a position | [`control::pid`] |
+//! | estimate friction from a log | [`identify::friction`], with [`identify::annealing`] or [`identify::golden_section`] |
+//! | see what effects there are | [`effect::Id`] |
+//! | find the effect that a log lacks | [`gap::lengths::trace`], with the logs in [`gap::replay::Data`] |
+//!
+//! Examples: `examples/step_a_plant.rs`, with a torque of one's own, and `examples/refit_friction.rs`.
 #![no_std]
 
 pub mod control;
