@@ -12,7 +12,7 @@ use super::experiment::{self, Plan};
 use super::outcome::Report;
 use super::table::Detail;
 use super::{engine, machine_out, report, table};
-use crate::error::{InputError, warn};
+use crate::error::{InputError, one_line, warn};
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::machine::Machine;
@@ -54,7 +54,10 @@ pub struct Args {
 /// Where the numbers are that the answer for people leaves out.
 fn hint(args: &Args) -> String {
     let plots = match &args.report {
-        Some(directory) => format!("Plots: {}.", directory.join("index.html").display()),
+        Some(directory) => {
+            let page = directory.join("index.html");
+            format!("Plots: {}.", one_line(&page.display().to_string()))
+        }
         None => "With plots: --report DIR.".to_owned(),
     };
     let program = match &args.json {

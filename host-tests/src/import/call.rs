@@ -61,10 +61,23 @@ pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=+,%@°".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_owned()
+    } else if word.contains(char::is_control) {
+        // As bash and zsh read what a terminal must not be sent.
+        let escaped: String = word.chars().map(escaped).collect();
+        format!("$'{escaped}'")
     } else if word.contains(['"', '$', '`', '\\', '!']) {
         format!("'{}'", word.replace('\'', "'\\''"))
     } else {
         format!("\"{word}\"")
+    }
+}
+
+/// A character within `$'…'`.
+fn escaped(character: char) -> String {
+    match character {
+        '\'' | '\\' => format!("\\{character}"),
+        character if character.is_control() => format!("\\u{:04x}", u32::from(character)),
+        character => character.to_string(),
     }
 }
 
@@ -148,6 +161,7 @@ mod tests {
             call.to_string(),
             "cargo hil import \"my log.csv\" --input \"duty:%*12\" --time t:ms --position 'a$b'"
         );
+        assert_eq!(quoted("a\u{1b}[31m'x"), "$'a\\u001b[31m\\'x'");
         assert_eq!(
             Call::new("-x".as_ref()).to_string(),
             "cargo hil import ./-x"

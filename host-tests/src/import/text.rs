@@ -36,6 +36,10 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
             .map(Cow::into_owned)
             .collect::<Vec<String>>()
     };
+    if let Some(at) = layout.names.filter(|&at| is_left_open(lines[at])) {
+        let message = "a quotation mark of the header is not closed; close it, or leave it out";
+        return Err(InputError::new(path, Some(at + 1), message));
+    }
     raw.names = layout.names.map(head).unwrap_or_default();
     raw.names.resize(layout.width, String::new());
     let units = layout.units.map(head).unwrap_or_default();
@@ -65,6 +69,13 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         raw.layout += &format!(", {} left out", counted(comments, "comment line"));
     }
     Ok(raw)
+}
+
+/// Whether a line has a field in quotation marks that does not end. The sign of an inch in a field is none.
+fn is_left_open(line: &str) -> bool {
+    let marks = line.bytes().filter(|byte| *byte == b'"').count();
+    let mut fields = line.split([',', ';', '\t', '|']);
+    marks % 2 == 1 && fields.any(|field| field.trim_start().starts_with('"'))
 }
 
 /// Takes a row: its fields, and whether a quotation mark among them is not closed.

@@ -331,8 +331,8 @@ fn cut_after_cut_never_mixes_sets() {
                 3 => Tear::Back(random.bits().into()),
                 _ => Tear::Bits(random.bits().into()),
             };
-            // A commit has about 130 operations: some come through.
-            let operation = flash.operations + u64::from(random.bits() % 180);
+            // A commit has 252 operations: some come through.
+            let operation = flash.operations + u64::from(random.bits() % 350);
             flash.cut(Cut { operation, tear });
             let result = commit(&mut flash, &new);
             flash.restart();

@@ -61,10 +61,11 @@ const WARMING: f32 = 20.0;
 const COPPER: f32 = 3.9e-3;
 const MAGNETS: f32 = 2e-3;
 
-/// Most of a bridge's supply, V.
+/// Most of a bridge's supply, V: beyond it the supply's sensor saturates.
 const VOLTS: f32 = 36.0;
 
-/// Least half width of a strip, V: a thousand times what a sum of five terms of so many volts is rounded by, 5 · 36 V · 2⁻²⁴.
+/// Least half width of a strip, V: a thousand times what a sum of five terms of so many volts is rounded by, 5 · 36 V · 2⁻²⁴, so that
+/// rounding is at most a thousandth of what a strip says.
 const ROUNDING: f32 = 0.01;
 
 /// Control steps from one balance that is learned to the next: one for the balance, one for the widening and three for the

@@ -166,6 +166,27 @@ fn a_row_with_a_quotation_mark_that_is_not_closed_is_refused_or_left_out() {
     assert!(printed.contains("1 row"), "{printed}");
 }
 
+/// One that opens a field; the sign of an inch does not.
+#[test]
+fn a_header_with_a_quotation_mark_that_is_not_closed_is_refused() {
+    let with = |header: &str| {
+        rows(header, 250, |k| {
+            let (t, u, x) = value(k);
+            format!("{t:.3},{u:.6},{x:.6},0.5")
+        })
+    };
+    let call = "raw.csv --time 1 --input 2 --position 3 --out log.csv";
+    for header in ["t,u,x,\"i", "\"t,u,x,i"] {
+        let place = Place::with("raw.csv", with(header));
+        place.refuses(
+            &format!("import {call}"),
+            &["raw.csv:1", "quotation mark", "not closed"],
+        );
+    }
+    let place = Place::with("raw.csv", with("t,u,weg [\"],i"));
+    assert!(place.run(&format!("import {call}")).status.success());
+}
+
 #[test]
 fn a_sample_that_stands_alone_is_said_with_its_line() {
     let content = rows("t,u,x", 250, |k| {
