@@ -140,6 +140,12 @@ impl Log {
     /// Fewest samples that a file must have: a few replay windows.
     pub const MIN_SAMPLES: usize = 100;
 
+    /// The smallest step of the position's sensor, rad or m, where the positions are made of such steps.
+    pub fn position_step(&self) -> Option<f64> {
+        let before = self.resampling.and_then(|change| change.position_step);
+        before.or_else(|| resample::smallest_step(&self.position))
+    }
+
     /// Reads and checks a log.
     ///
     /// Time stamps on a uniform grid are taken as they are. An interval between two rows counts as even

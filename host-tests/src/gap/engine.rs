@@ -16,7 +16,7 @@ use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
 use super::answer::{Spread, candidate, current_sensor, fitted, found, unknown};
-use super::declared::{base_parameters, model};
+use super::declared::{base_parameters, model, resolution};
 use super::demand::Demand;
 use super::disagreement;
 use super::evidence::evidence;
@@ -229,7 +229,7 @@ pub fn trace(
     }
     let refused = |error: ParameterError| InputError::new(&machine.path, None, error.to_string());
     declared.build(period as f32).map_err(refused)?;
-    let resolution = machine.resolution.unwrap_or(0.0) as f32;
+    let resolution = resolution(machine, train);
     let data = Data::new(&logs, resolution).ok_or_else(|| Failure::other("no log to train on"))?;
     check_logs(&train[0].path, &data, &declared, LEAST_WINDOWS)?;
     let left_range = || {
@@ -466,7 +466,7 @@ pub(super) fn with_workbench<T>(
     same_period(train, None)?;
     let series = Series::of(train, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
-    let resolution = machine.resolution.unwrap_or(0.0) as f32;
+    let resolution = resolution(machine, train);
     let data = Data::new(&logs, resolution).ok_or_else(|| Failure::other("no log to train on"))?;
     let failed = || Failure::other("no window of the refit is in range: record longer logs");
     let rotary = machine.coordinate == Coordinate::Radian;

@@ -36,7 +36,13 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
             .map(Cow::into_owned)
             .collect::<Vec<String>>()
     };
-    if let Some(at) = layout.names.filter(|&at| is_left_open(lines[at])) {
+    // The line above the numbers is a header, whether its names could be told or not.
+    let above = (0..layout.start).rev().find(|&at| {
+        let line = lines[at];
+        !line.trim().is_empty() && !layout.is_comment(line)
+    });
+    let header = layout.names.or(above);
+    if let Some(at) = header.filter(|&at| is_left_open(lines[at])) {
         let message = "a quotation mark of the header is not closed; close it, or leave it out";
         return Err(InputError::new(path, Some(at + 1), message));
     }

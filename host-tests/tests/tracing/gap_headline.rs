@@ -272,7 +272,8 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
             "nothing proven",
             &[
                 "nothing is proven: the position error is 4.0 times",
-                "Next: record a longer log",
+                "Next: see that each row's input is what acts from that row on",
+                "record a longer log, slow and fast",
             ],
         ),
         (

@@ -10,6 +10,7 @@ use model_core::gap::verdict::Verdict;
 use super::limits::LONGEST_PERIOD;
 use super::look;
 use crate::failure::Failure;
+use crate::gap::declared::resolution;
 use crate::gap::demand::Demand;
 use crate::gap::engine::AllCores;
 use crate::gap::metrics;
@@ -99,7 +100,7 @@ fn declared_errors(machine: &Machine, declared: &Model, train: &[Log]) -> ErrorS
     let series = Series::of(train, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = train[0].period_s;
-    let resolution = machine.resolution.unwrap_or(0.0) as f32;
+    let resolution = resolution(machine, train);
     let data = Data::new(&logs, resolution);
     let data = data.filter(|data| period <= LONGEST_PERIOD && data.windows() > 0);
     let replayed = data.and_then(|data| metrics::errors(&data, &AllCores, declared).ok());

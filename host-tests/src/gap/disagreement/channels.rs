@@ -73,10 +73,7 @@ impl Channels {
             current: log.current.clone(),
             velocity: log.velocity.clone(),
             brake: log.brake.clone(),
-            step: log
-                .resampling
-                .and_then(|change| change.position_step)
-                .or_else(|| smallest_step(&log.position)),
+            step: log.position_step(),
         }
     }
 
