@@ -7,8 +7,8 @@ use model_core::gap::lengths;
 use model_core::gap::log::Log;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, InOrder};
-use model_core::gap::select::{LEAST_WINDOWS, ROUNDS};
-use model_core::gap::verdict::{Trace, Verdict};
+use model_core::gap::select::LEAST_WINDOWS;
+use model_core::gap::verdict::{ROUNDS, Trace, Verdict};
 use model_core::gap::workbench::Options;
 
 use super::machine::Machine;

@@ -66,8 +66,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
             continue;
         }
         let fields = rejoined(layout.delimiter.split(line), &layout);
-        let is_open = layout.delimiter != Delimiter::Spaces
-            && line.bytes().filter(|byte| *byte == b'"').count() % 2 == 1;
+        let is_open = layout.delimiter != Delimiter::Spaces && has_an_odd_mark(line);
         push(&mut raw, (&fields, is_open), at + 1, layout.decimal_comma);
     }
     drop_empty_end(&mut raw);
@@ -79,9 +78,13 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
 
 /// Whether a line has a field in quotation marks that does not end. The sign of an inch in a field is none.
 fn is_left_open(line: &str) -> bool {
-    let marks = line.bytes().filter(|byte| *byte == b'"').count();
     let mut fields = line.split([',', ';', '\t', '|']);
-    marks % 2 == 1 && fields.any(|field| field.trim_start().starts_with('"'))
+    has_an_odd_mark(line) && fields.any(|field| field.trim_start().starts_with('"'))
+}
+
+/// Whether a quotation mark of a line has no other one.
+fn has_an_odd_mark(line: &str) -> bool {
+    line.bytes().filter(|byte| *byte == b'"').count() % 2 == 1
 }
 
 /// Takes a row: its fields, and whether a quotation mark among them is not closed.

@@ -118,6 +118,14 @@ impl Outcome {
         self.energy += power.max(0.0) * PLANT_PERIOD;
     }
 
+    /// Whether current, way and energy are no more than so much current, the stroke, and what the supply gives at that
+    /// current in these seconds.
+    fn is_borne(&self, current: f32, image: &OperationOnHost<Motor>, seconds: f32) -> bool {
+        self.peak <= current
+            && self.travel <= MOST_WAY
+            && self.energy <= image.plant.supply * current * seconds
+    }
+
     /// The worst of both, fault by fault.
     fn worst(&mut self, other: &Self) {
         self.peak = self.peak.max(other.peak);
@@ -196,13 +204,9 @@ fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it
             perform(&mut image, &[mode, "arm", &line]);
             image.run_ms((300.0 * random.uniform()) as u32);
             let outcome = fail(&mut image, share, MILLISECONDS);
+            let seconds = MILLISECONDS as f32 * 1e-3;
             assert!(
-                outcome.longest <= LONGEST && outcome.peak <= MOST_CURRENT,
-                "{name}, {seed}: {outcome:?}, {mode}, {line}"
-            );
-            let energy = image.plant.supply * MOST_CURRENT * MILLISECONDS as f32 * 1e-3;
-            assert!(
-                outcome.travel <= MOST_WAY && outcome.energy <= energy,
+                outcome.longest <= LONGEST && outcome.is_borne(MOST_CURRENT, &image, seconds),
                 "{name}, {seed}: {outcome:?}, {mode}, {line}"
             );
             worst.worst(&outcome);
@@ -273,15 +277,9 @@ fn a_current_sensor_that_is_stuck_within_its_range_hides_no_more_than_its_balanc
                 }
             }
             outcome.causes = image.wiring.latch().causes();
-            assert!(
-                outcome.longest <= LONGEST,
-                "{name}, {seed}: {read} A, {outcome:?}, {mode}, {line}"
-            );
             let current = most_current(image.plant.supply);
             assert!(
-                outcome.peak <= current
-                    && outcome.travel <= MOST_WAY
-                    && outcome.energy <= image.plant.supply * current * 0.6,
+                outcome.longest <= LONGEST && outcome.is_borne(current, &image, 0.6),
                 "{name}, {seed}: {read} A, {outcome:?}, {mode}, {line}"
             );
             worst.worst(&outcome);
@@ -684,11 +682,8 @@ fn a_current_sensor_whose_zero_moves_at_any_time_keeps_the_drive_from_being_arme
         for _ in 0..300 * 20 {
             outcome.tick(&mut image, start);
         }
-        let energy = image.plant.supply * (MOST_CURRENT + offset) * 0.3;
         assert!(
-            outcome.peak <= MOST_CURRENT + offset
-                && outcome.travel <= MOST_WAY
-                && outcome.energy <= energy,
+            outcome.is_borne(MOST_CURRENT + offset, &image, 0.3),
             "{seed}: {offset} A, {outcome:?}"
         );
         worst.worst(&outcome);

@@ -3,11 +3,11 @@
 use super::criterion::{
     EQUALLY_GOOD, LARGEST_RATIO, LEAST_CERTAINTY, POOR_EXPLANATION, TOLD_APART,
 };
+use super::found::Found;
 use super::held_out::Refusal;
 use super::judging::is_rounding;
 use super::model::Model;
 use super::replay::Schedule;
-use super::select::Found;
 use super::verdict::{Accepted, Decision};
 use super::workbench::Workbench;
 use crate::effect::Id;

@@ -7,10 +7,11 @@
 //! two neighbouring lengths, and what is found over both is said: stability selection (N. Meinshausen, P. Bühlmann,
 //! *Stability selection*, 2010), with lengths of prediction in the place of random halves of the data.
 
+use super::found::Found;
 use super::held_out::{Refusal, compare};
 use super::model::{Base, Model};
 use super::replay::{Data, Schedule};
-use super::select::{Found, conclude, trace_over};
+use super::select::{conclude, trace_over};
 use super::standing::{look_beneath, stands, take_map};
 use super::verdict::{Accepted, Consideration, Decision, Trace, Verdict};
 use super::workbench::{Options, Workbench};

@@ -2,6 +2,7 @@
 //!
 //! Data flows down this list once:
 //!
+//! * [`criterion`]: the numbers that all of the others decide by;
 //! * [`log`]: the measured log, and the smoothed state that a replay restarts from;
 //! * [`model`]: the declared actuator with its effects;
 //! * [`simulator`]: a model bound for one step period, with what it holds over a step ([`held`]);
@@ -14,8 +15,8 @@
 //! * [`held_out`]: errors on data that a fit has not seen, and whether a model is better there;
 //! * [`span`]: when an effect acts that comes and goes;
 //! * [`workbench`]: data, schedule and declared model, as the steps below use them;
-//! * [`criterion`]: the numbers that the steps below decide by;
 //! * [`judging`]: whether a model is better with an effect;
+//! * [`found`]: what has been found so far;
 //! * [`round`]: one round of screening, refitting and judging, with what an effect could be else ([`alternatives`]) and
 //!   the numbers that are freed instead ([`numbers`]);
 //! * [`standing`]: whether what was found may be said;
@@ -44,6 +45,7 @@ pub mod criterion;
 pub mod current_sensor;
 pub mod ensemble;
 pub mod fit;
+pub mod found;
 pub mod held;
 pub mod held_out;
 pub mod judging;

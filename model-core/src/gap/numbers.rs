@@ -2,12 +2,12 @@
 
 use super::criterion::{EQUALLY_GOOD, LEAST_OFF};
 use super::current_sensor::{Reading, Readings};
+use super::found::Found;
 use super::held_out::compare;
 use super::judging::judge;
 use super::model::Base;
 use super::replay::Schedule;
 use super::round::Round;
-use super::select::Found;
 use super::verdict::{Consideration, Decision, Subject};
 use super::workbench::Workbench;
 use heapless::Vec;

@@ -5,6 +5,7 @@ use super::criterion::{
     CONTESTED, EQUALLY_GOOD, EQUIVALENT, FAR_BEHIND, IDENTICAL, LEAST_IDENTIFIABILITY, LEAST_SCORE,
     LOCAL_MINIMUM, NOTHING_LEFT, SHORTLIST, TOLD_APART,
 };
+use super::found::Found;
 use super::held_out::{Comparison, Refusal};
 use super::judging::{
     Leader, THROUGHOUT, compare_in_short_windows, is_rounding, judge, judge_effect,
@@ -13,7 +14,6 @@ use super::judging::{
 use super::model::Model;
 use super::replay::Schedule;
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
-use super::select::Found;
 use super::standing::structure;
 use super::verdict::{Accepted, Consideration, Decision, Subject};
 use super::workbench::Workbench;

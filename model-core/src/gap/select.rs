@@ -10,22 +10,21 @@
 //! structure.
 
 use super::alternatives::tolerated;
-use super::criterion::LEAST_CERTAINTY;
+use super::criterion::CLEARLY_BETTER;
 use super::fit::Fit;
-use super::held_out::{HeldOut, compare};
+use super::found::Found;
+use super::held_out::{Total, compare};
+use super::judging::judge;
 use super::model::{Base, Model};
 use super::numbers::{free_numbers, free_sensor, hold_readings};
 use super::replay::{Data, Schedule};
 use super::round::{Round, consider, take_winner};
-use super::standing::{drop_replaced, look_again, look_beneath, stands, take_map, take_map_again};
+use super::standing::{drop_replaced, look_beneath, stands, take_map, take_map_again};
 use super::unknown::Unknown;
-use super::verdict::{Accepted, Consideration, Decision, Residual, Subject, Trace};
+use super::verdict::{Consideration, Decision, ROUNDS, Residual, Subject, Trace};
 use super::workbench::{Options, Workbench};
 use crate::effect::Id;
 use heapless::Vec;
-
-/// Rounds of the selection: most effects that one run adds.
-pub const ROUNDS: usize = 4;
 
 /// Fewest windows that a model can be chosen and fitted on.
 pub const LEAST_WINDOWS: usize = 4;
@@ -170,22 +169,10 @@ fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
     Some(workbench.multi_start(best))
 }
 
-/// What has been found so far.
-pub(super) struct Found {
-    /// The model with the effects.
-    pub after: Fit,
-    pub accepted: Vec<Accepted, ROUNDS>,
-    /// Held-out errors of that model, where they are known.
-    pub held_out: Option<HeldOut>,
-    /// Share of the held-out error that the effects leave, as far as it is known; what they were chosen anew
-    /// beside is not in it.
-    pub left: f64,
-}
-
 impl Found {
     /// Adds one effect after the other, and drops what the later ones replace. `first`: number of the
     /// first round.
-    pub fn search(
+    fn search(
         &mut self,
         workbench: &mut Workbench<impl Schedule>,
         first: usize,
@@ -264,20 +251,6 @@ impl Found {
         Some(None)
     }
 
-    /// Fits the model without the effect in a slot.
-    #[inline(never)]
-    pub fn do_without(
-        &mut self,
-        workbench: &mut Workbench<impl Schedule>,
-        slot: usize,
-    ) -> Option<()> {
-        self.after.model.effects.remove(slot);
-        self.after = workbench.fit(&self.after.model)?;
-        self.held_out = None;
-        self.left = 1.0;
-        Some(())
-    }
-
     /// Whether the effect that was accepted last is to replace another one, given with the model that has it
     /// and the data cut for that: on the restarts of either model, for each favours its own.
     #[inline(never)]
@@ -304,41 +277,6 @@ impl Found {
         }
         Some(true)
     }
-
-    /// Place of the first effect whose strength may be none.
-    #[inline(never)]
-    pub fn uncertain(&self, workbench: &mut Workbench<impl Schedule>) -> Option<Option<usize>> {
-        let first = workbench.declared.effects.len();
-        for place in 0..self.accepted.len() {
-            if workbench.certainty(&self.after.model, first + place)? < LEAST_CERTAINTY {
-                return Some(Some(place));
-            }
-        }
-        Some(None)
-    }
-
-    /// Whether two of its effects act in the same way over one variable.
-    pub fn has_two_of_one_variable(&self) -> bool {
-        let map = |accepted: &Accepted| accepted.candidate.effect.id.map();
-        let effects = self.accepted.iter().enumerate();
-        effects.into_iter().any(|(place, one)| {
-            let others = &self.accepted[place + 1..];
-            map(one).is_some() && others.iter().any(|other| map(one) == map(other))
-        })
-    }
-
-    /// Tells that a learned map explains more than all effects.
-    pub fn outdone_by(&self, learned: &Unknown, observe: &mut dyn FnMut(&Consideration)) {
-        let by = Subject::Map(learned.kind);
-        for effect in &self.accepted {
-            observe(&effect.candidate.look(1, Decision::Outdone { by }));
-        }
-    }
-
-    /// Whether there is more in it than the base.
-    pub fn is_more(&self, workbench: &Workbench<impl Schedule>) -> bool {
-        !self.accepted.is_empty() || workbench.has_freed()
-    }
 }
 
 /// One round. Whether it has found something.
@@ -360,4 +298,32 @@ fn add_effect(
         return Some(true);
     }
     take_winner(workbench, &mut round, found, observe)
+}
+
+/// Looks for effects beside the base that was fitted with a learned map: one that was fitted alone may be biased by
+/// what is missing, so that little was left to be seen of that. Whether effects are found that follow the
+/// log about as well as the map does.
+#[inline(never)]
+fn look_again(
+    workbench: &mut Workbench<impl Schedule>,
+    found: &mut Found,
+    observe: &mut dyn FnMut(&Consideration),
+) -> Option<bool> {
+    let with_map = total_held_out(workbench, &found.after.model)?;
+    found.after.model.map = None;
+    found.search(workbench, ROUNDS + 1, observe)?;
+    if found.accepted.is_empty() {
+        return Some(false);
+    }
+    let expands = found.has_two_of_one_variable();
+    let with = Total::of(judge(workbench, &mut found.held_out, &found.after.model)?);
+    let most = if expands { 1.0 } else { 1.0 / CLEARLY_BETTER };
+    Some(with.over(&with_map) <= most)
+}
+
+/// Held-out error of a model as a whole.
+// Not part of a frame under which effects are looked for.
+#[inline(never)]
+fn total_held_out(workbench: &mut Workbench<impl Schedule>, model: &Model) -> Option<Total> {
+    workbench.held_out(model).as_ref().map(Total::of)
 }

@@ -4,11 +4,11 @@ use super::criterion::{
     CLEARLY_BETTER, LARGEST_RATIO, MAPS_BESIDE_EFFECTS, NOTHING_LEFT, POOR_EXPLANATION,
     SENSOR_COUNTS, STRUCTURED_COUNTS, STRUCTURED_STROKE,
 };
-use super::held_out::{Refusal, Total, compare};
+use super::found::Found;
+use super::held_out::{Refusal, compare};
 use super::judging::{compare_where_it_shows, judge};
 use super::model::Model;
 use super::replay::Schedule;
-use super::select::{Found, ROUNDS};
 use super::unknown::{self, Unknown};
 use super::verdict::{Accepted, Consideration, Decision};
 use super::workbench::Workbench;
@@ -134,34 +134,6 @@ pub(super) fn take_map_again(
     workbench.hold_freed();
     found.after = workbench.fit(&unknown.start)?;
     Some(())
-}
-
-/// Looks for effects beside the base that was fitted with a learned map: one that was fitted alone may be biased by
-/// what is missing, so that little was left to be seen of that. Whether effects are found that follow the
-/// log about as well as the map does.
-#[inline(never)]
-pub(super) fn look_again(
-    workbench: &mut Workbench<impl Schedule>,
-    found: &mut Found,
-    observe: &mut dyn FnMut(&Consideration),
-) -> Option<bool> {
-    let with_map = total_held_out(workbench, &found.after.model)?;
-    found.after.model.map = None;
-    found.search(workbench, ROUNDS + 1, observe)?;
-    if found.accepted.is_empty() {
-        return Some(false);
-    }
-    let expands = found.has_two_of_one_variable();
-    let with = Total::of(judge(workbench, &mut found.held_out, &found.after.model)?);
-    let most = if expands { 1.0 } else { 1.0 / CLEARLY_BETTER };
-    Some(with.over(&with_map) <= most)
-}
-
-/// Held-out error of a model as a whole.
-// Not part of a frame under which effects are looked for.
-#[inline(never)]
-fn total_held_out(workbench: &mut Workbench<impl Schedule>, model: &Model) -> Option<Total> {
-    workbench.held_out(model).as_ref().map(Total::of)
 }
 
 /// Error beyond which it has a cause, whether anything is found for it or not, rad or m.

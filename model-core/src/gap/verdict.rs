@@ -7,11 +7,13 @@ use super::held_out::{Comparison, Refusal};
 use super::model::{Base, Numbers};
 use super::replay::Settings;
 use super::screen::{Candidate, MOST_CANDIDATES};
-use super::select::ROUNDS;
 use super::unknown::Unknown;
 use crate::effect::Id;
 use crate::effect::learned_map::Kind;
 use heapless::Vec;
+
+/// Rounds of the selection: most effects that one run adds.
+pub const ROUNDS: usize = 4;
 
 /// What a round decided about one effect.
 #[derive(Debug, Clone, Copy, PartialEq)]

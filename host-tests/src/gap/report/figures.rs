@@ -39,21 +39,15 @@ struct Model<'a> {
     error: Vec<f32>,
 }
 
-/// What the second model has that the first one has not, where no effect was found.
-fn extension(outcome: &Outcome) -> &'static str {
-    if outcome.unknown.is_some() {
-        "with the learned map"
+/// How the two models that are compared are called, and what makes the second one of the first, at the beginning of a
+/// sentence.
+fn compared(outcome: &Outcome) -> [&'static str; 3] {
+    if !outcome.effects.is_empty() {
+        ["before effects", "with effects", "The effects take"]
+    } else if outcome.unknown.is_some() {
+        ["before", "with the learned map", "The learned map takes"]
     } else {
-        "with other numbers"
-    }
-}
-
-/// The same at the beginning of a sentence.
-fn taken_by(outcome: &Outcome) -> &'static str {
-    if outcome.unknown.is_some() {
-        "The learned map takes"
-    } else {
-        "The other numbers take"
+        ["before", "with other numbers", "The other numbers take"]
     }
 }
 
@@ -74,12 +68,11 @@ pub(super) fn of_log(report: &Report, log: &Evidence) -> io::Result<Vec<Figure>>
     let subject = Subject {
         report,
         log,
-        models: if !is_extended(&report.outcome) {
-            vec![after("fitted model")]
-        } else if report.outcome.effects.is_empty() {
-            vec![before("before"), after(extension(&report.outcome))]
+        models: if is_extended(&report.outcome) {
+            let [one, other, _] = compared(&report.outcome);
+            vec![before(one), after(other)]
         } else {
-            vec![before("before effects"), after("with effects")]
+            vec![after("fitted model")]
         },
     };
     let mut figures = Vec::new();
@@ -562,10 +555,9 @@ impl Subject<'_> {
         let clauses = clauses.join(", ");
         if self.models.len() == 1 {
             format!("With the fitted model {clauses}.")
-        } else if self.report.outcome.effects.is_empty() {
-            format!("{} {clauses}.", taken_by(&self.report.outcome))
         } else {
-            format!("The effects take {clauses}.")
+            let [.., takes] = compared(&self.report.outcome);
+            format!("{takes} {clauses}.")
         }
     }
 

@@ -56,10 +56,7 @@ fn sorted(answer: &Answer) -> Answer {
 
 fn trace(world: &World, records: &[Record; 2]) -> Result<(String, Answer), Failure> {
     let train = [log_of(world, &records[0], 0)?];
-    let found = engine::trace(&machine_of(world)?, &train, || Ok(Vec::new()), |_| ())?;
-    let outcome = match &found {
-        engine::Answer::Found(found) => &found.report.outcome,
-        engine::Answer::Disagree(report) => &report.outcome,
-    };
-    Ok((outcome.verdict.name().to_owned(), Answer::of(outcome)))
+    let machine = machine_of(world)?;
+    let outcome = engine::run(&machine, &train, || Ok(Vec::new()), |_| ())?.outcome;
+    Ok((outcome.verdict.name().to_owned(), Answer::of(&outcome)))
 }
