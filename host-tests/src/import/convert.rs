@@ -53,12 +53,14 @@ pub(super) fn convert(
     let all: Vec<usize> = (0..length).filter(kept).collect();
     let rows = all.len();
     if rows == 0 {
-        return Err(Fault::new(1, "no row is left; expected at least 100"));
+        let message = format!("no row is left; expected at least {}", Log::MIN_SAMPLES);
+        return Err(Fault::new(1, message));
     }
     let start = all[0];
     let (mut chosen, left_out) = good_rows(raw, sources, all, recipe.skip_bad)?;
     if chosen.is_empty() {
-        let message = "no row has all the numbers; expected at least 100 that do";
+        let least = Log::MIN_SAMPLES;
+        let message = format!("no row has all the numbers; expected at least {least} that do");
         return Err(Fault::new(raw.lines[start], message));
     }
     let time = |row: usize| match sources.iter().find(|(index, _)| *index == TIME) {
