@@ -5,6 +5,7 @@ use std::path::Path;
 use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
 use super::source::Source;
+use super::stamp::is_cut_clock;
 use crate::log::fault::{Fault, Mend};
 use crate::log::rows::{check_value, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
@@ -147,11 +148,20 @@ fn good_rows(
                 Some((first, what)) if *first == row => what.clone(),
                 _ => "none".to_owned(),
             };
+            let is_cut = *index == TIME && is_cut_clock(what.trim_matches('"'));
+            let remedy = if is_cut {
+                "a clock without its hours or its seconds: have the logger or the spreadsheet write 06:29:54.123"
+            } else {
+                "leave such rows out"
+            };
             let message = format!(
-                "the number for `{}` is {what}, in column {}; leave such rows out",
+                "the number for `{}` is {what}, in column {}; {remedy}",
                 COLUMNS[*index].0,
                 quoted(&raw.name(source.column))
             );
+            if is_cut {
+                return Err(Fault::new(raw.lines[row], message));
+            }
             return Err(Fault::mended_by(raw.lines[row], message, Mend::SkipBad));
         }
     }

@@ -49,6 +49,13 @@ pub(crate) fn is_stamp(cell: &str) -> bool {
     parse(cell).is_some()
 }
 
+/// Whether a cell is a clock of two numbers, `29:54.1`: a spreadsheet shows a time so, and saves what it shows.
+pub(super) fn is_cut_clock(cell: &str) -> bool {
+    let is_number = |text: &str| !text.is_empty() && text.parse::<f64>().is_ok();
+    let numbers = cell.trim().split_once(':');
+    numbers.is_some_and(|(one, other)| is_number(one) && is_number(&other.replace(',', ".")))
+}
+
 fn parse(cell: &str) -> Option<Stamp> {
     let cell = cell.trim();
     // The clock begins where its hour does.

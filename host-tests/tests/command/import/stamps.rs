@@ -120,4 +120,11 @@ fn a_stamp_has_no_unit_and_is_no_measurement() {
         &call("t", "u:mV"),
         &["raw.csv:5", "\"pause\"", "--skip-bad"],
     );
+    // As a spreadsheet saves what it shows.
+    let shown = over_midnight("t,u,x", ",", |_, time| clock(time, '.')[3..10].to_owned());
+    place.write("raw.csv", shown);
+    place.refuses(
+        &call("t", "u:mV"),
+        &["raw.csv:2", "\"59:59.5\"", "write 06:29:54.123"],
+    );
 }
