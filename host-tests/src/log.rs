@@ -25,6 +25,7 @@ use self::fault::{Fault, Mend};
 use self::resample::{Instants, Resampling};
 use self::table::{PrintedDigits, Spacing, Table};
 use crate::error::{InputError, LARGEST_DATA, read_bytes, text_of};
+use crate::gap::metrics::SETTLING;
 use crate::import::call;
 
 pub(crate) mod fault;
@@ -137,8 +138,9 @@ const MOST_SPIKES: usize = 10;
 const MIN_PERIOD_S: f64 = 1e-9;
 
 impl Log {
-    /// Fewest samples that a file must have: a few replay windows.
-    pub const MIN_SAMPLES: usize = 100;
+    /// Fewest samples that a file must have: at either end the filters of the torque balance settle over so many, and
+    /// where nothing lies between, a log says nothing, and adds nothing to the other logs of a machine.
+    pub const MIN_SAMPLES: usize = 2 * SETTLING;
 
     /// The smallest step of the position's sensor, rad or m, where the positions are made of such steps.
     pub fn position_step(&self) -> Option<f64> {
@@ -211,13 +213,22 @@ impl Log {
     /// What cannot be mended about how they lie in time.
     pub(crate) fn of_table(path: &Path, table: Table, rate: Option<f64>) -> Result<Self, Fault> {
         let rows = table.lines.len();
-        let table = table.merge_repeats()?;
+        let position = table.columns[POSITION].as_deref().unwrap_or_default();
+        // A mean of two readings is none of the sensor's steps.
+        let position_step = resample::smallest_step(position);
+        let (table, moved) = table.merge_repeats()?;
         let repeated = rows - table.lines.len();
         let first = table.time()[0];
         let instants = match (table.spacing()?, rate) {
             (Spacing::Even(period_s), None) => {
                 // Rows that repeat each other leave no other trace.
-                let resampling = (repeated > 0).then(|| Resampling::merged(rows, repeated));
+                let resampling = (repeated > 0).then(|| Resampling {
+                    rows,
+                    merged: repeated,
+                    position_error: (moved / table.lines.len() as f64).sqrt(),
+                    position_step,
+                    ..Resampling::default()
+                });
                 return Ok(Self {
                     resampling,
                     ..Self::of_columns(path, first, period_s, table.columns)
@@ -229,6 +240,9 @@ impl Log {
         if let Some(resampling) = &mut log.resampling {
             resampling.rows += repeated;
             resampling.merged += repeated;
+            let merging = (moved / log.input.len() as f64).sqrt();
+            resampling.position_error = resampling.position_error.hypot(merging);
+            resampling.position_step = position_step;
         }
         Ok(log)
     }

@@ -42,11 +42,11 @@ impl Topic {
         }
     }
 
-    fn set(&mut self, name: &str, value: f64) {
+    fn set(&mut self, name: &str, unit: &str, value: f64) {
         let place = self.places.get(name).copied().unwrap_or_else(|| {
             self.columns.push(Column {
                 name: name.to_owned(),
-                unit: String::new(),
+                unit: unit.to_owned(),
                 values: Vec::new(),
             });
             self.places.insert(name.to_owned(), self.columns.len() - 1);
@@ -105,11 +105,11 @@ pub fn read(bytes: Vec<u8>, most: usize) -> Result<Columns, String> {
         })?;
         let log_time = i128::from(message.log_time);
         let first = *first.get_or_insert(log_time);
-        topic.set("log_time", seconds_since(first, log_time, 1e9));
+        topic.set("log_time", "s", seconds_since(first, log_time, 1e9));
         let publish_time = i128::from(message.publish_time);
-        topic.set("publish_time", seconds_since(first, publish_time, 1e9));
+        topic.set("publish_time", "s", seconds_since(first, publish_time, 1e9));
         for (name, value) in numbers {
-            topic.set(&name, value);
+            topic.set(&name, "", value);
         }
         topic.end_row();
         let size: usize = read

@@ -30,5 +30,7 @@ pub(super) const VISCOUS_PART: f64 = 0.25;
 /// Breakaway over sliding friction where nothing gives it: dry friction has 1 to 1.5.
 pub(super) const BREAKAWAY_RATIO: f64 = 1.2;
 
-/// Least efficiency that the numbers of a gear may come to: below it a number has the wrong side or unit.
-pub(super) const LEAST_EFFICIENCY: f64 = 0.1;
+/// Least efficiency that the numbers of a gear may come to: below it a number has the wrong side or unit. One that is off by
+/// ten makes a tenth of a gear without loss, and what makers allow the numbers beside it; self-locking worms and screws
+/// pass on a fifth, the gears of the data sheets 45 % and more.
+pub(super) const LEAST_EFFICIENCY: f64 = 0.15;

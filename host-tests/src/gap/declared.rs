@@ -13,9 +13,9 @@ use crate::quantity::decimal;
 
 /// Resolution of the position sensor, rad or m: the machine file's, else the step that the positions of these logs are
 /// made of; 0 where neither has one.
-pub fn resolution(machine: &Machine, logs: &[Log]) -> f32 {
+pub fn resolution<'l>(machine: &Machine, logs: impl IntoIterator<Item = &'l Log>) -> f32 {
     let seen = || {
-        let steps = logs.iter().filter_map(Log::position_step);
+        let steps = logs.into_iter().filter_map(Log::position_step);
         steps.min_by(f64::total_cmp)
     };
     machine.resolution.or_else(seen).unwrap_or(0.0) as f32

@@ -13,6 +13,9 @@ use super::demand::Demand;
 use super::outcome::{Estimate, FoundEffect, Report};
 use crate::quantity::{Scale, significant};
 
+/// Significant digits of a size.
+const DIGITS: usize = 3;
+
 /// Standard deviations on either side of a value that a 95 % interval of a normal distribution has.
 pub(super) const DEVIATIONS: f64 = 1.96;
 
@@ -86,14 +89,13 @@ impl Span {
 
     /// `2.86° (95 %: 2.80 to 2.92)`
     fn in_words(self, unit: &str) -> String {
-        let number = |value: f64| significant(value, 3);
         let value = with_unit(self.value, unit);
         if self.low.is_finite() && self.high.is_finite() {
-            format!(
-                "{value} (95 %: {} to {})",
-                number(self.low),
-                number(self.high)
-            )
+            let ends = |digits| [self.low, self.high].map(|end| significant(end, digits));
+            // As many as tell the ends apart; more than five are the log's rounding.
+            let digits = (DIGITS..5).find(|digits| ends(*digits)[0] != ends(*digits)[1]);
+            let [low, high] = ends(digits.unwrap_or(5));
+            format!("{value} (95 %: {low} to {high})")
         } else {
             format!("{value} (the logs do not determine how much)")
         }
@@ -103,7 +105,7 @@ impl Span {
 /// `12.3 V`, `12.3°`
 fn with_unit(value: f64, unit: &str) -> String {
     let space = if unit == "°" { "" } else { " " };
-    format!("{}{space}{unit}", significant(value, 3))
+    format!("{}{space}{unit}", significant(value, DIGITS))
 }
 
 /// One effect in the words of one workshop.

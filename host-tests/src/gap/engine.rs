@@ -20,7 +20,7 @@ use super::declared::{base_parameters, model, resolution};
 use super::demand::Demand;
 use super::disagreement;
 use super::evidence::evidence;
-use super::metrics::{self, balance_entries, balanced_samples, torque_balance};
+use super::metrics::{self, SETTLING, balance_entries, balanced_samples, torque_balance};
 use super::outcome::{
     Candidate, Cost, Errors, FreeMotor, MOTOR, Outcome, Report, Resampled, Residual, Stages,
 };
@@ -28,7 +28,7 @@ use super::series::Series;
 use super::whiteness::whiteness;
 use crate::error::InputError;
 use crate::failure::Failure;
-use crate::log::Log;
+use crate::log::{Log, counted};
 use crate::machine::{Coordinate, Machine};
 use crate::quantity::decimal;
 use crate::vectors::Vectors;
@@ -534,9 +534,22 @@ fn check_logs(path: &Path, data: &Data, model: &Model, windows: usize) -> Result
     if data.windows() < windows || entries < LEAST_ENTRIES {
         let settings = &data.settings;
         let replayed = windows * settings.window + 2 * MARGIN + 1;
-        let samples = replayed.max(balanced_samples(LEAST_ENTRIES));
+        let balanced = balanced_samples(LEAST_ENTRIES);
+        let samples = replayed.max(balanced);
+        let why = if replayed > balanced {
+            format!(
+                "{} of {} samples, and {MARGIN} on either side from which the model is started",
+                counted(windows, "prediction"),
+                settings.window
+            )
+        } else {
+            format!(
+                "{LEAST_ENTRIES} values of the torque balance, and {SETTLING} samples at either end over which its filters \
+                 settle"
+            )
+        };
         return fail(format!(
-            "too short; expected at least {samples} samples ({:.3} s) in one log",
+            "too short; expected at least {samples} samples ({:.3} s) in one log, for {why}",
             samples as f64 * decimal(data.logs[0].period)
         ));
     }

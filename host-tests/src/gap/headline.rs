@@ -290,7 +290,7 @@ fn certainty(report: &Report) -> String {
         Verdict::EffectsFound | Verdict::UnknownEffect => {
             let mut sentences = Vec::from_iter(inductance(report));
             sentences.extend(chance(&outcome.effects));
-            sentences.extend(alternatives(outcome));
+            sentences.extend(alternatives(outcome, &report.coordinate));
             if outcome.verdict == Verdict::UnknownEffect {
                 sentences.push(
                     "No effect of the catalogue follows the logs as well as the learned law."
@@ -339,7 +339,17 @@ fn once_in(p: f64) -> String {
 }
 
 /// What else may be true.
-fn alternatives(outcome: &Outcome) -> Option<String> {
+fn alternatives(outcome: &Outcome, coordinate: &str) -> Option<String> {
+    let summary = |id: Id| {
+        let summary = id.description().summary;
+        match coordinate {
+            "rad" => summary.to_owned(),
+            _ => summary
+                .replace("torque or force", "force")
+                .replace("a torque", "a force")
+                .replace("transmitted torque", "transmitted force"),
+        }
+    };
     let mut sentences: Vec<String> = outcome
         .effects
         .iter()
@@ -348,7 +358,7 @@ fn alternatives(outcome: &Outcome) -> Option<String> {
             // One can be said in words too; of several the names are enough.
             let others = match effect.equivalent.as_slice() {
                 [one] => match Id::from_id(one) {
-                    Some(id) => format!("{one} ({})", id.description().summary),
+                    Some(id) => format!("{one} ({})", summary(id)),
                     None => one.clone(),
                 },
                 several if several.len() <= LISTED => listed(several),

@@ -21,6 +21,9 @@ const DECIMATE: usize = 10;
 /// Decimated samples left out at either end of the torque balance, where the filters settle.
 const EDGE: usize = 5;
 
+/// The same before the decimation.
+pub const SETTLING: usize = EDGE * DECIMATE;
+
 /// Entries of the torque balance of a log with so many samples.
 pub fn balance_entries(samples: usize) -> usize {
     samples.div_ceil(DECIMATE).saturating_sub(2 * EDGE)

@@ -178,10 +178,8 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
     }
     let (slow_series, fast_series) = (Series::of(slow), Series::of(fast));
     let mut assembly = Assembly::new(start);
-    assembly.seat_stops(
-        [&slow_series, &fast_series],
-        start.machine.resolution.unwrap_or(0.0) as f32,
-    );
+    let resolution = declared::resolution(&start.machine, [slow, fast]);
+    assembly.seat_stops([&slow_series, &fast_series], resolution);
     let mut b0 = assembly.declared_gain(start);
     let mut a1 = assembly.declared_damping(start);
     let mut settling_time = f32::INFINITY;
@@ -198,7 +196,7 @@ pub fn identify(start: &Start, slow: &Log, fast: &Log) -> Result<Identified, Inp
             period: slow_series.period,
             input: &input,
             position: &slow_series.position,
-            resolution: start.machine.resolution.unwrap_or(0.0) as f32,
+            resolution,
             rest: assembly.base.spring_rest,
             lower_stop: assembly.base.lower_stop,
             upper_stop: assembly.base.upper_stop,

@@ -111,20 +111,29 @@ pub(crate) fn mended(
     mend: Option<Mend>,
 ) -> InputError {
     match mend.and_then(|mend| mending(path, bytes, &mend)) {
-        Some(call) => {
-            let message = format!("{}: {call}", error.message);
+        Some((call, unsized_columns)) => {
+            let ones = unsized_columns.iter().map(|(name, size)| {
+                format!(
+                    "; in the call, put {size} in place of the 1 of {}",
+                    quoted(name)
+                )
+            });
+            let ones: String = ones.collect();
+            let message = format!("{}{ones}: {call}", error.message);
             InputError::new(&error.file, error.line, message)
         }
         None => error,
     }
 }
 
-/// The call that mends what the file holds, tried out.
-fn mending(path: &Path, bytes: &[u8], mend: &Mend) -> Option<Call> {
+/// The call that mends what the file holds, tried out; and its sources whose unit is a share or a count of a size that the
+/// file does not say, each with what that size is.
+fn mending(path: &Path, bytes: &[u8], mend: &Mend) -> Option<(Call, Vec<(String, &'static str)>)> {
     let raw = Raw::read(path, bytes, &Reading::default()).ok()?;
     let mut recipe = guess::recipe(&raw)?;
     recipe.mend(mend, &raw).then_some(())?;
-    tried(path, &raw, recipe)
+    let unsized_columns = recipe.unsized_columns(&raw);
+    Some((tried(path, &raw, recipe)?, unsized_columns))
 }
 
 /// The call of a recipe, mended until it makes a log.

@@ -101,7 +101,7 @@ pub struct Args {
 pub const COLUMN_HELP: &str = "\
 A COLUMN is a name or a number from 1, then what is done to it, from left to right: :UNIT, *NUMBER,
 /NUMBER, +NUMBER, -NUMBER; a - in front reverses the sign in the end. Units:
-  time      s ms us ns min h day
+  time      s ms us ns min h day; time stamps with a clock, as 06:29:54.123 or those of ISO 8601, need none
   position  rad mrad deg rev counts/4096 (so many a turn), m cm mm um in; counts (with a factor)
   velocity  rad/s deg/s rpm rev/s counts/4096, m/s mm/s m/min
   input     V mV A mA N·m mN·m N mN; % and duty (with the supply: duty:%*12); counts (with a factor)

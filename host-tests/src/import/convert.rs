@@ -5,6 +5,7 @@ use std::path::Path;
 use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
 use super::source::Source;
+use super::stamp::is_cut_clock;
 use crate::log::fault::{Fault, Mend};
 use crate::log::rows::{check_value, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
@@ -53,12 +54,14 @@ pub(super) fn convert(
     let all: Vec<usize> = (0..length).filter(kept).collect();
     let rows = all.len();
     if rows == 0 {
-        return Err(Fault::new(1, "no row is left; expected at least 100"));
+        let message = format!("no row is left; expected at least {}", Log::MIN_SAMPLES);
+        return Err(Fault::new(1, message));
     }
     let start = all[0];
     let (mut chosen, left_out) = good_rows(raw, sources, all, recipe.skip_bad)?;
     if chosen.is_empty() {
-        let message = "no row has all the numbers; expected at least 100 that do";
+        let least = Log::MIN_SAMPLES;
+        let message = format!("no row has all the numbers; expected at least {least} that do");
         return Err(Fault::new(raw.lines[start], message));
     }
     let time = |row: usize| match sources.iter().find(|(index, _)| *index == TIME) {
@@ -145,11 +148,20 @@ fn good_rows(
                 Some((first, what)) if *first == row => what.clone(),
                 _ => "none".to_owned(),
             };
+            let is_cut = *index == TIME && is_cut_clock(what.trim_matches('"'));
+            let remedy = if is_cut {
+                "a clock without its hours or its seconds: have the logger or the spreadsheet write 06:29:54.123"
+            } else {
+                "leave such rows out"
+            };
             let message = format!(
-                "the number for `{}` is {what}, in column {}; leave such rows out",
+                "the number for `{}` is {what}, in column {}; {remedy}",
                 COLUMNS[*index].0,
                 quoted(&raw.name(source.column))
             );
+            if is_cut {
+                return Err(Fault::new(raw.lines[row], message));
+            }
             return Err(Fault::mended_by(raw.lines[row], message, Mend::SkipBad));
         }
     }

@@ -5,7 +5,10 @@ use super::recipe::Recipe;
 use super::unit::{Unit, unit_of_time};
 use crate::log::{COLUMNS, REQUIRED, TIME};
 
-/// Names that loggers and papers give the columns of a log, without case, unit and punctuation.
+/// Names that loggers and papers give the columns of a log, without case, unit and punctuation. Of the times of an MCAP
+/// the message's own comes first, which is that of the measurement; then that of the recorder, which is of one clock
+/// in the whole file. The sender's may be of any clock, and many recorders write their own in its place
+/// (<https://github.com/PlotJuggler/PlotJuggler/issues/1084>, <https://github.com/ros2/rosbag2/pull/1531>).
 const NAMES: [&[&str]; COLUMNS.len()] = [
     &[
         "times",
@@ -18,6 +21,11 @@ const NAMES: [&[&str]; COLUMNS.len()] = [
         "temps",
         "elapsed",
         "clock",
+        "datetime",
+        "uhrzeit",
+        "headerstamp",
+        "logtime",
+        "publishtime",
     ],
     &[
         "input",
@@ -121,29 +129,55 @@ fn base(name: &str) -> String {
     letters.flat_map(char::to_lowercase).collect()
 }
 
+/// What a name in a path ends with, without the number of an element: `current` of `/motor.current.0`.
+fn end_of_path(name: &str) -> &str {
+    let is_number = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+    let mut parts = name.rsplit('.');
+    parts.find(|part| !is_number(part)).unwrap_or(name)
+}
+
 /// The most likely recipe. `None` where the file has too few columns.
 pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
-    let bases: Vec<String> = raw.names.iter().map(|name| base(name)).collect();
-    let has_numbers = |column: &usize| raw.columns[*column].values.iter().any(|v| !v.is_nan());
+    let whole: Vec<String> = raw.names.iter().map(|name| base(name)).collect();
+    let ends = raw.names.iter().map(|name| base(end_of_path(name)));
+    let ends: Vec<String> = ends.collect();
+    let good = |column: usize| {
+        let values = raw.columns[column].values.iter().copied();
+        values.filter(|value| !value.is_nan())
+    };
+    let has_numbers = |column: &usize| good(*column).next().is_some();
+    // Of a stamp that nobody set every row has the same.
+    let varies = |column: &usize| good(*column).any(|value| Some(value) != good(*column).next());
     let mut chosen: [Option<usize>; COLUMNS.len()] = [None; COLUMNS.len()];
     for index in 0..COLUMNS.len() {
+        let fits = |column: &usize| match index {
+            TIME => varies(column),
+            _ => has_numbers(column),
+        };
         // The log's own name first, then the usual ones in their order.
         let own = raw.names.iter().position(|name| name == COLUMNS[index].0);
-        let usual = || {
-            let mut names = NAMES[index].iter();
-            names.find_map(|name| {
-                (0..bases.len()).find(|&at| bases[at] == *name && !chosen.contains(&Some(at)))
-            })
+        let usual = |bases: &[String]| {
+            let free = |at: &usize| !chosen.contains(&Some(*at)) && fits(at);
+            let named = |name: &&str| (0..bases.len()).find(|at| bases[*at] == *name && free(at));
+            NAMES[index].iter().find_map(named)
         };
-        chosen[index] = own.or_else(usual).filter(has_numbers);
+        let own = own.filter(fits);
+        chosen[index] = own.or_else(|| usual(&whole)).or_else(|| usual(&ends));
     }
+    let is_stamps = |column: &usize| raw.columns[*column].first_stamp.is_some();
+    let is_time = |column: &usize| {
+        let named = |bases: &[String]| NAMES[TIME].contains(&bases[*column].as_str());
+        is_stamps(column) || named(&whole) || named(&ends)
+    };
     for index in 0..REQUIRED {
         if chosen[index].is_none() {
             let free = |column: &usize| !chosen.contains(&Some(*column)) && has_numbers(column);
             let mut free = (0..raw.columns.len()).filter(free);
             chosen[index] = match index {
-                TIME => free.find(|&column| rises(&raw.columns[column].values)),
-                _ => free.next(),
+                TIME => (0..raw.columns.len())
+                    .find(is_stamps)
+                    .or_else(|| free.find(|&column| rises(&raw.columns[column].values))),
+                _ => free.find(|column| !is_time(column)),
             };
         }
     }
@@ -200,6 +234,11 @@ mod tests {
             );
         }
         raw.columns[0] = Column::of((0..10).map(|row| f64::from(row) * step).collect());
+        // As the reader of MCAP gives them.
+        for (at, name) in names.iter().enumerate() {
+            let is_time = name.ends_with("_time") || name.ends_with("stamp");
+            raw.units[at] = is_time.then(|| "s".to_owned());
+        }
         let recipe = recipe(&raw).unwrap();
         recipe.sources.into_iter().flatten().collect()
     }
@@ -241,5 +280,31 @@ mod tests {
             4
         );
         assert_eq!(guessed(["", "", ""], 1e-3), ["1", "2", "3"]);
+        // The message's own time, then the recorder's; neither is an input or a position.
+        assert_eq!(
+            guessed(
+                [
+                    "log_time",
+                    "publish_time",
+                    "header.stamp",
+                    "position.0",
+                    "mode",
+                    "current.0"
+                ],
+                1e-3
+            ),
+            ["header.stamp", "mode", "position.0", "current.0"]
+        );
+        assert_eq!(
+            guessed(
+                ["log_time", "publish_time", "drive.duty", "drive.pos"],
+                1e-3
+            ),
+            ["log_time", "drive.duty", "drive.pos"]
+        );
+        assert_eq!(
+            guessed(["/a.publish_time", "/a.log_time", "/a.u", "/a.x"], 1e-3),
+            ["/a.log_time", "/a.u", "/a.x"]
+        );
     }
 }

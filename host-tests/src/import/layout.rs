@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use super::stamp::is_stamp;
+
 /// What the user says about the layout; what is left open is found.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reading {
@@ -102,6 +104,9 @@ pub(super) struct Layout {
     pub decimal_comma: bool,
     /// Two fields are one number: what separates the fields separates its decimals too.
     pub pairs: bool,
+    /// The place of a field that is one time stamp with the field behind it: what separates the fields separates its
+    /// date from its clock, or its seconds from their decimals.
+    pub cut_stamp: Option<usize>,
     /// Fields of a row.
     pub width: usize,
     /// What lines of comment begin with.
@@ -170,6 +175,7 @@ impl Layout {
             delimiter,
             decimal_comma,
             pairs: false,
+            cut_stamp: None,
             width,
             comment,
             names: None,
@@ -177,6 +183,7 @@ impl Layout {
             start: 0,
         };
         layout.find_names(lines, reading);
+        layout.find_cut_stamp(lines, sample);
         Some(layout)
     }
 
@@ -228,6 +235,44 @@ impl Layout {
         // Units stand below the names.
         let start = units.or(names).map_or(start, |at| at + 1);
         (self.names, self.units, self.start) = (names, units, start);
+    }
+
+    /// Finds a stamp that is cut in two in every row of the sample, and that the names count as one column.
+    fn find_cut_stamp(&mut self, lines: &[&str], sample: &[&str]) {
+        let named = |at: usize| self.delimiter.split(self.uncommented(lines[at])).len();
+        if self.names.is_some_and(|at| named(at) == self.width) {
+            return;
+        }
+        let rows: Vec<Vec<Cow<'_, str>>> = (sample.iter())
+            .map(|line| self.delimiter.split(line))
+            .filter(|row| row.len() == self.width)
+            .collect();
+        let is_cut = |row: &Vec<Cow<'_, str>>, place: usize| {
+            let (cell, next) = (&row[place], &row[place + 1]);
+            let cut = match self.delimiter {
+                // The decimals of a clock are milliseconds, or their thousandths, with all their zeros.
+                Delimiter::Character(',') => {
+                    let decimals = next.bytes().all(|byte| byte.is_ascii_digit());
+                    is_stamp(cell) && decimals && matches!(next.len(), 3 | 6)
+                }
+                Delimiter::Spaces => !is_stamp(cell) && is_stamp(next),
+                Delimiter::Character(_) => false,
+            };
+            cut && is_stamp(&self.whole_stamp(cell, next))
+        };
+        let everywhere =
+            |place: &usize| !rows.is_empty() && rows.iter().all(|row| is_cut(row, *place));
+        let places = 0..self.width.saturating_sub(1);
+        self.cut_stamp = places.into_iter().find(everywhere);
+        self.width -= usize::from(self.cut_stamp.is_some());
+    }
+
+    /// The two parts of a stamp put together.
+    pub fn whole_stamp(&self, begin: &str, end: &str) -> String {
+        match self.delimiter {
+            Delimiter::Spaces => format!("{begin} {end}"),
+            Delimiter::Character(_) => format!("{begin}.{end}"),
+        }
     }
 
     /// Whether a line holds no numbers by what it begins with.

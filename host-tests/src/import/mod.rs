@@ -17,6 +17,7 @@ mod page;
 mod raw;
 mod recipe;
 mod source;
+pub(crate) mod stamp;
 mod summary;
 mod suspect;
 mod text;

@@ -34,6 +34,8 @@ pub(super) struct Column {
     pub values: Vec<f64>,
     /// The first cell that is none: its row from 0, and what stands there.
     pub bad: Option<(usize, String)>,
+    /// The first of its time stamps, where it holds such; its values are seconds since that one.
+    pub first_stamp: Option<String>,
 }
 
 /// First bytes of formats that are known and not read, and what to do with such a file.
@@ -66,7 +68,11 @@ impl Column {
                 *value = f64::NAN;
             }
         }
-        Self { values, bad }
+        Self {
+            values,
+            bad,
+            first_stamp: None,
+        }
     }
 }
 
@@ -145,11 +151,12 @@ impl Raw {
     }
 
     /// The unit that the file itself gives a column, as it is spelled there, if a column of the log may be
-    /// in it and it changes the values: an SI unit does not.
+    /// in it and it changes the values: an SI unit does not. A share and a count do by a size that it does not say.
     pub fn own_unit(&self, column: usize, log_column: &str) -> Option<&str> {
         let own = self.units[column].as_deref()?;
         let unit = Unit::find(own)?;
-        let changes = kinds(log_column).contains(&unit.kind) && unit.factor != 1.0;
+        let changes =
+            kinds(log_column).contains(&unit.kind) && (unit.factor != 1.0 || unit.needs_size());
         changes.then_some(own)
     }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::call::Call;
 use super::raw::Raw;
 use super::source::Source;
+use super::unit::Kind;
 use crate::log::fault::Mend;
 use crate::log::{COLUMNS, TIME};
 
@@ -79,6 +80,22 @@ impl Recipe {
             ));
         }
         Ok(sources)
+    }
+
+    /// The guessed sources whose unit says nothing without a size, which stands as 1 in them; each with what that is.
+    pub fn unsized_columns(&self, raw: &Raw) -> Vec<(String, &'static str)> {
+        let given = self.sources.iter().zip(COLUMNS);
+        let given = given.filter_map(|(text, (column, _))| {
+            let text = text.as_deref()?;
+            let (_, unit) = Source::parse(text, raw, column).ok()?.unit?;
+            let size = match unit.kind {
+                Kind::Share => "the volts of the supply",
+                Kind::Counts => "the size of a count",
+                _ => return None,
+            };
+            Some((text.to_owned(), size))
+        });
+        given.collect()
     }
 
     /// Adds what mends a fault. Whether there was anything to add.

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use super::raw::Raw;
 use super::text::bracketed;
 use super::unit::{Kind, Unit, kinds};
-use crate::log::quoted;
+use crate::log::{COLUMNS, TIME, quoted};
 
 /// A column of the file with what is done to its values.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +77,7 @@ impl Source {
             rest = &after[end..];
         }
         source.require_size()?;
+        source.check_stamps(raw, log_column)?;
         if reversed {
             source.steps.push(Step::Times(-1.0));
         }
@@ -144,6 +145,29 @@ impl Source {
             Kind::Counts => Err(format!(
                 "{text} does not say how much a count is; expected as in {column}:counts/4096 for an angle of so many \
                  counts a turn, or \"{column}:counts*0.001\" for so much a count"
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses time stamps in another unit than seconds, and where no time is asked for.
+    fn check_stamps(&self, raw: &Raw, log_column: &str) -> Result<(), String> {
+        let Some(stamp) = &raw.columns[self.column].first_stamp else {
+            return Ok(());
+        };
+        let name = raw.name(self.column);
+        if log_column != COLUMNS[TIME].0 {
+            return Err(format!(
+                "is to be {}, which holds time stamps ({stamp}); expected a column of numbers",
+                quoted(&name)
+            ));
+        }
+        match &self.unit {
+            Some((unit, known)) if known.factor != 1.0 => Err(format!(
+                "cannot be in {}, for {} holds time stamps ({stamp}), which are read as seconds since the first row: \
+                 leave the unit out",
+                quoted(unit),
+                quoted(&name)
             )),
             _ => Ok(()),
         }

@@ -70,7 +70,14 @@ pub(super) fn render(
     );
     text += &cells::render(&table(raw, sources, converted));
     text.push('\n');
-    for line in done(sources, converted) {
+    let first_stamp = sources.iter().find_map(|(_, source)| {
+        let stamp = raw.columns[source.column].first_stamp.as_deref();
+        Some(format!(
+            "The time is counted from the file's first row, {}.",
+            stamp?
+        ))
+    });
+    for line in first_stamp.into_iter().chain(done(sources, converted)) {
         text += &line;
         text.push('\n');
     }

@@ -3,9 +3,11 @@
 use super::raw::Raw;
 use super::source::Source;
 use super::unit::{Kind, Unit, unit_of_time};
+use crate::gap::disagreement::channels::wrap_of;
+use crate::gap::disagreement::units::full_scale;
 use crate::log::{COLUMNS, CURRENT, Columns, INPUT, POSITION, TIME, VELOCITY};
 use crate::page::series::extent;
-use crate::quantity::significant;
+use crate::quantity::{given, significant};
 
 /// An angle beyond this, rad, is more than three turns either way: degrees, more likely.
 const FAR: f64 = 20.0;
@@ -21,16 +23,31 @@ pub(super) fn suspicions(raw: &Raw, sources: &[(usize, Source)], columns: &Colum
         let Some(values) = &columns[*index] else {
             continue;
         };
-        if *index == POSITION && starts_again(values) {
+        if *index == POSITION && wrap_of(&[values]).is_some() {
             said.push(
                 "`position` jumps by its whole range: if it starts again there, add --unwrap"
                     .into(),
             );
         }
-        if source.unit.is_some() || !source.is_plain() {
+        let is_stamp = raw.columns[source.column].first_stamp.is_some();
+        if source.unit.is_some() || !source.is_plain() || is_stamp {
             continue;
         }
         let name = raw.name(source.column);
+        let most = extent(values.iter().copied()).map_or(0.0, |(low, high)| high.max(-low));
+        let whole = values.iter().all(|value| value.fract() == 0.0);
+        if *index == INPUT
+            && whole
+            && most > 100.5
+            && let Some(scale) = full_scale(most).filter(|_| is_share(&name))
+        {
+            let most = given(most);
+            said.push(format!(
+                "`input` may be in counts of a PWM, for it is whole and reaches {most}: then --input \
+                 \"{name}/{scale}:duty*12\" ({scale} being the most, and 12 V the supply)"
+            ));
+            continue;
+        }
         let own = raw.own_unit(source.column, COLUMNS[*index].0);
         let (why, unit) = match (own, looks(*index, &name, values, columns)) {
             (Some(unit), _) => ("the file says so".to_owned(), unit.to_owned()),
@@ -52,6 +69,9 @@ fn size(unit: &str) -> &'static str {
     match Unit::find(unit).map(|unit| unit.kind) {
         Some(Kind::Share) => "*12\" (12 V being the supply)",
         Some(Kind::Counts) => "*0.001\" (so much a count)",
+        _ if unit.starts_with("counts/") => {
+            "\" (4096 being the counts of a turn; in front of a gear of 75, /75 behind it)"
+        }
         _ => "\"",
     }
 }
@@ -114,18 +134,4 @@ fn slope_of(velocity: &[f64], time: &[f64], position: &[f64]) -> Option<f64> {
         }
     }
     (square > 0.0).then_some(product / square)
-}
-
-/// Whether single steps are as long as the whole range, and the others short.
-fn starts_again(values: &[f64]) -> bool {
-    let Some((low, high)) = extent(values.iter().copied()) else {
-        return false;
-    };
-    let range = high - low;
-    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let long = steps.clone().filter(|step| *step > 0.8 * range).count();
-    let middling = steps
-        .filter(|step| (0.2 * range..=0.8 * range).contains(step))
-        .count();
-    range > 0.0 && long > 0 && middling == 0 && 20 * long < values.len()
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::layout::{Delimiter, Layout, Reading, number};
 use super::raw::{Column, Raw};
+use super::stamp::Stamps;
 use super::unit::Unit;
 use crate::error::InputError;
 use crate::log::counted;
@@ -56,6 +57,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         })
         .collect();
     raw.columns = vec![Column::default(); layout.width];
+    let mut stamps = vec![None; layout.width];
     let mut comments = 0;
     for (at, line) in lines.iter().enumerate().skip(layout.start) {
         if line.trim().is_empty() {
@@ -67,7 +69,20 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         }
         let fields = rejoined(layout.delimiter.split(line), &layout);
         let is_open = layout.delimiter != Delimiter::Spaces && has_an_odd_mark(line);
-        push(&mut raw, (&fields, is_open), at + 1, layout.decimal_comma);
+        if raw.lines.is_empty() {
+            for (place, cell) in fields.iter().enumerate().take(layout.width) {
+                stamps[place] = Stamps::beginning_with(cell);
+                if stamps[place].is_some() {
+                    raw.columns[place].first_stamp = Some(cell.to_string());
+                    raw.units[place] = Some("s".to_owned());
+                }
+            }
+        }
+        let read = |place: usize, cell: &str| match &mut stamps[place] {
+            Some(stamps) => Stamps::read(stamps, cell),
+            None => number(cell, layout.decimal_comma),
+        };
+        push(&mut raw, (&fields, is_open), at + 1, read);
     }
     drop_empty_end(&mut raw);
     if comments > 0 {
@@ -87,12 +102,13 @@ fn has_an_odd_mark(line: &str) -> bool {
     line.bytes().filter(|byte| *byte == b'"').count() % 2 == 1
 }
 
-/// Takes a row: its fields, and whether a quotation mark among them is not closed.
+/// Takes a row: its fields, and whether a quotation mark among them is not closed. `read` gives the number that
+/// a cell at a place is, if it is one.
 fn push(
     raw: &mut Raw,
     (fields, is_open): (&[Cow<'_, str>], bool),
     line: usize,
-    decimal_comma: bool,
+    mut read: impl FnMut(usize, &str) -> Option<f64>,
 ) {
     let row = raw.lines.len();
     let width = raw.columns.len();
@@ -100,7 +116,7 @@ fn push(
     let too_long = fields.len() > width && fields[width..].iter().any(|field| !field.is_empty());
     for (place, column) in raw.columns.iter_mut().enumerate() {
         let cell = fields.get(place);
-        let value = cell.and_then(|cell| number(cell, decimal_comma));
+        let value = cell.and_then(|cell| read(place, cell));
         let good = value.filter(|value| is_good(*value) && !too_long && !is_open);
         column.values.push(good.unwrap_or(f64::NAN));
         if good.is_none() && column.bad.is_none() {
@@ -120,8 +136,14 @@ fn push(
     raw.lines.push(line);
 }
 
-/// Two fields made one where the decimals are apart by what separates the fields.
-fn rejoined<'t>(fields: Vec<Cow<'t, str>>, layout: &Layout) -> Vec<Cow<'t, str>> {
+/// Two fields made one where a stamp or the decimals are apart by what separates the fields.
+fn rejoined<'t>(mut fields: Vec<Cow<'t, str>>, layout: &Layout) -> Vec<Cow<'t, str>> {
+    if let Some(place) = layout.cut_stamp
+        && place + 1 < fields.len()
+    {
+        let rest = fields.remove(place + 1);
+        fields[place] = Cow::Owned(layout.whole_stamp(&fields[place], &rest));
+    }
     if !layout.pairs || fields.len() != 2 * layout.width {
         return fields;
     }

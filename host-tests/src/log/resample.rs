@@ -17,7 +17,7 @@ use serde::Serialize;
 use super::{median, rounded};
 
 /// What reading has changed in a log.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Resampling {
     /// Rows of the file.
     pub rows: usize,
@@ -30,8 +30,8 @@ pub struct Resampling {
     /// Rows that the one before had the same stamp as, or the same nearest sample.
     pub merged: usize,
     /// Position error that this adds, root mean square, rad or m, estimated: half the displacement times
-    /// the speed, as if half of it were the clock's and not the machine's, and in filled gaps the
-    /// parabola that a straight line cuts off.
+    /// the speed, as if half of it were the clock's and not the machine's; in filled gaps the parabola that a
+    /// straight line cuts off; and of rows with one stamp how far each is from their mean, which takes their place.
     pub position_error: f64,
     /// The smallest step of the position in the rows, which interpolation takes out, rad or m; none where the rows
     /// are not made of such steps.
@@ -40,19 +40,6 @@ pub struct Resampling {
 }
 
 impl Resampling {
-    /// Of a log that had repeated rows and is even without them.
-    pub(super) fn merged(rows: usize, merged: usize) -> Self {
-        Self {
-            rows,
-            displacement_max: 0.0,
-            displacement_rms: 0.0,
-            filled: 0,
-            merged,
-            position_error: 0.0,
-            position_step: None,
-        }
-    }
-
     /// Of both changes, this one after another: errors add as squares, the rest as it is.
     pub(super) fn after(&self, before: &Self) -> Self {
         Self {
@@ -246,18 +233,29 @@ impl Instants {
             .iter()
             .map(|t| (t - self.start) / self.period)
             .collect();
-        let displacement = |row: usize| (places[row] - places[row].round()).abs();
-        let rows = 0..time.len();
-        let speed = |a: usize, b: usize| {
-            if a == b {
-                0.0
-            } else {
-                (position[b] - position[a]) / (time[b] - time[a])
-            }
+        let displacement = |row: usize| {
+            let distance = (places[row] - places[row].round()).abs();
+            if distance < SAME { 0.0 } else { distance }
         };
+        let rows = 0..time.len();
         let last = time.len() - 1;
+        // Speeds are taken over a period at least: between rows that all but repeat a stamp, a count of the sensor
+        // would be any speed.
+        let speed = |a: usize, b: usize| {
+            let enough = time[b] - time[a] > (1.0 - BEYOND) * self.period;
+            let slope = (position[b] - position[a]) / (time[b] - time[a]);
+            if enough { slope } else { 0.0 }
+        };
+        let before = |row: usize, distance: f64| {
+            let until = time[row] - distance * (1.0 - BEYOND) * self.period;
+            time.partition_point(|t| *t <= until).saturating_sub(1)
+        };
+        let after = |row: usize, distance: f64| {
+            let from = time[row] + distance * (1.0 - BEYOND) * self.period;
+            time.partition_point(|t| *t < from).min(last)
+        };
         let shifted = rows.clone().map(|row| {
-            let around = speed(row.saturating_sub(1), (row + 1).min(last));
+            let around = speed(before(row, 0.5), after(row, 0.5));
             (0.5 * displacement(row) * self.period * around).powi(2)
         });
         // Samples between those that are nearest to two neighbours.
@@ -267,7 +265,7 @@ impl Instants {
         // square of that in the mean.
         let bridged = (0..last).map(|row| {
             let gap = time[row + 1] - time[row];
-            let change = speed(row + 1, (row + 2).min(last)) - speed(row.saturating_sub(1), row);
+            let change = speed(row + 1, after(row + 1, 1.0)) - speed(before(row, 1.0), row);
             between(row) * 8.0 / 15.0 * (change * gap / 8.0).powi(2)
         });
         let squares: f64 = shifted.chain(bridged).sum();
@@ -402,6 +400,29 @@ mod tests {
         assert!(
             (instants.period / 5.3e-3 - 1.0).abs() < 0.01,
             "{instants:?}"
+        );
+    }
+
+    /// Two rows a microsecond apart, with a count of the sensor between them, are no high speed: beside the gap before
+    /// them neither.
+    #[test]
+    fn rows_that_all_but_repeat_a_stamp_cost_no_more() {
+        let count = 1e-3;
+        let course = |t: f64| (0.5 * t / count).round() * count;
+        let even: Vec<f64> = (0..1_000).map(|row| f64::from(row) * 2e-3).collect();
+        let mut time: Vec<f64> = (even.iter().copied())
+            .filter(|t| !(1.0..1.006).contains(t))
+            .collect();
+        let behind = time.partition_point(|t| *t < 1.005) + 1;
+        time.insert(behind, time[behind - 1] + 1e-6);
+        let mut position: Vec<f64> = time.iter().map(|t| course(*t)).collect();
+        position[behind] += count;
+        let summary = Instants::of(&time).summary(&time, &position);
+        assert_eq!((summary.filled, summary.merged), (3, 1));
+        // The motion is a straight line: what a gap adds is within the sensor's steps.
+        assert!(
+            summary.position_error < count / 12_f64.sqrt(),
+            "{summary:?}"
         );
     }
 

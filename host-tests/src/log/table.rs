@@ -12,6 +12,8 @@ use super::{
     MIN_PERIOD_S, MOST_SPIKES, MOST_UNTIMED, POSITION, SLOWER, SPIKE, SPIKE_LEFT, TIME, counted,
     median, rounded,
 };
+use crate::gap::metrics::SETTLING;
+use crate::import::stamp::is_stamp;
 
 /// Whether time stamps are a grid.
 pub(crate) enum Spacing {
@@ -62,7 +64,9 @@ impl Table {
                 if let (Some(place), Some(column)) = (place, column) {
                     let field = &record[place];
                     let value = parse_number(field).map_err(|reason| {
-                        Fault::mended_by(line, format!("`{name}` {reason}"), Mend::SkipBad)
+                        let is_stamp = *name == COLUMNS[TIME].0 && is_stamp(field);
+                        let mend = if is_stamp { Mend::Read } else { Mend::SkipBad };
+                        Fault::mended_by(line, format!("`{name}` {reason}"), mend)
                     })?;
                     check_value(line, name, value)?;
                     column.push(value);
@@ -134,7 +138,8 @@ impl Table {
             return Ok(());
         }
         let message = format!(
-            "the log ends after {}, expected at least {}",
+            "the log ends after {}, expected at least {}: the filters of the torque balance settle over the {SETTLING} at \
+             either end",
             counted(samples, "sample"),
             Log::MIN_SAMPLES
         );
@@ -229,18 +234,18 @@ impl Table {
     }
 
     /// Rows of one time stamp made one: of what was looked at the mean; of what holds to the next row the
-    /// last, since the others held for no time.
+    /// last, since the others held for no time. With the sum of the squares of what that changes in the positions.
     ///
     /// # Errors
     /// Most rows share their stamps: these say nothing of when a row was.
-    pub fn merge_repeats(mut self) -> Result<Self, Fault> {
+    pub fn merge_repeats(mut self) -> Result<(Self, f64), Fault> {
         let time = self.time();
         let rows = time.len();
         let starts: Vec<usize> = (0..rows)
             .filter(|&row| row == 0 || time[row] > time[row - 1])
             .collect();
         if starts.len() == rows {
-            return Ok(self);
+            return Ok((self, 0.0));
         }
         let ends = || starts[1..].iter().copied().chain([rows]);
         let same = |row: usize| {
@@ -259,6 +264,13 @@ impl Table {
             let mend = Mend::Even(self.even_rate());
             return Err(Fault::mended_by(self.lines[row], message, mend));
         }
+        let position = self.columns[POSITION].as_deref().unwrap_or_default();
+        let moved = |(&start, end): (&usize, usize)| {
+            let same = &position[start..end];
+            let mean = same.iter().sum::<f64>() / same.len() as f64;
+            same.iter().map(|read| (read - mean).powi(2)).sum::<f64>()
+        };
+        let moved: f64 = starts.iter().zip(ends()).map(moved).sum();
         let merged = self.columns.each_ref().map(|column| column.is_some());
         for (index, _) in merged.iter().enumerate().filter(|(_, there)| **there) {
             let values = self.columns[index].as_deref().unwrap_or_default();
@@ -272,7 +284,7 @@ impl Table {
         }
         self.lines = starts.iter().map(|&row| self.lines[row]).collect();
         self.check_length(starts.len(), self.last_line())?;
-        Ok(self)
+        Ok((self, moved))
     }
 
     /// A grid for rows at uneven times, if these can be mended; at a rate of `rate` Hz, or at theirs.

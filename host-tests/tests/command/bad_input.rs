@@ -291,6 +291,20 @@ mod log {
         log.path.clone_from(&plain.path);
         assert_eq!(log, plain);
 
+        // A row written again with another position: each of the two is one from their mean, and the sensor's step is
+        // still that of its readings.
+        let mut again = rows();
+        let (time, rest) = again[40].split_once(',').expect("fields");
+        let (input, position) = rest.split_once(',').expect("fields");
+        let position: f64 = position.parse().expect("a number");
+        again.insert(41, format!("{time},{input},{}", position + 2.0));
+        let log = read(text(HEADER, &again));
+        let resampling = log.resampling.expect("a merged row");
+        assert_eq!((resampling.merged, resampling.filled), (1, 0));
+        let expected = (2.0_f64 / 200.0).sqrt();
+        assert!((resampling.position_error / expected - 1.0).abs() < 1e-9);
+        assert_eq!(log.position_step(), plain.position_step());
+
         // A stamp that repeats the last one, with other values: their mean, then a gap.
         let mut one = rows();
         one[40] = "0.0390,9,21.5".into();

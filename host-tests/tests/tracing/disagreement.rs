@@ -49,7 +49,7 @@ fn wrap(values: &mut [f64], turn: f64) {
         .for_each(|value| *value = value.rem_euclid(turn));
 }
 
-const FAULTS: [(&str, &str, Spoil); 31] = [
+const FAULTS: [(&str, &str, Spoil); 33] = [
     (
         "encoder's direction",
         "the encoder counts the other way",
@@ -65,6 +65,16 @@ const FAULTS: [(&str, &str, Spoil); 31] = [
         |log, machine| {
             machine.gear_ratio = Some(75.0);
             scale(&mut log.position, 75.0)
+        },
+    ),
+    (
+        "motor's side of the gear, both",
+        "position and velocity are 75 times too large",
+        |log, machine| {
+            machine.gear_ratio = Some(75.0);
+            log.velocity = Some(velocity(log));
+            scale(&mut log.position, 75.0);
+            scale(log.velocity.as_mut().unwrap(), 75.0);
         },
     ),
     (
@@ -133,6 +143,14 @@ const FAULTS: [(&str, &str, Spoil); 31] = [
     ("per cent of 12", "input is in per cent", |log, _| {
         scale(&mut log.input, 100.0 / 12.0)
     }),
+    (
+        "PWM of 10 bits at 24 V",
+        "input is in counts of a PWM, of which",
+        |log, _| {
+            let counts = |input: &mut f64| *input = (*input * 1023.0 / 24.0).round();
+            log.input.iter_mut().for_each(counts);
+        },
+    ),
     ("duty of 24", "input is the duty", |log, _| {
         scale(&mut log.input, 1.0 / 24.0)
     }),
@@ -213,11 +231,12 @@ fn applies(name: &str, case: &Case) -> bool {
     let winding = matches!(case.rig.motor, rig::Motor::Winding { .. });
     match name {
         "degrees" | "radians as degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
-        "motor's side of the gear" => rotary && winding,
+        "motor's side of the gear" | "motor's side of the gear, both" => rotary && winding,
         "wrap 2 pi" | "wrap 360" => rotary && case.rig.stroke.1 - case.rig.stroke.0 > 7.0,
         "per cent of 24"
         | "per cent of 12"
         | "duty of 24"
+        | "PWM of 10 bits at 24 V"
         | "milliamperes"
         | "amperes as milliamperes"
         | "current sign"
@@ -373,7 +392,7 @@ fn logs_of_the_machine_are_traced_whatever_it_lacks_and_though_fitted_numbers_ar
 fn units_and_signs_are_named_with_what_to_do() {
     let some = some(8_700_000);
     for (name, words, spoil) in FAULTS {
-        if ["too slow", "revolutions", "per cent of 24"].contains(&name) {
+        if ["too slow", "revolutions"].contains(&name) {
             continue;
         }
         let (mut named, mut count) = (0, 0);
@@ -468,6 +487,54 @@ fn a_position_in_front_of_the_gear_is_no_other_unit() {
     mostly(&said, |said| {
         said.iter()
             .all(|said| !said.evidence.contains("numbers agree"))
+    });
+}
+
+/// The velocity of a sensor on the motor is the motor's as well: one column alone is not the remedy.
+#[test]
+fn a_sensor_in_front_of_the_gear_is_wrong_in_both_of_its_columns() {
+    let gears: [Spoil; 2] = [
+        |_, machine| machine.gear_ratio = Some(75.0),
+        |log, machine| {
+            let resolution = machine.resolution.expect("of the rig's sensor");
+            let round =
+                |position: &mut f64| *position = (*position / resolution).round() * resolution;
+            log.position.iter_mut().for_each(round);
+        },
+    ];
+    for know in gears {
+        let some = some(8_700_000);
+        let is_rotary = |case: &Case| applies("motor's side of the gear", case);
+        let there = some.iter().filter(|(case, _)| is_rotary(case));
+        let said: Vec<_> = there
+            .map(|(case, log)| {
+                let (mut log, mut machine) = (log.clone(), declared(&case.rig));
+                log.velocity = Some(velocity(&log));
+                know(&mut log, &mut machine);
+                scale(&mut log.position, 75.0);
+                scale(log.velocity.as_mut().unwrap(), 75.0);
+                look(&machine, &[log])
+            })
+            .collect();
+        mostly(&said, |said| {
+            said.len() == 1
+                && [
+                    "--position position:rad/75 ",
+                    "--velocity velocity:rad/s/75 ",
+                ]
+                .iter()
+                .all(|source| said[0].remedy.contains(source))
+        });
+    }
+}
+
+/// Per cent of 24 V are a quarter of the volts, but for a twentieth; up to 100 they are no voltage of any supply.
+#[test]
+fn per_cent_are_no_volts_of_another_supply() {
+    let said = said_of_windings(|log, _| scale(&mut log.input, 100.0 / 24.0));
+    mostly(&said, |said| {
+        said.iter()
+            .any(|said| said.remedy.contains("--input \"input:%*24\""))
     });
 }
 

@@ -93,6 +93,11 @@ fn torques_are_said_with_their_direction() {
             "towards larger positions",
         ],
     );
+    // The ends of an interval are told apart.
+    says(
+        &linear("offset_torque", &[("torque", 300.0, 0.1)]),
+        &["300 N (95 %: 299.8 to 300.2)"],
+    );
     // Until 2 s + 3 s.
     let values = [
         ("torque", 0.3, 0.01),

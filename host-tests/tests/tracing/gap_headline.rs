@@ -206,6 +206,46 @@ fn what_finds_no_room_is_counted() {
     assert!(text.contains("23 effects were missing."), "{text}");
 }
 
+/// Along a stroke what else it could be is a force too.
+#[test]
+fn what_else_it_could_be_is_said_in_the_words_of_the_coordinate() {
+    for (coordinate, words_of_it) in [
+        ("m", "spring (a force prop"),
+        ("rad", "spring (a torque prop"),
+    ] {
+        let mut report = example();
+        report.coordinate = coordinate.into();
+        report.outcome.effects.truncate(1);
+        report.outcome.effects[0].equivalent = vec!["spring".into()];
+        let certainty = Headline::of(&report).certainty;
+        assert!(certainty.contains(words_of_it), "{certainty}");
+    }
+}
+
+/// Whatever else there is to say, up to three effects keep their sizes.
+#[test]
+fn the_sizes_of_what_was_found_find_room() {
+    let mut report = variant("no validation");
+    report.free_motor = free_motor(&["resistance", "torque_constant"]);
+    report.outcome.resampled = vec![Resampled {
+        log: "a.csv".into(),
+        period_s: 1e-3,
+        change: Resampling::default(),
+    }];
+    let third = FoundEffect {
+        id: "offset_torque".into(),
+        parameters: vec![estimate("torque", 1.5, 0.1, "N")],
+        ..report.outcome.effects[0].clone()
+    };
+    report.outcome.effects.push(third);
+    let text = words(&report);
+    let details = Headline::of(&report).details;
+    assert_eq!(details.len(), 3);
+    for (id, sentence) in details {
+        assert!(text.contains(&sentence), "{id}: {text}");
+    }
+}
+
 #[test]
 fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
     let text = words(&example());
@@ -238,6 +278,11 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
         "{text}"
     );
     assert!(!text.contains("declared_effects"), "{text}");
+    // Before the last word on it that file is not the last one either.
+    report.free_motor = free_motor(&["resistance", "torque_constant"]);
+    let text = words(&report);
+    assert!(text.contains("until then use refitted.toml"), "{text}");
+    assert!(!text.contains("from now on"), "{text}");
 }
 
 #[test]

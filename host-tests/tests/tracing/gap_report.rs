@@ -223,6 +223,30 @@ fn the_page_is_well_formed_and_stands_alone() {
     }
 }
 
+/// A model is called what it is: only where effects were found there is one without them.
+#[test]
+fn the_page_names_the_model_that_errs_most() {
+    for (name, model) in [
+        ("no effect", "as it is fitted"),
+        ("wrong number", "with the declared numbers"),
+        ("unknown", "without the learned map"),
+        ("no validation", "without the effects"),
+    ] {
+        let (_, report) = variants().into_iter().find(|(n, _)| *n == name).unwrap();
+        let page = page(&report);
+        assert!(
+            page.contains(&format!("the model {model} errs most.")),
+            "{name}"
+        );
+        let said = page.matches("errs most.").count();
+        assert_eq!(
+            page.matches(&format!("the model {model} errs most."))
+                .count(),
+            said
+        );
+    }
+}
+
 #[test]
 fn the_page_draws_both_logs_and_says_so_where_it_cannot() {
     let drawings = |report: &Report| {

@@ -184,6 +184,32 @@ fn identifies(machine: &Machine, seed: u64) {
     }
 }
 
+/// A machine file without the sensor's resolution is as good as one with it, where the positions show its steps.
+#[test]
+fn the_steps_of_the_positions_stand_for_a_resolution_that_is_not_declared() {
+    let machine = Machine::intake_throttle();
+    let mut declared = start(&machine);
+    let resolution = declared.machine.resolution.expect("of the rig's sensor");
+    let logs = [triangle(&machine), steps(&machine, 5)].map(|input| {
+        let mut log = log(&measure(&machine, &[], input, 5), "log");
+        for position in &mut log.position {
+            *position = (*position / resolution).round() * resolution;
+        }
+        log
+    });
+    let numbers = |start: &Start| {
+        let found = identify(start, &logs[0], &logs[1]).unwrap();
+        found.best().numbers.values()
+    };
+    let with = numbers(&declared);
+    declared.machine.resolution = None;
+    let without = numbers(&declared);
+    // The step is the declared one to the rounding of the positions.
+    for (one, other) in with.into_iter().zip(without) {
+        assert!((one / other - 1.0).abs() < 1e-3, "{with:?} {without:?}");
+    }
+}
+
 /// The machine files declare what the rig plays.
 #[test]
 fn the_machine_files_are_the_rigs_machines() {

@@ -162,20 +162,35 @@ pub struct Wrap {
 }
 
 /// Jumps of a turn: there are steps of the size of the whole range, and none between them and the steps
-/// of the motion.
+/// of the motion. A sample that is alone behind its jump, at an end of its log or there and back, is a damaged one, and
+/// makes no turn.
 pub fn wrap(logs: &[Channels]) -> Option<Wrap> {
-    let positions = || logs.iter().flat_map(|log| &log.position);
+    let logs: Vec<&[f64]> = logs.iter().map(|log| &log.position[..]).collect();
+    wrap_of(&logs)
+}
+
+/// As [`wrap`], of positions.
+pub fn wrap_of(logs: &[&[f64]]) -> Option<Wrap> {
+    let positions = || logs.iter().copied().flatten();
     let low = positions().copied().fold(f64::INFINITY, f64::min);
     let high = positions().copied().fold(f64::NEG_INFINITY, f64::max);
     let range = high - low;
     let steps: Vec<f64> = logs
         .iter()
-        .flat_map(|log| {
-            log.position
-                .windows(2)
-                .map(|pair| (pair[1] - pair[0]).abs())
-        })
+        .flat_map(|log| log.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
         .collect();
+    let is_jump = |log: &[f64], at: usize| {
+        let pair = log.get(at..at + 2);
+        pair.is_none_or(|pair| (pair[1] - pair[0]).abs() > 0.5 * range)
+    };
+    // A turn is followed and led up to by motion.
+    let is_turn = |log: &[f64], at: usize| {
+        is_jump(log, at) && at > 0 && !is_jump(log, at - 1) && !is_jump(log, at + 1)
+    };
+    let turns = |log: &&[f64]| (0..log.len().saturating_sub(1)).any(|at| is_turn(log, at));
+    if range > 0.0 && !logs.iter().any(turns) {
+        return None;
+    }
     let mut jumps: Vec<f64> = steps
         .iter()
         .copied()

@@ -10,7 +10,7 @@
 
 mod answer;
 mod balance;
-mod channels;
+pub(crate) mod channels;
 mod factor;
 pub mod limits;
 mod measure;
@@ -24,7 +24,7 @@ use serde::Serialize;
 
 use crate::log::Log;
 use crate::machine::Machine;
-use channels::Channels;
+use channels::{Channels, Column};
 use limits::{
     ALIKE, CLEARLY_BETTER, FAR_OFF, IMPLAUSIBLE, IMPOSSIBLE, LARGEST_UNIT, LEAST_SAVING,
     MOST_CORRECTIONS, SAMPLES_A_PERIOD,
@@ -68,8 +68,9 @@ pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
     let mended = factor::readings(&declared);
     // One other correction may agree still better: per cent of 24 V are about a quarter of them.
     let is_better = |best: &Reading| steps.len() == 1 && explained.strained() < best.strained();
-    if let Some(best) = mended.first().filter(|best| !is_better(best)).cloned() {
-        return words::corrections(logs, &declared, &[mended], &best);
+    if let Some(best) = mended.first().filter(|best| !is_better(best)) {
+        let alike = with_duties(&declared, &mended, best.strained());
+        return words::corrections(logs, &declared, std::slice::from_ref(&alike), &alike[0]);
     }
     if declared.cost < IMPLAUSIBLE {
         return if is_too_slow(&declared.logs) {
@@ -101,6 +102,30 @@ pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
 /// reading is looked for.
 pub fn cost(machine: &Machine, logs: &[Log]) -> f64 {
     Reading::declared(machine, logs.iter().map(Channels::of).collect()).cost
+}
+
+/// Those that mend a column that is off as a whole, with the duties that do as well: per cent of 24 V are about a quarter
+/// of them. No input beyond the largest supply is a voltage.
+fn with_duties(declared: &Reading, mended: &[Reading], strained: f64) -> Vec<Reading> {
+    let is_of_input = |reading: &&Reading| {
+        let last = reading.corrections.last();
+        matches!(last, Some(Correction::Factor(Column::Input, _)))
+    };
+    if !mended.iter().any(|reading| is_of_input(&reading)) {
+        return mended.to_vec();
+    }
+    let is_voltage = !declared.is_beyond_supplies();
+    let duties = declared.of_duty().into_iter();
+    let duties = duties.map(|(correction, _)| declared.with(correction, 0.0));
+    let mut duties: Vec<Reading> = duties
+        .filter(|reading| reading.strained() <= strained + ALIKE)
+        .collect();
+    duties.sort_by(|a, b| a.strained().total_cmp(&b.strained()));
+    let voltages = mended
+        .iter()
+        .filter(|reading| is_voltage || duties.is_empty() || !is_of_input(reading));
+    let voltages: Vec<Reading> = voltages.cloned().collect();
+    [voltages, duties].concat()
 }
 
 /// The corrections that explain the contradiction, one after the other, each with those that explain it

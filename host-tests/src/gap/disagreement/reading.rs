@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::balance::{Balances, Follows};
 use super::channels::{self, Channels, Column, largest};
 use super::limits::{
-    FITTED_FACTOR, LONGEST_PERIOD, SAME_FACTOR, SAME_STEP, SHEET, SHORTEST_AS_MILLISECONDS,
+    FITTED_FACTOR, HINT, LONGEST_PERIOD, SAME_FACTOR, SAME_STEP, SHEET, SHORTEST_AS_MILLISECONDS,
 };
 use super::measure::{Clue, Subject, clues, total};
 use super::units::{self, Unit};
@@ -19,14 +19,17 @@ pub enum Correction {
     Unit(Column, &'static str, &'static str, f64),
     /// A column is the sensor's counts, of so much each.
     Counts(f64),
-    /// The input is a share of the supply's voltage: whether in per cent, and the volts of the supply.
-    Duty(bool, f64),
+    /// The input is a share of the supply's voltage: what the whole is, 1, 100 or a counter's full scale, and the volts
+    /// of the supply.
+    Duty(f64, f64),
     /// A column is to be multiplied by a small whole number, or divided by it.
     Factor(Column, f64),
     /// A column is in the unit that it has to be in, and was taken for one in another unit.
     Taken(Column, &'static str, f64),
     /// Position or velocity is that of the other side of a gear, so many times as large.
     Geared(Column, f64),
+    /// Position and velocity both are, as from one sensor.
+    GearedSensor(f64),
     /// A column has the wrong sign.
     Negative(Column),
     /// Position and velocity have the wrong sign: the encoder counts the other way.
@@ -83,6 +86,8 @@ impl Correction {
             (Self::Number(one, ..), Self::Number(other, ..)) => one == other,
             (Self::Duty(..), Self::Duty(..)) | (Self::Counts(_), Self::Counts(_)) => true,
             (Self::Geared(one, _), Self::Geared(other, _)) => one == other,
+            (Self::GearedSensor(_), Self::GearedSensor(_) | Self::Geared(..))
+            | (Self::Geared(..), Self::GearedSensor(_)) => true,
             (Self::Wrapped(_), Self::Wrapped(_)) => true,
             (one, other) => one == other,
         }
@@ -133,11 +138,14 @@ impl Reading {
                 | Correction::Taken(column, _, factor)
                 | Correction::Factor(column, factor) => log.scale(column, factor),
                 Correction::Counts(size) => log.scale(Column::Position, size),
-                Correction::Duty(percent, volts) => {
-                    let gain = volts * if percent { 0.01 } else { 1.0 };
-                    log.scale(Column::Input, gain / self.machine.gain.abs());
+                Correction::Duty(whole, volts) => {
+                    log.scale(Column::Input, volts / whole / self.machine.gain.abs());
                 }
                 Correction::Geared(column, ratio) => log.scale(column, 1.0 / ratio),
+                Correction::GearedSensor(ratio) => {
+                    log.scale(Column::Position, 1.0 / ratio);
+                    log.scale(Column::Velocity, 1.0 / ratio);
+                }
                 Correction::Negative(column) => log.scale(column, -1.0),
                 Correction::Reversed => {
                     log.scale(Column::Position, -1.0);
@@ -264,24 +272,35 @@ impl Reading {
         all
     }
 
-    fn of_duty(&self) -> Vec<(Correction, f64)> {
-        let most = self
-            .logs
-            .iter()
-            .map(|log| largest(&log.input))
-            .fold(0.0, f64::max);
-        // A duty ends at one, a percentage at a hundred.
-        let kinds = [(false, 1.0), (true, 100.0)]
+    pub fn of_duty(&self) -> Vec<(Correction, f64)> {
+        let inputs = || self.logs.iter().flat_map(|log| &log.input);
+        let most = self.largest_input();
+        // A duty ends at one, a percentage at a hundred; what goes beyond in whole numbers is a counter's.
+        let mut wholes: Vec<f64> = [1.0, 100.0]
             .into_iter()
-            .filter(|(_, end)| most <= 1.001 * end);
-        kinds
-            .flat_map(|(percent, _)| {
-                units::SUPPLIES.map(|volts| (Correction::Duty(percent, volts), 1.0))
-            })
+            .filter(|whole| most <= 1.001 * whole)
+            .collect();
+        if wholes.is_empty() && inputs().all(|input| input.fract() == 0.0) {
+            wholes.extend(units::full_scale(most));
+        }
+        wholes
+            .into_iter()
+            .flat_map(|whole| units::SUPPLIES.map(|volts| (Correction::Duty(whole, volts), 1.0)))
             .collect()
     }
 
-    /// A position of the other side of the gear: by its ratio, or by how many of the sensor's steps one of the
+    fn largest_input(&self) -> f64 {
+        let inputs = self.logs.iter().map(|log| largest(&log.input));
+        inputs.fold(0.0, f64::max)
+    }
+
+    /// Whether no likely supply gives as much voltage as this input is read to be.
+    pub fn is_beyond_supplies(&self) -> bool {
+        let volts = self.largest_input() * self.machine.gain.abs();
+        self.machine.motor.is_some() && units::SUPPLIES.iter().all(|supply| volts > *supply)
+    }
+
+    /// A position of the other side of the gear, and a velocity with it where there is one: by its ratio, or by how many of the sensor's steps one of the
     /// position's is, where no unit is that.
     fn of_gear(&self, units: &[Unit]) -> Vec<(Correction, f64)> {
         if self.machine.coordinate != Coordinate::Radian {
@@ -305,9 +324,14 @@ impl Reading {
                 ratios.push(ratio);
             }
         }
-        let ratios = ratios.into_iter();
-        ratios
-            .map(|ratio| (Correction::Geared(Column::Position, ratio), 0.0))
+        let of_position = |ratio: &f64| Correction::Geared(Column::Position, *ratio);
+        let mut all: Vec<Correction> = ratios.iter().map(of_position).collect();
+        if self.has(Column::Velocity) {
+            // A velocity is measured by the same sensor, most often.
+            all.extend(ratios.iter().copied().map(Correction::GearedSensor));
+        }
+        all.into_iter()
+            .map(|correction| (correction, 0.0))
             .collect()
     }
 
@@ -349,13 +373,15 @@ impl Reading {
             .collect()
     }
 
-    /// The cost with how far the log is from numbers that are known well, those of the motor and the sensor's step,
-    /// nats: it chooses among readings that cost the same.
+    /// The cost with how far the log is from numbers that are known well, those of the motor, the sensor's step and the
+    /// voltages of supplies, nats: it chooses among readings that cost the same.
     pub fn strained(&self) -> f64 {
         let step = self.step().map(|ratio| ratio.ln() / SAME_STEP.ln());
         let stated = self.motor();
         let off = stated.iter().map(Stated::deviations).chain(step);
+        let supply = if self.is_beyond_supplies() { HINT } else { 0.0 };
         self.cost
+            + supply
             + off
                 .map(|deviations| 0.5 * deviations * deviations)
                 .sum::<f64>()

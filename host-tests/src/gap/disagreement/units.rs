@@ -75,6 +75,12 @@ pub const SUPPLIES: [f64; 12] = [
     5.0, 6.0, 7.4, 9.0, 12.0, 15.0, 18.0, 24.0, 28.0, 36.0, 48.0, 72.0,
 ];
 
+/// Full scale of a PWM's counter of 8, 10, 12 or 16 bits: the least that holds such counts.
+pub fn full_scale(largest: f64) -> Option<f64> {
+    let scales = [8, 10, 12, 16].map(|bits| f64::from((1_u32 << bits) - 1));
+    scales.into_iter().find(|scale| largest <= *scale)
+}
+
 /// Counts a turn of common encoders: lines of incremental ones, four times as many edges, and powers of two.
 pub const COUNTS_A_TURN: [f64; 20] = [
     256.0, 360.0, 400.0, 500.0, 512.0, 1000.0, 1024.0, 1440.0, 2000.0, 2048.0, 2500.0, 3600.0,

@@ -141,12 +141,15 @@ fn what(declared: &Reading, correction: Correction) -> String {
             significant(size, 4)
         ),
         Correction::Factor(column, factor) => scaled(column, factor),
-        Correction::Duty(true, volts) => {
-            format!("input is in per cent of a supply of about {volts} V, not in volts")
-        }
-        Correction::Duty(false, volts) => {
-            format!("input is the duty, a share of a supply of about {volts} V, not in volts")
-        }
+        Correction::Duty(whole, volts) => match whole {
+            1.0 => {
+                format!("input is the duty, a share of a supply of about {volts} V, not in volts")
+            }
+            100.0 => format!("input is in per cent of a supply of about {volts} V, not in volts"),
+            _ => format!(
+                "input is in counts of a PWM, of which {whole} are a supply of about {volts} V, not in volts"
+            ),
+        },
         Correction::Taken(column, unit, factor) => format!(
             "{} is {} times too {}: the column is in {}, and was imported as {unit}",
             column.name(),
@@ -154,14 +157,10 @@ fn what(declared: &Reading, correction: Correction) -> String {
             if factor > 1.0 { "small" } else { "large" },
             expected_unit(&declared.machine, column)
         ),
-        Correction::Geared(Column::Position, ratio) if ratio > 1.0 => format!(
-            "position is {} times too large, as that of an encoder on the motor's side of the gear",
-            rounded(ratio, 4)
-        ),
-        Correction::Geared(Column::Position, ratio) => format!(
-            "position is {} times too small, as that of an encoder on the load's side of the gear",
-            rounded(1.0 / ratio, 4)
-        ),
+        Correction::Geared(Column::Position, ratio) => format!("position is {}", geared(ratio)),
+        Correction::GearedSensor(ratio) => {
+            format!("position and velocity are {}", geared(ratio))
+        }
         Correction::Geared(column, ratio) => format!(
             "{} is that of the other side of a gear of about {}",
             column.name(),
@@ -187,6 +186,19 @@ fn what(declared: &Reading, correction: Correction) -> String {
             format!("{name} is declared in {unit}, not in {expected}")
         }
     }
+}
+
+/// What a sensor on the other side of the gear reads.
+fn geared(ratio: f64) -> String {
+    let (off, side) = if ratio > 1.0 {
+        (format!("{} times too large", rounded(ratio, 4)), "motor")
+    } else {
+        (
+            format!("{} times too small", rounded(1.0 / ratio, 4)),
+            "load",
+        )
+    };
+    format!("{off}, as of an encoder on the {side}'s side of the gear")
 }
 
 /// The unit of a column of a log.
@@ -422,6 +434,7 @@ fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String 
 /// A column of the new log as `cargo hil import` takes it: name, unit, factor.
 fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> String {
     let (mut name, mut unit, mut factor) = (column.name(), unit, 1.0);
+    let mut counts = String::new();
     for correction in corrections {
         match *correction {
             Correction::Unit(changed, _, import, size) if changed == column => {
@@ -437,11 +450,23 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
                 factor *= size;
             }
             Correction::Counts(size) if column == Column::Position => factor *= size,
-            Correction::Duty(percent, volts) if column == Column::Input => {
-                unit = if percent { "%" } else { "" };
+            Correction::Duty(whole, volts) if column == Column::Input => {
+                match whole {
+                    1.0 => unit = "",
+                    100.0 => unit = "%",
+                    _ => {
+                        unit = "duty";
+                        counts = format!("/{whole}");
+                    }
+                }
                 factor *= volts / gain.abs();
             }
             Correction::Geared(changed, ratio) if changed == column => factor /= ratio,
+            Correction::GearedSensor(ratio)
+                if matches!(column, Column::Position | Column::Velocity) =>
+            {
+                factor /= ratio;
+            }
             Correction::Negative(changed) if changed == column => factor = -factor,
             Correction::Reversed if matches!(column, Column::Position | Column::Velocity) => {
                 factor = -factor;
@@ -466,11 +491,13 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
     };
     // A gear, or a thousand.
     let divisor = rounded(1.0 / factor, 6);
-    if factor == 1.0 {
-        format!("{name}{unit}")
+    let source = format!("{name}{counts}{unit}");
+    // A share needs its supply, whatever that comes to.
+    if factor == 1.0 && counts.is_empty() {
+        source
     } else if divisor > 1.0 && divisor.fract() == 0.0 {
-        format!("{name}{unit}/{divisor}")
+        format!("{source}/{divisor}")
     } else {
-        format!("{name}{unit}*{}", rounded(factor, 6))
+        format!("{source}*{}", rounded(factor, 6))
     }
 }

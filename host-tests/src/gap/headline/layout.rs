@@ -1,7 +1,7 @@
 //! The answer for people as a terminal shows it.
 
-use super::Headline;
 use super::next::{Step, sentence};
+use super::{Headline, NAMED};
 use crate::gap::answer::listed;
 use crate::gap::outcome::{Outcome, Report};
 use crate::gap::terminal::{Style, WIDTH, printable, wrapped};
@@ -10,8 +10,8 @@ use crate::quantity::Scale;
 /// Lines that the answer takes at most, as a terminal shows it.
 pub const LINES: usize = 12;
 
-/// Lines that stay for what was found as long as anything else can be left out.
-const LEAST_FOR_DETAILS: usize = 4;
+/// Effects that stay with their sizes as long as anything else can be left out: as many as the first sentence names.
+const LEAST_DETAILED: usize = NAMED;
 
 /// Characters of a machine's name that the answer shows.
 const NAME: usize = 40;
@@ -105,12 +105,11 @@ impl<'h> Shown<'h> {
     /// Leaves out the sentence, the step or the detail that is needed least; false if none can be left out. What the
     /// logs cannot tell apart is the end of the certainty, so that loses its beginning.
     fn leave_out(&mut self) -> bool {
-        let is_long = self.detail_lines().len() > LEAST_FOR_DETAILS;
         if self.certainty.len() > 1 {
             self.certainty.remove(0);
         } else if self.gain.len() > 1 {
             self.gain.pop();
-        } else if is_long && self.detailed > 1 {
+        } else if self.detailed > LEAST_DETAILED {
             self.detailed -= 1;
         } else if self.next.len() > 1 {
             // The first one stays, and what is there to be copied as long as it can.

@@ -187,7 +187,10 @@ fn declare(outcome: &Outcome, is_final: bool) -> Vec<Step> {
     let mut steps = Vec::new();
     if let Some(file) = &outcome.machine_out {
         steps.push(said(&match outcome.unknown {
-            None => format!("use {file} from now on, the machine file with what was found"),
+            None if is_final => {
+                format!("use {file} from now on, the machine file with what was found")
+            }
+            None => format!("until then use {file}, the machine file with what was found"),
             Some(_) => format!(
                 "{file} has the fitted numbers; the learned law is what no machine file can declare"
             ),

@@ -173,13 +173,10 @@ impl Subject<'_> {
         }
         Ok(Figure {
             statement: format!(
-                "From {:.2} s to {:.2} s the {} errs most.",
+                "From {:.2} s to {:.2} s the model {} errs most.",
                 log.time[from],
                 log.time[to - 1],
-                match self.models.as_slice() {
-                    [_] => "fitted model",
-                    _ => "model before effects",
-                },
+                self.first(),
             ),
             method: format!("The same curves, sample by sample.{restarts_text}"),
             keys: self.keys(true),
@@ -188,6 +185,17 @@ impl Subject<'_> {
                 "Position and position error over an excerpt of the log",
             )?,
         })
+    }
+
+    /// What tells the first of the models, in a sentence.
+    fn first(&self) -> &'static str {
+        let outcome = &self.report.outcome;
+        match self.models.as_slice() {
+            [_] => "as it is fitted",
+            _ if !outcome.effects.is_empty() => "without the effects",
+            _ if outcome.unknown.is_some() => "without the learned map",
+            _ => "with the declared numbers",
+        }
     }
 
     /// Position above, position error below, for the samples `from..to`.

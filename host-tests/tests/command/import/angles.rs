@@ -41,6 +41,23 @@ fn a_reading_that_starts_again_is_unwrapped() {
     }
 }
 
+/// A sample that is alone, the first one, the last one or one between them, is damaged: no reading starts again there.
+#[test]
+fn a_damaged_sample_is_no_turn() {
+    for damaged in [0, 150, 399] {
+        let raw = rows("t,x,u", 400, |k| {
+            let angle = if k == damaged { 300.0 } else { 0.05 * k as f64 };
+            format!("{k},{angle},{}", k % 7)
+        });
+        let place = Place::with("raw.csv", raw);
+        let call = "import raw.csv --time t:ms --position x:deg --input u --out log.csv";
+        let output = place.run(call);
+        let (said, warned) = (text(&output.stdout), text(&output.stderr));
+        assert!(!said.contains("--unwrap"), "{said}");
+        assert!(warned.contains("in this sample alone"), "{warned}");
+    }
+}
+
 /// A counter of 16 bits behind a spindle of 2 µm a count.
 #[test]
 fn a_counter_says_at_what_it_starts_again() {

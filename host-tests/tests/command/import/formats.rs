@@ -113,6 +113,30 @@ fn mcap_of_ros_2() {
     near(&log.current.expect("a current"), |_| 1.0);
 }
 
+/// The call that `gap` prints takes the message's own time where it has one, else the recorder's, and no time for a
+/// measurement.
+#[test]
+#[ignore = "at length: the readers are built"]
+fn of_the_times_of_an_mcap_the_nearest_to_the_measurement_is_proposed() {
+    for (name, words) in [
+        (
+            "run-ros2.mcap",
+            "--time header.stamp --input duty --position position.0",
+        ),
+        (
+            "run-json.mcap",
+            "--time log_time --input drive.duty --position pos",
+        ),
+    ] {
+        let place = sample(name);
+        place.write("machine.toml", Machine::force_slide().to_toml());
+        place.refuses(
+            &format!("gap --machine machine.toml --train {name}"),
+            &[words],
+        );
+    }
+}
+
 /// Times of the record, and the bytes, of each message.
 type Messages = Vec<(u64, Vec<u8>)>;
 

@@ -189,6 +189,36 @@ fn times() {
     );
 }
 
+/// Stamps with a clock, under the log's own name and others; and what is a share or a count of something says of what.
+#[test]
+fn clocks_and_shares() {
+    let stamped = |header: &str, separator: &str| {
+        changed(header, |row, fields| {
+            let clock = format!("06:29:{:02}.{:03}", 50 + row / 1000, row % 1000);
+            let numbers = fields[1..].join(separator);
+            format!("2026-11-27T{clock}Z{separator}{numbers}")
+        })
+    };
+    mends(
+        stamped(HEADER, ","),
+        &[
+            "`time_s` is \"2026-11-27T06:29:50.000Z\"",
+            "--time time_s --input",
+        ],
+    );
+    mends(
+        stamped("Zeitstempel;Motor;Weg;Soll", ";"),
+        &["--time Zeitstempel --input Motor --position Weg"],
+    );
+    mends(
+        log().replacen(HEADER, "time_s,Duty (%),pos [counts],command", 1),
+        &[
+            "put the volts of the supply in place of the 1 of \"Duty (%):%*1\"",
+            "put the size of a count in place of the 1 of \"pos [counts]:counts*1\"",
+        ],
+    );
+}
+
 /// Thousands with commas are words to a reader of numbers: a call that left out all of them would leave out most rows.
 #[test]
 fn what_would_leave_out_most_rows_is_no_call() {

@@ -10,6 +10,7 @@ mod layouts;
 mod matlab;
 mod mended;
 mod rates;
+mod stamps;
 mod units;
 
 use std::f64::consts::{PI, TAU};

@@ -142,6 +142,25 @@ fn a_column_that_looks_like_another_unit_is_pointed_out() {
     assert!(!said.contains("Look again"), "{said}");
 }
 
+/// What a file says of a share and of counts is pointed out, and counts of a PWM are seen by their name and size.
+#[test]
+fn shares_and_counts_are_pointed_out() {
+    let raw = rows("t,Winkel [counts],PWM,motor_duty", 300, |k| {
+        format!("{k},{},{},0.5", k / 2, (k % 400) as i64 - 200)
+    });
+    let place = Place::with("raw.csv", raw);
+    let (_, said) = place.import("raw.csv --time t:ms --position Winkel --input PWM");
+    for hint in [
+        "--position \"Winkel [counts]:counts*0.001\" (so much a count)",
+        "reaches 200: then --input \"PWM/255:duty*12\" (255 being the most, and 12 V the supply)",
+    ] {
+        assert!(said.contains(hint), "{hint}: {said}");
+    }
+    let (_, said) = place.import("raw.csv --time t:ms --position Winkel:deg --input motor_duty");
+    let hint = "the file says so: then --input \"motor_duty:duty*12\" (12 V being the supply)";
+    assert!(said.contains(hint), "{said}");
+}
+
 /// A share of nothing and counts of no size would pass as volts and radians.
 #[test]
 fn a_share_needs_its_supply_and_counts_need_a_size() {

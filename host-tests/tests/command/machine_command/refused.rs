@@ -5,7 +5,11 @@ use super::*;
 /// A sheet, what of it is replaced and by what, or added where that is nothing, and what the refusal names.
 type Wrong = (&'static str, &'static str, &'static str, [&'static str; 2]);
 
-const CONTRADICTIONS: [Wrong; 20] = [
+/// A toy's gearmotor, whose gear loses next to nothing.
+const TOY: &str = "--voltage 6V --no-load-speed 160rpm --no-load-current 60mA --stall-current 1.6A --stall-torque \
+                   5.5kg.cm --gear-ratio 100 --values-of gearmotor";
+
+const CONTRADICTIONS: [Wrong; 21] = [
     // V/R is 0.876 A.
     (
         MICROMOTOR,
@@ -77,6 +81,13 @@ const CONTRADICTIONS: [Wrong; 20] = [
         "210kg.mm",
         "210kg.cm",
         ["--stall-torque 210kg.cm", "--values-of"],
+    ),
+    // A slip of the decimal point.
+    (
+        TOY,
+        "5.5kg.cm",
+        "0.55kg.cm",
+        ["--stall-torque 0.55kg.cm", "the gear would pass on"],
     ),
     // The motor's torque is not the gearmotor's.
     (
