@@ -17,10 +17,10 @@
 //! was towards a stop, or the encoder is lost. The next one is away from the stop, and the one behind it comes back. A
 //! second push that moves nothing is [`Fault::FollowingError`]: what keeps both ways from moving is not told from an encoder that stands
 //! still. An encoder that has gone a line against a push, and goes faster under *I*, or has not turned after
-//! [`PATIENCE`] T, is [`Fault::EncoderImplausible`].
+//! `PATIENCE` T, is [`Fault::EncoderImplausible`].
 //!
 //! # Constants
-//! *T* lets the lightest rotor with the strongest magnets, which nothing holds, move by [`SHARE`] of the stroke while the current is
+//! *T* lets the lightest rotor with the strongest magnets, which nothing holds, move by `SHARE` of the stroke while the current is
 //! raised: x = (1 + δk) k I T²/(6 (1 − δJ) J). While it is held such a rotor moves six times as far.
 //!
 //! A load may drive the rotor against a push at first. Under *I* it is braked, by the push and by friction, and turns; an encoder that counts
