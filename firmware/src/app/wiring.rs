@@ -135,6 +135,7 @@ pub struct Wiring {
     emergency_stop: AtomicBool,
     processor_supply_low: AtomicBool,
     clock_failed: AtomicBool,
+    encoder_follows: AtomicBool,
     temperature_codes: [AtomicU16; 2],
     temperatures: [Wire; 2],
     zero_asked: AtomicBool,
@@ -193,6 +194,7 @@ impl Wiring {
             emergency_stop: AtomicBool::new(false),
             processor_supply_low: AtomicBool::new(false),
             clock_failed: AtomicBool::new(false),
+            encoder_follows: AtomicBool::new(false),
             temperature_codes: [AtomicU16::new(0), AtomicU16::new(0)],
             temperatures: [Wire::new(), Wire::new()],
             zero_asked: AtomicBool::new(false),
@@ -352,6 +354,16 @@ impl Wiring {
         if failed {
             self.trip(Fault::ClockFailed);
         }
+    }
+
+    /// Whether the encoder was seen to follow the rotor.
+    pub fn encoder_follows(&self) -> bool {
+        self.encoder_follows.load(Relaxed)
+    }
+
+    /// Says whether the encoder was seen to follow the rotor.
+    pub(super) fn set_encoder_follows(&self, follows: bool) {
+        self.encoder_follows.store(follows, Relaxed);
     }
 
     /// Codes of the temperature sensors, of the switches and the motor.

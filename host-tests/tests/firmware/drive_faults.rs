@@ -14,7 +14,7 @@ use firmware::app::fault::{Fault, Faults, following};
 use firmware::app::liveness::Task;
 use firmware::app::machine::{EMA, FULL_DUTY};
 use firmware::app::operation::bridge::MOST_DUTY;
-use firmware::app::operation::drive::SWITCH_STEPS;
+use firmware::app::operation::homing::SWITCH_STEPS;
 use firmware::app::operation::motion_limit;
 use firmware::app::operation::operator::POLL_PERIOD_MS;
 use firmware::app::operation::temperature::{BROKEN_STEPS, FILTER};
@@ -37,15 +37,6 @@ const LONGEST: f32 = 3.0 * TIME_CONSTANT + 2.0 * CONTROL_PERIOD;
 /// What the drive itself finds of a command that asks for more than winding or bridge bear.
 fn is_too_much(causes: Faults) -> bool {
     causes.contains(Fault::Overload) || causes.contains(Fault::OverCurrent)
-}
-
-fn is_of_the_encoder(causes: Faults) -> bool {
-    let faults = [
-        Fault::EncoderLost,
-        Fault::EncoderImplausible,
-        Fault::FollowingError,
-    ];
-    faults.into_iter().any(|fault| causes.contains(fault))
 }
 
 #[test]
@@ -75,7 +66,7 @@ fn a_sound_drive_within_its_tolerances_has_no_fault_whatever_it_is_told() {
                 at_a_stop += u32::from(position > 0.97 && image.plant.state.current.abs() > 5.0);
             }
             let causes = image.wiring.latch().causes();
-            assert!(!is_of_the_encoder(causes), "{seed}: {causes}, {told:?}");
+            assert!(!causes.are_of_the_encoder(), "{seed}: {causes}, {told:?}");
             assert!(
                 causes.is_empty() || is_too_much(causes),
                 "{seed}: {causes}, {told:?}"
@@ -210,7 +201,7 @@ fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it
                 "{name}, {seed}: {outcome:?}, {mode}, {line}"
             );
             worst.worst(&outcome);
-            if is_of_the_encoder(outcome.causes) {
+            if outcome.causes.are_of_the_encoder() {
                 assert_eq!(image.wiring.latch().outputs(), Outputs::SAFE);
                 assert!(!image.plant.is_driven());
                 found += 1;
@@ -245,7 +236,7 @@ fn a_current_sensor_that_is_stuck_within_its_range_hides_no_more_than_its_balanc
     };
     // What the supply drives through the least resistance.
     let most_current = |supply: f32| supply / ((1.0 - TOLERANCES.resistance) * resistance);
-    for (stuck, least_found) in [(true, 511), (false, 636)] {
+    for (stuck, least_found) in [(true, 512), (false, 636)] {
         let name = if stuck { "stuck" } else { "at zero" };
         let (mut found, mut driven, mut moved) = (0, 0, 0);
         let mut worst = Outcome::default();
@@ -333,7 +324,7 @@ fn a_current_sensor_that_is_stuck_is_found_by_the_first_change_that_it_does_not_
                     image.run_ms(1 + (1e3 * LONGEST).ceil() as u32);
                     let case = format!("{share}, {volts} V, {change}");
                     let causes = image.wiring.latch().causes();
-                    assert_eq!(is_of_the_encoder(causes), stuck, "{case}: {causes}");
+                    assert_eq!(causes.are_of_the_encoder(), stuck, "{case}: {causes}");
                     assert_eq!(image.plant.is_driven(), !stuck, "{case}: {causes}");
                 }
             }

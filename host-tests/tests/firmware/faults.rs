@@ -299,7 +299,14 @@ const LIMITS: Limits = Limits {
 fn encoder() -> back_emf::Coefficients {
     let resolution = EMA.converters.position.unit();
     let tolerances = Tolerances::INDUSTRIAL;
-    back_emf::Coefficients::new(&EMA.plant, tolerances, resolution, CONTROL_PERIOD).unwrap()
+    back_emf::Coefficients::new(
+        &EMA.plant,
+        &EMA.limits,
+        tolerances,
+        resolution,
+        CONTROL_PERIOD,
+    )
+    .unwrap()
 }
 
 fn observers() -> Observers {
@@ -491,10 +498,11 @@ fn impossible_limits_are_refused_by_name() {
         ..EMA.plant
     };
     let tolerances = Tolerances::INDUSTRIAL;
-    let refused = back_emf::Coefficients::new(&torque, tolerances, 0.0, CONTROL_PERIOD);
+    let refused =
+        back_emf::Coefficients::new(&torque, &EMA.limits, tolerances, 0.0, CONTROL_PERIOD);
     assert_eq!(refused.unwrap_err().name, "drive");
     for period in [0.0, 0.1, f32::NAN] {
-        let refused = back_emf::Coefficients::new(&EMA.plant, tolerances, 0.0, period);
+        let refused = back_emf::Coefficients::new(&EMA.plant, &EMA.limits, tolerances, 0.0, period);
         assert_eq!(refused.unwrap_err().name, "period");
     }
 }
@@ -506,8 +514,13 @@ const SUPPLY: f32 = 24.0;
 fn judge(machine: &Machine, samples: &[(f32, f32, f32)]) -> Vec<(usize, Fault)> {
     let resolution = machine.converters.position.unit();
     let tolerances = Tolerances::INDUSTRIAL;
-    let observer =
-        back_emf::Coefficients::new(&machine.plant, tolerances, resolution, CONTROL_PERIOD);
+    let observer = back_emf::Coefficients::new(
+        &machine.plant,
+        &machine.limits,
+        tolerances,
+        resolution,
+        CONTROL_PERIOD,
+    );
     let observer = observer.unwrap();
     let mut state = back_emf::State::default();
     let mut stood = None;

@@ -9,6 +9,7 @@ mod drive_limits;
 mod drive_protections;
 mod drive_restarts;
 mod ecu;
+mod encoder_check;
 mod faults;
 mod friction_refit;
 mod operation;

@@ -89,6 +89,8 @@ pub struct Status {
     pub switches: [bool; 2],
     /// Whether the position of a real actuator counts from wherever it was at the start, and no end stop is trusted.
     pub from_start: bool,
+    /// Whether the encoder was seen to follow the rotor, where that is checked.
+    pub encoder_follows: Option<bool>,
     /// Temperatures of the switches and the motor, of a real actuator.
     pub temperatures: Option<[Told; 2]>,
     /// Plant ticks since the start.
@@ -211,6 +213,13 @@ impl fmt::Display for Status {
                 formatter,
                 "\nposition counts from the start, no end stop is trusted; `home` it, or `zero` it"
             )?;
+        }
+        match self.encoder_follows {
+            Some(true) => formatter.write_str("\nencoder: follows the rotor")?,
+            Some(false) => formatter.write_str(
+                "\nencoder: not checked; in position mode the drive pushes either way first",
+            )?,
+            None => {}
         }
         match &self.temperatures {
             Some([switches, motor]) => {

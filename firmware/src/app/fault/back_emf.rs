@@ -42,6 +42,7 @@ use model_core::numeric::invalid_parameter::InvalidParameter;
 use model_core::plant::parameters::{Drive, Parameters};
 
 use super::Fault;
+use super::monitor::{CURRENT_SHARE, Limits};
 use super::observer::{Reading, TIME_CONSTANT, Tolerances, check_encoder};
 use crate::app::operation::current_offset;
 use crate::app::timing::PLANT_PERIOD;
@@ -52,14 +53,19 @@ const LATENCY: f32 = 2.0 * PLANT_PERIOD;
 /// Of a current whose sign is known, A: more than what the sensor's zero may be off by.
 const SIGNED: f32 = current_offset::MOST;
 
-/// How fast a winding warms or cools at most, K/s. Copper that keeps its heat warms by its resistivity times the squared density of its current
-/// over its heat capacity: 2.3e-8 Ω·m at 105 °C, (51e6 A/m²)² and 3.45e6 J/(K·m³) make 17 K/s. The density is that of 20.4 A where the
-/// continuous 6 A have 15 A/mm², the most of a small motor.
-const WARMING: f32 = 20.0;
-
-/// By which share a kelvin changes copper's resistance, and a ferrite magnet. No magnet warms faster than its winding.
-const COPPER: f32 = 3.9e-3;
+/// By which share a kelvin changes copper's resistance, of that at 20 °C (IEC 60028), and a hard ferrite's remanence (IEC 60404-8-1, annex A). No
+/// magnet warms faster than its winding.
+const COPPER: f32 = 3.93e-3;
 const MAGNETS: f32 = 2e-3;
+
+/// Copper's resistivity at 105 °C, the hottest of a winding within its tolerances, Ω·m: 1/58 Ω·mm²/m at 20 °C (IEC 60028).
+const RESISTIVITY: f32 = 1e-6 / 58.0 * (1.0 + 85.0 * COPPER);
+
+/// Copper's heat capacity, J/(K·m³): 385 J/(K·kg) and 8.89 g/cm³ (IEC 60028).
+const HEAT_CAPACITY: f32 = 385.0 * 8.89e3;
+
+/// Density of the continuous current, A/m²: the most of a small motor.
+const DENSITY: f32 = 15e6;
 
 /// Most of a bridge's supply, V: beyond it the supply's sensor saturates.
 const VOLTS: f32 = 36.0;
@@ -89,7 +95,7 @@ pub struct Coefficients {
     latency: f32,
     /// h/τ.
     gain: f32,
-    /// By how much ρ, δ and κ change over [`TURNS`] at most. A dead time stays.
+    /// By how much ρ, δ and κ change over [`TURNS`] at most: no more than the tolerances. A dead time stays.
     drift: [f32; 3],
 }
 
@@ -254,14 +260,22 @@ impl State {
     }
 }
 
+/// How fast a winding warms or cools at most, K/s: copper that keeps all the heat of the most current that is ever let flow. It cools by no
+/// more than what its surface takes, which is the heat of the continuous current.
+fn warming(limits: &Limits) -> f32 {
+    let density = DENSITY * CURRENT_SHARE * limits.peak_current / limits.continuous_current;
+    RESISTIVITY * density * density / HEAT_CAPACITY
+}
+
 impl Coefficients {
-    /// For an actuator, an encoder with steps of `resolution`, rad or m, and a control period, s.
+    /// For an actuator within these limits, an encoder with steps of `resolution`, rad or m, and a control period, s.
     /// Lost motion between motor and encoder adds to the resolution.
     ///
     /// # Errors
     /// The drive is no voltage, or a number is out of its range.
     pub fn new(
         plant: &Parameters,
+        limits: &Limits,
         tolerances: Tolerances,
         resolution: f32,
         period: f32,
@@ -279,7 +293,7 @@ impl Coefficients {
         };
         check_encoder(resolution, period)?;
         tolerances.check()?;
-        let turns = f32::from(TURNS) * period;
+        let warmer = warming(limits) * f32::from(TURNS) * period;
         let middle = 0.5 * tolerances.dead_time;
         let most = [tolerances.resistance, middle, tolerances.torque_constant];
         Ok(Self {
@@ -294,7 +308,11 @@ impl Coefficients {
             quantisation: 2.0 * torque_constant * resolution / TIME_CONSTANT,
             latency: LATENCY / period,
             gain: period / TIME_CONSTANT,
-            drift: [COPPER * WARMING * turns, 0.0, MAGNETS * WARMING * turns],
+            drift: [
+                (COPPER * warmer).min(tolerances.resistance),
+                0.0,
+                (MAGNETS * warmer).min(tolerances.torque_constant),
+            ],
         })
     }
 

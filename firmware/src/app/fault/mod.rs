@@ -238,6 +238,17 @@ impl Faults {
         self.0 == 0
     }
 
+    /// Whether one of them says that the encoder does not follow the rotor.
+    pub fn are_of_the_encoder(self) -> bool {
+        [
+            Fault::EncoderLost,
+            Fault::EncoderImplausible,
+            Fault::FollowingError,
+        ]
+        .into_iter()
+        .any(|fault| self.contains(fault))
+    }
+
     /// The first by number.
     pub fn first(self) -> Option<Fault> {
         Fault::ALL.get(self.0.trailing_zeros() as usize).copied()

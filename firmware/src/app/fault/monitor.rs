@@ -170,6 +170,11 @@ impl Monitors {
         self.winding = winding;
     }
 
+    /// Begins the balance of the torque anew: what pushes a rotor to see whether it moves is no fault of the encoder.
+    pub fn forget_torque(&mut self) {
+        self.state.torque = following::State::default();
+    }
+
     /// Takes a control step's measurements: the conditions that hold now.
     pub fn step(&mut self, measured: &Measured) -> Faults {
         let Reading {

@@ -11,12 +11,12 @@ use model_core::control::pid;
 
 use super::bridge;
 use super::calibration::Correction;
-use super::homing::{Search, Sought, Step, Switch};
+use super::encoder_check::{self, Check};
+use super::homing::{End, Search, Seeking, Sought, Step};
 use super::motion_limit;
 use super::temperature;
 use crate::app::console::request::Mode;
 use crate::app::conversion::Converters;
-use crate::app::debounce::Debounce;
 use crate::app::fault::monitor::{Measured, Monitors};
 use crate::app::fault::observer::Reading;
 use crate::app::fault::output::Bridge;
@@ -26,10 +26,6 @@ use crate::app::profile::Generator;
 use crate::app::record::{Marks, Recorder, Sample};
 use crate::app::wiring::{Applied, Measurement, Wiring};
 use crate::app::work::ControlWork;
-
-/// Control steps that a limit switch has to be open for before that counts: contacts bounce for a
-/// millisecond or two.
-pub const SWITCH_STEPS: u32 = 5;
 
 /// What the drive is told.
 #[expect(clippy::large_enum_variant, reason = "there is no allocation")]
@@ -67,6 +63,8 @@ pub struct Setup {
     pub motion: Option<motion_limit::Coefficients>,
     /// What its temperatures leave of a real actuator's current.
     pub temperature: Option<temperature::Coefficients>,
+    /// What the encoder is checked by before a loop is closed over it.
+    pub encoder_check: Option<encoder_check::Coefficients>,
     /// What watches a real actuator.
     pub monitors: Option<Monitors>,
 }
@@ -83,6 +81,7 @@ impl Setup {
             command_steps,
             motion,
             temperature,
+            encoder_check,
             monitors,
         } = other;
         self.pid.clone_from(pid);
@@ -92,6 +91,7 @@ impl Setup {
         self.command_steps = *command_steps;
         self.motion.clone_from(motion);
         self.temperature.clone_from(temperature);
+        self.encoder_check = *encoder_check;
         match (&mut self.monitors, monitors) {
             (Some(ours), Some(monitors)) => ours.take(monitors),
             (ours, monitors) => ours.clone_from(monitors),
@@ -108,48 +108,6 @@ enum Command {
     Signal(Generator, u32),
 }
 
-/// What seeks a limit switch, until the drive is disarmed.
-#[derive(Debug, Clone, Copy)]
-enum Seeking {
-    Under(Search),
-    /// Nothing is driven any more.
-    Ended(Switch),
-}
-
-impl Seeking {
-    /// The switch that is sought.
-    fn switch(&self) -> Switch {
-        match self {
-            Self::Under(search) => search.switch(),
-            Self::Ended(switch) => *switch,
-        }
-    }
-}
-
-/// An end of the way, with its limit switch.
-#[derive(Debug, Clone, Copy, Default)]
-struct End {
-    open: Debounce,
-    closed: Debounce,
-    /// Whether the switch has been open ever since the drive was armed. Then nothing drives towards it, and it is a way out
-    /// and no fault: a loop that holds the actuator there may ask for a little either way, as behind a search.
-    leaves: bool,
-}
-
-impl End {
-    /// Takes a control step. True while the switch is open.
-    fn step(&mut self, is_open: bool, is_driven: bool) -> bool {
-        let open = self.open.after(SWITCH_STEPS, is_open);
-        let closed = self.closed.after(SWITCH_STEPS, !is_open);
-        self.leaves = if is_driven {
-            self.leaves && !closed
-        } else {
-            open
-        };
-        open
-    }
-}
-
 /// The drive.
 pub struct Drive {
     setup: Setup,
@@ -159,6 +117,12 @@ pub struct Drive {
     seeking: Option<Seeking>,
     /// The last value of the command.
     commanded: f32,
+    /// The check of the encoder that is under way: nothing is commanded meanwhile.
+    check: Option<Check>,
+    /// Its last step.
+    checked: Option<encoder_check::Step>,
+    /// Whether the encoder was seen to follow the rotor since the start, and no fault of it came since.
+    encoder_follows: bool,
     state: pid::State,
     motion: motion_limit::State,
     temperature: temperature::State,
@@ -195,6 +159,9 @@ impl Drive {
             command: Command::Held(0.0),
             seeking: None,
             commanded: 0.0,
+            check: None,
+            checked: None,
+            encoder_follows: false,
             state: pid::State::default(),
             motion: motion_limit::State::default(),
             temperature: temperature::State::default(),
@@ -265,8 +232,43 @@ impl Drive {
         self.commanded
     }
 
+    /// Checks that the encoder follows the rotor, if a loop is closed over it that was not checked.
+    fn check_encoder(&mut self, counts: i32) {
+        self.checked = None;
+        let due = self.is_driven() && self.mode == Mode::Position && !self.encoder_follows;
+        let Some(numbers) = self.setup.encoder_check.filter(|_| due) else {
+            self.check = None;
+            return;
+        };
+        let barred = self.switches.map(|end| end.leaves);
+        let check = self.check.get_or_insert_default();
+        let step = check.step(&numbers, counts, barred);
+        match step {
+            encoder_check::Step::Follows => {
+                self.check = None;
+                self.encoder_follows = true;
+            }
+            encoder_check::Step::Failed(fault) => self.wiring.trip(fault),
+            // What the loop integrates while it is pushed is not its command's.
+            encoder_check::Step::Push(_) => self.state = pid::State::default(),
+            encoder_check::Step::Wait | encoder_check::Step::Settle => {}
+        }
+        self.checked = Some(step);
+    }
+
+    /// The current that the encoder's check pushes with, A.
+    fn push(&self) -> Option<f32> {
+        match self.checked {
+            Some(encoder_check::Step::Push(current)) => Some(current),
+            _ => None,
+        }
+    }
+
     /// The command of this step.
     fn advance(&mut self, position: f32, counts: i32) -> f32 {
+        if self.check.is_some() {
+            return self.commanded;
+        }
         match self.seeking {
             Some(Seeking::Under(search)) => return self.seek(search, (position, counts)),
             Some(Seeking::Ended(_)) => return position,
@@ -334,6 +336,10 @@ impl Drive {
             spread: applied.map_or(0.0, |applied| bridge.value(applied.spread)),
         };
         if let Some(monitors) = &mut self.setup.monitors {
+            // A rotor that is pushed against a stop, or comes to rest at one, is what the check is about.
+            if let Some(encoder_check::Step::Push(_) | encoder_check::Step::Settle) = self.checked {
+                monitors.forget_torque();
+            }
             present = present
                 | monitors.step(&Measured {
                     reading,
@@ -341,6 +347,8 @@ impl Drive {
                     switches,
                 });
         }
+        self.encoder_follows &= !present.are_of_the_encoder();
+        self.wiring.set_encoder_follows(self.encoder_follows);
         if let Some(monitors) = &self.setup.monitors {
             self.wiring.set_heat(monitors.heat().word());
         }
@@ -355,6 +363,9 @@ impl Drive {
                 most = most.min(verdict.current);
                 self.wiring.set_temperatures(verdict.celsius);
                 present = present | verdict.faults;
+            }
+            if let Some(push) = self.push() {
+                most = most.min(push.abs());
             }
             let range = verdict.range.map(|current| current.min(most).max(-most));
             self.wiring.set_current_range(range);
@@ -394,15 +405,17 @@ impl Drive {
         let converter = self.setup.converters.bridge;
         let [low, high] = self.wiring.bounds().map(|counts| converter.value(counts));
         let [low, high] = self.off_switches([low.max(-most), high.min(most)]);
-        let wanted = match self.mode {
+        let wanted = match (self.push(), self.mode) {
+            // As much as the push's current takes: the current's range ends there.
+            (Some(push), _) => most.copysign(push),
             _ if matches!(self.seeking, Some(Seeking::Ended(_))) => 0.0,
-            Mode::Position => self
+            (None, Mode::Position) => self
                 .setup
                 .pid
                 .step_between(&mut self.state, command, position, [low, high])
                 .ok()?,
-            Mode::Voltage => command,
-            Mode::Wires => 0.0,
+            (None, Mode::Voltage) => command,
+            (None, Mode::Wires) => 0.0,
         };
         let voltage = wanted.min(high).max(low);
         voltage.is_finite().then_some(voltage)
@@ -416,6 +429,7 @@ impl ControlWork for Drive {
         let angle = converters.position.value(position);
         let amperes = self.setup.current.of(converters.current.value(current));
         let applied = self.wiring.applied();
+        self.check_encoder(position);
         let mut finite = self.judge(angle, amperes, applied);
         let begins = self.obey(angle);
         self.watch_terminal(self.is_driven());

@@ -5,9 +5,12 @@
 //! position is that of the control step in which the switch opened; that it did is believed after
 //! [`SWITCH_STEPS`].
 
-use super::drive::SWITCH_STEPS;
 use crate::app::debounce::Debounce;
 use crate::app::timing::CONTROL_PERIOD;
+
+/// Control steps that a limit switch has to be open for before that counts: contacts bounce for a
+/// millisecond or two.
+pub const SWITCH_STEPS: u32 = 5;
 
 /// A limit switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,5 +140,47 @@ impl Search {
         }
         let is_upwards = (self.sought.switch == Switch::Upper) != self.leaves;
         Step::To(self.from + if is_upwards { way } else { -way })
+    }
+}
+
+/// What seeks a limit switch, until the drive is disarmed.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Seeking {
+    Under(Search),
+    /// Nothing is driven any more.
+    Ended(Switch),
+}
+
+impl Seeking {
+    /// The switch that is sought.
+    pub(super) fn switch(&self) -> Switch {
+        match self {
+            Self::Under(search) => search.switch(),
+            Self::Ended(switch) => *switch,
+        }
+    }
+}
+
+/// An end of the way, with its limit switch.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct End {
+    open: Debounce,
+    closed: Debounce,
+    /// Whether the switch has been open ever since the drive was armed. Then nothing drives towards it, and it is a way out
+    /// and no fault: a loop that holds the actuator there may ask for a little either way, as behind a search.
+    pub(super) leaves: bool,
+}
+
+impl End {
+    /// Takes a control step. True while the switch is open.
+    pub(super) fn step(&mut self, is_open: bool, is_driven: bool) -> bool {
+        let open = self.open.after(SWITCH_STEPS, is_open);
+        let closed = self.closed.after(SWITCH_STEPS, !is_open);
+        self.leaves = if is_driven {
+            self.leaves && !closed
+        } else {
+            open
+        };
+        open
     }
 }

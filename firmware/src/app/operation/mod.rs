@@ -21,6 +21,7 @@ pub mod current_offset;
 pub mod drive;
 pub mod duty_input;
 pub mod encoder;
+pub mod encoder_check;
 pub mod evaluation;
 pub mod homing;
 pub mod kit;

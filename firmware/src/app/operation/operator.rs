@@ -34,6 +34,7 @@ use crate::app::console::response::{Latched, Refusal, Response, Status};
 use crate::app::console::{self, Console};
 use crate::app::ecu::loopback;
 use crate::app::fault::latch::Latch;
+use crate::app::fault::observer::Tolerances;
 use crate::app::fault::{Fault, Faults};
 use crate::app::liveness::Task;
 use crate::app::machine::Machine;
@@ -43,7 +44,7 @@ use crate::app::record::{Progress, Recorder, Sample};
 use crate::app::store::candidate::{Candidate, Rejected};
 use crate::app::store::field::{DESCRIPTIONS, Field, Values};
 use crate::app::store::{Loaded, Store};
-use crate::app::timing::{CONTROL_PERIOD_US, QUEUED_SAMPLES};
+use crate::app::timing::{CONTROL_PERIOD, CONTROL_PERIOD_US, QUEUED_SAMPLES};
 use crate::app::wiring::Wiring;
 
 /// How often the operator is polled, ms: the queue holds six times as many samples.
@@ -155,6 +156,8 @@ pub struct Operator<F, S> {
     referenced: bool,
     /// A limit switch that is sought, or will be once the drive is armed.
     home: Option<Home>,
+    /// The one that was found last, as long as the position counts from it.
+    found: Option<Home>,
     /// Whether the drive was last told of no limits of the position, for a search.
     unlimited: bool,
     /// Whether it was last told where the end stops are.
@@ -262,6 +265,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             announced: Faults::NONE,
             referenced: false,
             home: None,
+            found: None,
             unlimited: false,
             trusted: false,
         };
@@ -303,13 +307,11 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let latched = self.wiring.latch().causes();
         if latched != self.announced {
             self.announced = latched;
-            let lost = [
-                Fault::EncoderLost,
-                Fault::EncoderImplausible,
-                Fault::FollowingError,
-            ];
             // What the encoder did not count is missing for good.
-            self.referenced &= !lost.into_iter().any(|fault| latched.contains(fault));
+            if latched.are_of_the_encoder() {
+                self.referenced = false;
+                self.found = None;
+            }
             if !latched.is_empty() {
                 let text = format_args!("fault: {latched}; the bridge is off; see `faults`");
                 self.console.announce(text, out);
@@ -332,6 +334,22 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let switch = home.switch.name();
         match edge {
             Some(edge) => {
+                let read = self.machine.converters.position.value(edge);
+                let other = self.found.filter(|other| other.switch != home.switch);
+                if let Some(other) = other
+                    && !self.is_scaled(&other, &home, read)
+                {
+                    self.found = None;
+                    self.wiring.trip(Fault::EncoderImplausible);
+                    let declared = home.position - other.position;
+                    let counted = read - other.position;
+                    let text = format_args!(
+                        "home: from the other switch it is {declared} rad, by the encoder {counted:.3} rad"
+                    );
+                    self.console.announce(text, out);
+                    return;
+                }
+                self.found = Some(home);
                 // Within the parameters' bounds the quotient is below 2³⁰; the cast rounds towards 0 and saturates.
                 let counts = libm::roundf(home.position / self.machine.converters.position.unit());
                 self.wiring.ask_shift((counts as i32).wrapping_sub(edge));
@@ -344,6 +362,16 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 self.console.announce(text, out);
             }
         }
+    }
+
+    /// Whether the encoder, which counts from one switch, reads the other one where that is declared. Either may open as far from
+    /// there as a stop may be, and what is passed within a control period is not told.
+    fn is_scaled(&self, from: &Home, to: &Home, read: f32) -> bool {
+        let plant = &self.machine.plant;
+        let stroke = plant.upper_stop - plant.lower_stop;
+        let passed = (from.speed + to.speed) * CONTROL_PERIOD;
+        let tolerance = 2.0 * Tolerances::INDUSTRIAL.stop * stroke + passed;
+        (read - to.position).abs() <= tolerance
     }
 
     fn sends_log(&self) -> bool {
@@ -443,6 +471,10 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             supply: self.wiring.supply(),
             switches: self.wiring.switches(),
             from_start: !self.kit.is_emulated && !self.referenced,
+            encoder_follows: self
+                .kit
+                .checks_encoder(&self.values)
+                .then(|| self.wiring.encoder_follows()),
             temperatures: (!self.kit.is_emulated).then(|| self.temperatures()),
             ticks: self.wiring.time(),
             missed: self.wiring.missed(),
@@ -683,6 +715,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         self.wiring.ask_zero();
         self.referenced = true;
         self.home = None;
+        self.found = None;
         Ok(())
     }
 
@@ -749,11 +782,12 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         self.values = *values;
         let unit = self.machine.converters.position.unit();
         self.machine = self.kit.machine_with(values);
-        if self.machine.converters.position.unit() != unit
-            && let Some(memory) = &mut self.memory
-        {
-            // Its positions are counts of another unit.
-            memory.clear();
+        if self.machine.converters.position.unit() != unit {
+            // What was counted, was counted in another unit.
+            self.found = None;
+            if let Some(memory) = &mut self.memory {
+                memory.clear();
+            }
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use super::bridge::MOST_DUTY;
 use super::calibration::{Calibration, Correction};
 use super::current_limit;
 use super::drive;
+use super::encoder_check;
 use super::kit::Kit;
 use super::motion_limit;
 use super::supply_limit;
@@ -119,6 +120,7 @@ impl Kit {
         let observers = Observers {
             winding: back_emf::Coefficients::new(
                 &machine.plant,
+                &machine.limits,
                 Tolerances::INDUSTRIAL,
                 resolution,
                 CONTROL_PERIOD,
@@ -162,8 +164,16 @@ impl Kit {
             }),
             command_steps: (machine.limits.command_timeout > 0.0)
                 .then_some((machine.limits.command_timeout / CONTROL_PERIOD) as u32),
+            encoder_check: self.checks_encoder(values).then(|| {
+                encoder_check::Coefficients::new(&machine, values.get(Field::TorqueConstant))
+            }),
             monitors: (!self.is_emulated).then_some(monitors),
         })
+    }
+
+    /// Whether the encoder is checked before a loop is closed over it.
+    pub fn checks_encoder(&self, values: &Values) -> bool {
+        !self.is_emulated && values.get(Field::EncoderCheck) >= 0.5
     }
 
     /// What the current sensor is off by: an emulated one by nothing.

@@ -94,6 +94,8 @@ pub enum Field {
     SupplyCurrentLimit = 38,
     /// Most current that braking gives back to the supply.
     RegenerationLimit = 39,
+    /// Whether the encoder is checked before a loop is closed over it; 0 or 1.
+    EncoderCheck = 40,
 }
 
 /// How many there are.
@@ -159,6 +161,7 @@ pub static DESCRIPTIONS: [Description; FIELDS] = [
     // At their bounds they are none.
     described("supply_current_limit", "A", 0.1, NO_LIMIT),
     described("regeneration_limit", "A", 0.0, NO_LIMIT),
+    described("encoder_check", "1", 0.0, 1.0),
 ];
 
 const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f32) -> Description {
@@ -172,7 +175,7 @@ const fn described(name: &'static str, unit: &'static str, lower: f32, upper: f3
 
 impl Field {
     /// All of them, by number.
-    pub const ALL: [Self; 39] = [
+    pub const ALL: [Self; 40] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -212,6 +215,7 @@ impl Field {
         Self::MotorSensorBeta,
         Self::SupplyCurrentLimit,
         Self::RegenerationLimit,
+        Self::EncoderCheck,
     ];
 
     /// Its name, unit and bounds.
@@ -353,6 +357,7 @@ impl Values {
             BETA,
             NO_LIMIT,
             NO_LIMIT,
+            0.0,
         ]);
         for (field, value) in values.iter() {
             field.check(value).map_err(|_| InvalidParameter {
