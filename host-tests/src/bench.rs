@@ -19,7 +19,7 @@ use model_core::gap::replay::WINDOW;
 use model_core::gap::simulator::{Course, Given};
 use model_core::identify::friction;
 use model_core::plant::State;
-use model_core::plant::actuator::Actuator;
+use model_core::plant::actuator::{Actuator, External};
 use model_core::plant::bench::averaged::Averaged;
 use model_core::plant::bench::electrics::Electrics;
 use model_core::plant::bench::switching::Switching;
@@ -429,6 +429,7 @@ fn refit(extent: Extent) -> Result<Refit, Failure> {
             current: Some(Channel::Values(&current)),
             velocity: None,
             brake: None,
+            load: None,
         },
         resolution: 0.0,
         present: EMA.coulomb.forward,
@@ -552,7 +553,7 @@ fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
         let given = Given {
             input: inputs[sample],
             previous: inputs[sample],
-            brake: 0.0,
+            external: External::NONE,
             index: sample,
         };
         simulator.step(&mut course, &given).map_err(fault)?;

@@ -52,6 +52,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             current: Some(Channel::Values(&current)),
             velocity: None,
             brake: None,
+            load: None,
         },
         resolution: 0.0,
         present: declared.coulomb.forward,

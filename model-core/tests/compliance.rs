@@ -7,6 +7,7 @@ use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
 use model_core::gap::replay::{Data, Settings, total_error};
 use model_core::gap::simulator::{Course, Given, Simulator};
+use model_core::plant::actuator::External;
 use model_core::plant::parameters::{Drive, Parameters};
 use model_core::plant::{Directional, Motion, State};
 
@@ -52,7 +53,7 @@ fn step(simulator: &Simulator, course: &mut Course, index: usize, input: f32) {
     let given = Given {
         input,
         previous: input,
-        brake: 0.0,
+        external: External::NONE,
         index,
     };
     simulator.step(course, &given).unwrap();
@@ -318,6 +319,7 @@ fn on_its_log(made: &Model, replayed: &Model) -> f64 {
         current: None,
         velocity: None,
         brake: None,
+        load: None,
     }];
     let settings = Settings {
         half_width: 4,

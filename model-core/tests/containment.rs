@@ -6,7 +6,7 @@ use model_core::control::pid::{self, AntiWindup};
 use model_core::effect::{Active, Id};
 use model_core::gap::model::Model;
 use model_core::gap::simulator::{Course, Given};
-use model_core::plant::actuator::{Actuator, INPUT_LIMIT, Load};
+use model_core::plant::actuator::{Actuator, External, INPUT_LIMIT, Load};
 use model_core::plant::bench::electrics::Electrics;
 use model_core::plant::bench::{self, Bench};
 use model_core::plant::borello::{self, Borello};
@@ -605,16 +605,16 @@ proptest! {
         values in [hostile(), hostile(), hostile()]
             .prop_filter("finite", |values| values.iter().all(|value| value.is_finite())),
         velocity in prop::sample::select(vec![0.0_f32, 3.0, -3.0]),
-        steps in prop::collection::vec((hostile(), hostile(), perhaps(0.0)), 20),
+        steps in prop::collection::vec((hostile(), hostile(), perhaps(0.0), perhaps(0.0)), 20),
     ) {
         let mut effects = Vec::new();
         effects.push(Active { id, values }).unwrap();
         let model = Model { plant: MOTOR, gravity_torque: 0.0, gravity_rest: 0.0, effects, map: None, current_sensor: Default::default() };
         let Ok(simulator) = model.build(1e-3) else { return Ok(()) };
         let mut course = Course::new(State::new(0.2, velocity));
-        for (index, (input, previous, brake)) in steps.into_iter().enumerate() {
+        for (index, (input, previous, brake, load)) in steps.into_iter().enumerate() {
             let before = course;
-            match simulator.step(&mut course, &Given { input, previous, brake, index }) {
+            match simulator.step(&mut course, &Given { input, previous, external: External { brake, load }, index }) {
                 Ok(current) => {
                     prop_assert!(is_finite(&course.state), "{before:?} to {course:?}");
                     prop_assert!(current.is_finite());

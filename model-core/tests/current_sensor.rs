@@ -56,6 +56,7 @@ fn they_are_found_beside_a_wrong_inertia() {
             current: Some(Channel::Values(&measured)),
             velocity: None,
             brake: None,
+            load: None,
         }];
         let mut data = Data::new(&logs, 0.0).unwrap();
         data.settings.half_width = 3;

@@ -47,6 +47,7 @@ fn on_a_log<R>(test: impl FnOnce(&Data) -> R) -> R {
         current: None,
         velocity: None,
         brake: None,
+        load: None,
     }];
     let data = Data {
         logs: &logs,
@@ -189,6 +190,7 @@ fn assert_ends_at(bound: f32, (input, position): &(Vec<f32>, Vec<f32>), effect: 
         current: None,
         velocity: None,
         brake: None,
+        load: None,
     }];
     let data = Data {
         logs: &logs,
@@ -261,6 +263,7 @@ fn a_short_log_is_cut_into_short_windows() {
             current: None,
             velocity: None,
             brake: None,
+            load: None,
         }];
         let data = Data::new(&logs, 0.0).unwrap();
         let length = data.settings.window as f32 * period;

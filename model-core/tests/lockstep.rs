@@ -108,12 +108,14 @@ impl Recording {
             current: None,
             velocity: None,
             brake: None,
+            load: None,
         };
         [
             plain,
             Log {
                 current: Some(Channel::Values(&self.current)),
                 brake: Some(Channel::Values(&self.brake)),
+                load: Some(Channel::Values(&self.brake)),
                 ..plain
             },
             Log {

@@ -4,6 +4,7 @@
 use model_core::effect::{Active, Id};
 use model_core::gap::model::Model;
 use model_core::gap::simulator::{Course, Given};
+use model_core::plant::actuator::External;
 use model_core::plant::parameters::Parameters;
 use model_core::plant::{Directional, State};
 
@@ -42,7 +43,7 @@ fn simulate(model: &Model, inputs: impl Iterator<Item = f32>) -> Vec<(f32, f32)>
             let given = Given {
                 input,
                 previous: input,
-                brake: 0.0,
+                external: External::NONE,
                 index,
             };
             simulator.step(&mut course, &given).unwrap();

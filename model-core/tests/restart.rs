@@ -86,6 +86,7 @@ fn replayed(noise: Option<f64>, start: u16, samples: u16) -> f64 {
         current: currents.as_deref().map(Channel::Values),
         velocity: None,
         brake: None,
+        load: None,
     };
     let settings = Settings::new(PERIOD, 0.0);
     let mut runner = Runner::new(&simulator, &log, usize::from(start), &settings);

@@ -81,6 +81,7 @@ impl<const N: usize> Memory<N> {
             current: Some(self.channel(&self.current, converters.current.unit())),
             velocity: None,
             brake: None,
+            load: None,
         }
     }
 

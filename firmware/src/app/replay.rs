@@ -8,6 +8,7 @@
 use heapless::spsc::Producer;
 use model_core::gap::simulator::{Course, Given, Simulator};
 use model_core::numeric::invalid_parameter::InvalidParameter;
+use model_core::plant::actuator::External;
 use model_core::plant::inter_sample::InterSample;
 use model_core::plant::parameters::ParameterError;
 use model_core::plant::piecewise_affine::PiecewiseAffine;
@@ -122,7 +123,7 @@ impl<'a> Replay<'a> {
                     let given = Given {
                         input,
                         previous,
-                        brake: 0.0,
+                        external: External::NONE,
                         index: tick as usize,
                     };
                     simulator.step(course, &given)?;

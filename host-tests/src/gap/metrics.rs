@@ -177,8 +177,8 @@ pub fn torque_balance(
         .map(|index| {
             let per_current = plant.torque_per_current();
             let current = motor[index] as f32 / per_current;
-            let brake = log.brake.map_or(0.0, |brake| brake.at(index));
-            let load = simulator.load_at(&middle(per_current * current, index), brake);
+            let external = log.external(index);
+            let load = simulator.load_at(&middle(per_current * current, index), external);
             let deflection = f64::from(position[index] as f32) - f64::from(plant.spring_rest);
             let drive = motor[index] + f64::from(load.torque)
                 - f64::from(plant.spring) * deflection

@@ -14,6 +14,7 @@ pub(super) struct Series {
     pub current: Option<Vec<f32>>,
     pub velocity: Option<Vec<f32>>,
     pub brake: Option<Vec<f32>>,
+    pub load: Option<Vec<f32>>,
 }
 
 impl Series {
@@ -34,6 +35,7 @@ impl Series {
             current: log.current.as_deref().filter(|_| has_motor).map(narrow),
             velocity: log.velocity.as_deref().map(narrow),
             brake: log.brake.as_deref().map(narrow),
+            load: log.load_torque.as_deref().map(narrow),
         }
     }
 
@@ -45,6 +47,7 @@ impl Series {
             current: self.current.as_deref().map(Channel::Values),
             velocity: self.velocity.as_deref().map(Channel::Values),
             brake: self.brake.as_deref().map(Channel::Values),
+            load: self.load.as_deref().map(Channel::Values),
         }
     }
 }

@@ -38,6 +38,7 @@ impl Recording {
             current: Some(Channel::Values(&self.current)),
             velocity: None,
             brake: None,
+            load: None,
         }
     }
 }

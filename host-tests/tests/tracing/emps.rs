@@ -88,6 +88,7 @@ fn torque_residuals(logs: &[Log; 2], model: &Model) -> [f64; 2] {
             current: None,
             velocity: None,
             brake: None,
+            load: None,
         };
         let data = Data {
             logs: &[log],

@@ -57,6 +57,7 @@ fn traced(
         current: Some(current),
         velocity: None,
         brake: None,
+        load: None,
     };
     let model = declared::model(declared).unwrap();
     let logs = [log];

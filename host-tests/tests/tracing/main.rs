@@ -16,6 +16,7 @@ mod identify;
 mod intervals;
 mod late_drive;
 mod light_machine;
+mod load_torque;
 mod log_of_counts;
 mod loose_gear;
 mod lost_motion;

@@ -1,6 +1,7 @@
 //! A measured log and the state that a replay starts from.
 
 use crate::plant::State;
+use crate::plant::actuator::External;
 
 /// One channel of a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,12 +79,25 @@ pub struct Log<'a> {
     /// Friction that a brake adds at the coordinate, N·m or N, ≥ 0, held from its sample to the next;
     /// as long as `input`.
     pub brake: Option<Channel<'a>>,
+    /// Torque or force on the mechanism from outside, against positive motion, N·m or N, held from its sample to the
+    /// next; as long as `input`.
+    pub load: Option<Channel<'a>>,
 }
 
 impl Log<'_> {
     /// Samples that input and position both have.
     pub fn samples(&self) -> usize {
         self.input.len().min(self.position.len())
+    }
+
+    /// What acts from outside from sample `index` to the next.
+    #[inline]
+    pub fn external(&self, index: usize) -> External {
+        let at = |channel: Option<Channel>| channel.map_or(0.0, |channel| channel.at(index));
+        External {
+            brake: at(self.brake),
+            load: at(self.load),
+        }
     }
 
     /// The state at sample `index` from the positions within `half_width` samples of it: a cubic

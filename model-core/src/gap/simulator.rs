@@ -11,7 +11,7 @@ use crate::effect::learned_map::{LearnedMap, deflected};
 use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
-use crate::plant::actuator::{Actuator, Load, Unheld};
+use crate::plant::actuator::{Actuator, External, Load, Unheld};
 use crate::plant::modes::{Basis, Modes};
 use crate::plant::parameters::{Drive, ParameterError, Winding};
 use crate::plant::{Compensated, InputRefused, Motion, State};
@@ -62,8 +62,8 @@ pub struct Given {
     pub input: f32,
     /// Input before that one, which acts in the step's beginning where a delay ends inside it.
     pub previous: f32,
-    /// Friction that a brake adds, N·m or N, ≥ 0.
-    pub brake: f32,
+    /// What acts from outside.
+    pub external: External,
     /// Sample from which it starts.
     pub index: usize,
 }
@@ -423,10 +423,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let (shaft, bristles) = (self.shaft(), self.yielding());
         if shaft.is_none() && bristles.is_none() && self.held.is_nothing() {
             let state = &mut course.state;
-            if given.brake == 0.0 {
+            if given.external == External::NONE {
                 return actuator.step(state, input);
             }
-            return actuator.step_under(state, input, &actuator.load().braked(given.brake));
+            return actuator.step_under(state, input, &actuator.load().under(given.external));
         }
         for _ in 0..self.parts {
             let before = course.state.position.value();
@@ -487,7 +487,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     ) -> Result<(), InputRefused> {
         let actuator = drive.0;
         let (fed, load) = if self.held.is_nothing() {
-            (input, actuator.load().braked(given.brake))
+            (input, actuator.load().under(given.external))
         } else {
             self.held_over(drive, (state, memory), input, given)
         };
@@ -512,13 +512,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     ) -> (f32, Load) {
         let actuator = drive.0;
         let mut start = self.start((state, memory), input, given);
-        let load = self.load_at(&start, given.brake);
+        let load = self.load_at(&start, given.external);
         start.excess = self.excess(actuator, state, input, &load);
         let fed = self.fed(input, &start);
         let load = self.twisted(drive, (state, memory), fed, load);
         let way = actuator.middle(state, fed, &load);
         let mut middle = self.behind(&start, way);
-        let load = self.load_at(&middle, given.brake);
+        let load = self.load_at(&middle, given.external);
         middle.excess = self.excess(actuator, state, input, &load);
         (self.fed(input, &middle), load)
     }
@@ -562,17 +562,19 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             slide_on((actuator, bristles), (state, memory.friction), fed, &load)
         };
         let alone = self.held.is_nothing();
-        if alone && slides_on(state, input, &actuator.load().braked(given.brake)) {
+        if alone && slides_on(state, input, &actuator.load().under(given.external)) {
             return Ok(());
         }
         let mut start = self.start((state, memory), input, given);
-        let load = self.load_at(&start, given.brake).against(memory.friction);
+        let load = self
+            .load_at(&start, given.external)
+            .against(memory.friction);
         start.excess = self.excess(actuator, state, input, &load);
         let fed = self.fed(input, &start);
         let load = self.twisted(drive, (state, memory), fed, load);
         actuator.wake(state, fed, &load);
         let mut middle = self.behind(&start, actuator.middle(state, fed, &load));
-        let mut load = self.load_at(&middle, given.brake);
+        let mut load = self.load_at(&middle, given.external);
         let against = load.against(memory.friction);
         middle.excess = self.excess(actuator, state, input, &against);
         let fed = self.fed(input, &middle);
@@ -667,12 +669,12 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         }
     }
 
-    /// What acts next to the motor, under a brake that adds so much friction.
-    pub fn load_at(&self, middle: &Middle, brake: f32) -> Load {
+    /// What acts next to the motor, with what acts from outside.
+    pub fn load_at(&self, middle: &Middle, external: External) -> Load {
         let mut load = self.actuator.load();
         self.held.hold(middle, &mut load);
         // The brake is not the machine's: what scales its friction leaves the brake's.
-        load.braked(brake)
+        load.under(external)
     }
 
     /// Current of a cold winding at its steady value: what a replay starts from where none was measured.

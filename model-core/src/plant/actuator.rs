@@ -23,6 +23,23 @@ pub struct Load {
     pub breakaway: Directional,
 }
 
+/// What acts on the mechanism from outside, as a log has it: N·m or N.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct External {
+    /// Friction that a brake adds, sliding and at rest, ≥ 0.
+    pub brake: f32,
+    /// Torque or force against positive motion.
+    pub load: f32,
+}
+
+impl External {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        brake: 0.0,
+        load: 0.0,
+    };
+}
+
 impl Load {
     /// What the parameters declare, the breakaway level raised to the Coulomb level.
     pub fn declared(parameters: &Parameters) -> Self {
@@ -39,15 +56,15 @@ impl Load {
         }
     }
 
-    /// With a brake that adds so much to friction, sliding and at rest: N·m or N, ≥ 0.
+    /// With what acts from outside.
     #[inline]
-    pub fn braked(self, brake: f32) -> Self {
+    pub fn under(self, external: External) -> Self {
         let raised = |level: Directional| Directional {
-            forward: level.forward + brake,
-            backward: level.backward + brake,
+            forward: level.forward + external.brake,
+            backward: level.backward + external.brake,
         };
         Self {
-            torque: self.torque,
+            torque: self.torque - external.load,
             coulomb: raised(self.coulomb),
             breakaway: raised(self.breakaway),
         }

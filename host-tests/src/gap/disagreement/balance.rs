@@ -82,6 +82,7 @@ struct Band {
     measured: Vec<f64>,
     command: Vec<f64>,
     brake: Vec<f64>,
+    load: Vec<f64>,
     /// Samples that are left out at either end and between.
     skip: Vec<bool>,
 }
@@ -261,6 +262,7 @@ fn band(log: &Channels, average: usize) -> Band {
         measured: optional(&log.velocity),
         command: optional(&log.command),
         brake: log.brake.as_deref().map_or(Vec::new(), mean),
+        load: log.load.as_deref().map_or(Vec::new(), mean),
         position,
         velocity,
         acceleration,
@@ -343,8 +345,8 @@ fn motion_rows(bands: &[Band], machine: &Machine, with_current: bool) -> Rows {
             _ => 1.0,
         }
     };
-    // A known brake is no friction of the machine's: in the sum's unit.
-    let brake_gain = match (&machine.motor, with_current) {
+    // What is known of the outside is not the machine's: in the sum's unit.
+    let gain = match (&machine.motor, with_current) {
         (Some(motor), true) => 1.0 / motor.torque_constant,
         (Some(motor), false) => motor.resistance / motor.torque_constant,
         (None, _) => 1.0,
@@ -355,8 +357,9 @@ fn motion_rows(bands: &[Band], machine: &Machine, with_current: bool) -> Rows {
         } else {
             machine.gain * band.input[index]
         };
-        let brake = band.brake.get(index).copied().unwrap_or(0.0);
-        driven - brake_gain * brake * band.velocity[index].signum()
+        let at = |channel: &[f64]| channel.get(index).copied().unwrap_or(0.0);
+        let brake = at(&band.brake) * band.velocity[index].signum();
+        driven - gain * (brake + at(&band.load))
     };
     Rows::new(bands, &follows, row, sum)
 }

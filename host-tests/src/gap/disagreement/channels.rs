@@ -22,6 +22,8 @@ pub struct Channels {
     pub velocity: Option<Vec<f64>>,
     /// Friction of a brake.
     pub brake: Option<Vec<f64>>,
+    /// Torque or force from outside, against positive motion.
+    pub load: Option<Vec<f64>>,
     /// Smallest step of the position, where it is made of such steps.
     pub step: Option<f64>,
 }
@@ -73,6 +75,7 @@ impl Channels {
             current: log.current.clone(),
             velocity: log.velocity.clone(),
             brake: log.brake.clone(),
+            load: log.load_torque.clone(),
             step: log.position_step(),
         }
     }

@@ -286,6 +286,7 @@ impl Tryout<'_> {
             current: self.has_winding.then(|| vec![0.0; rows]),
             velocity: None,
             brake: None,
+            load: None,
         };
         let log = blank.log();
         let reading = simulator.current_match();

@@ -195,6 +195,7 @@ impl<'b, 'a> Bench<'b, 'a> {
             }),
             velocity,
             brake: None,
+            load: None,
         }
     }
 

@@ -81,6 +81,7 @@ impl Recorded {
             current: None,
             velocity: None,
             brake: None,
+            load: None,
         }
     }
 }

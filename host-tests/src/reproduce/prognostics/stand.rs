@@ -208,6 +208,7 @@ impl Recorded {
             current: with_current.then_some(Channel::Values(&self.current)),
             velocity: None,
             brake: None,
+            load: None,
         }
     }
 

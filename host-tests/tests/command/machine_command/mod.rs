@@ -11,6 +11,7 @@ use host_tests::machine::Machine;
 use model_core::gap::model::Model;
 use model_core::gap::simulator::{Course, Given};
 use model_core::plant::State;
+use model_core::plant::actuator::External;
 
 mod drawn;
 mod files;
@@ -108,7 +109,7 @@ fn run(model: &Model, settling: f64, input: f64, state: State) -> (f64, f64) {
         let given = Given {
             input: input as f32,
             previous: input as f32,
-            brake: 0.0,
+            external: External::NONE,
             index,
         };
         current = simulator.step(&mut course, &given).unwrap();

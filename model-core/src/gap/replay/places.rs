@@ -11,6 +11,7 @@ use crate::gap::held::Acting;
 use crate::gap::log::Log;
 use crate::gap::simulator::lockstep::{Givens, Lockstep};
 use crate::gap::simulator::{Course, Lateness, Simulator};
+use crate::plant::actuator::External;
 use crate::plant::lanes::Lanes;
 use crate::plant::modes::Modes;
 use core::array;
@@ -299,7 +300,8 @@ impl<'a, const N: usize> Places<'a, N> {
                 input: [0.0; N],
                 previous: [0.0; N],
                 brake: [0.0; N],
-                braked: false,
+                load: [0.0; N],
+                is_loaded: false,
                 index: [0; N],
                 sample: [0.0; N],
                 asleep: [false; N],
@@ -327,10 +329,10 @@ impl<'a, const N: usize> Places<'a, N> {
             given.index[lane] = index;
             given.sample[lane] = index as f32;
             given.input[lane] = log.input.at(index);
-            if let Some(brake) = log.brake {
-                given.brake[lane] = brake.at(index);
-                given.braked |= given.brake[lane] != 0.0;
-            }
+            let external = log.external(index);
+            given.brake[lane] = external.brake;
+            given.load[lane] = external.load;
+            given.is_loaded |= external != External::NONE;
             rows.next_position[lane] = log.position.at(index + 1);
             if let Some(current) = log.current {
                 rows.current[lane] = current.at(index);

@@ -10,6 +10,7 @@ use crate::gap::held::{Acting, Held};
 use crate::gap::log::Log;
 use crate::gap::simulator::{Course, Given, Simulator};
 use crate::plant::State;
+use crate::plant::actuator::External;
 use crate::plant::modes::Modes;
 use core::borrow::Borrow;
 
@@ -26,8 +27,8 @@ pub struct Row {
     current: Option<f32>,
     /// The velocity at its end.
     next_velocity: Option<f32>,
-    /// The brake's friction, held over it.
-    brake: f32,
+    /// What acts from outside, held over it.
+    external: External,
 }
 
 impl Row {
@@ -40,7 +41,7 @@ impl Row {
             next_position: log.position.at(index + 1),
             current: log.current.map(|current| current.at(index)),
             next_velocity: log.velocity.map(|velocity| velocity.at(index + 1)),
-            brake: log.brake.map_or(0.0, |brake| brake.at(index)),
+            external: log.external(index),
         }
     }
 }
@@ -269,7 +270,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let given = Given {
             input,
             previous,
-            brake: row.brake,
+            external: row.external,
             index: row.index,
         };
         // A refused input leaves the state: logs are checked on reading, so none is.

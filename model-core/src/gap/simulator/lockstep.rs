@@ -13,8 +13,8 @@ use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
 use crate::gap::held::Acting;
-use crate::plant::actuator::Actuator;
 use crate::plant::actuator::lanes::{Loads, States, Unhelds, Ways};
+use crate::plant::actuator::{Actuator, External};
 use crate::plant::lanes::Lanes;
 use crate::plant::modes::Modes;
 use crate::plant::{Directional, InputRefused};
@@ -30,10 +30,12 @@ pub(in crate::gap) struct Givens<const N: usize> {
     pub input: Lanes<N>,
     /// As in [`Given`].
     pub previous: Lanes<N>,
-    /// As in [`Given`].
+    /// What acts from outside: a brake's friction.
     pub brake: Lanes<N>,
-    /// Whether a lane is braked.
-    pub braked: bool,
+    /// And a torque or force.
+    pub load: Lanes<N>,
+    /// Whether anything does in a lane.
+    pub is_loaded: bool,
     /// As in [`Given`].
     pub index: [usize; N],
     /// The same as numbers.
@@ -45,11 +47,19 @@ pub(in crate::gap) struct Givens<const N: usize> {
 }
 
 impl<const N: usize> Givens<N> {
+    #[inline(always)]
+    fn external(&self, lane: usize) -> External {
+        External {
+            brake: self.brake[lane],
+            load: self.load[lane],
+        }
+    }
+
     fn at(&self, lane: usize) -> Given {
         Given {
             input: self.input[lane],
             previous: self.previous[lane],
-            brake: self.brake[lane],
+            external: self.external(lane),
             index: self.index[lane],
         }
     }
@@ -332,11 +342,9 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         let bristles = simulator.yielding();
         if bristles.is_none() && shaft.is_none() && simulator.held.is_nothing() {
             let mut loads = Loads::all(&actuator.load());
-            if given.braked {
+            if given.is_loaded {
                 for lane in 0..N {
-                    if given.brake[lane] != 0.0 {
-                        loads.put(lane, &actuator.load().braked(given.brake[lane]));
-                    }
+                    loads.put(lane, &actuator.load().under(given.external(lane)));
                 }
             }
             actuator.steps_under(&mut self.courses.states, inputs, &loads, lasts);
@@ -599,8 +607,8 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             }
         }
         for lane in 0..N {
-            let braked = loads.at(lane).braked(given.brake[lane]);
-            loads.put(lane, &braked);
+            let load = loads.at(lane).under(given.external(lane));
+            loads.put(lane, &load);
         }
         loads
     }
