@@ -8,6 +8,7 @@ use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
 use model_core::gap::replay::{self, Data, MARGIN, Row, Runner, Schedule};
 use model_core::gap::simulator::{Lateness, Simulator};
+use model_core::plant::actuator::External;
 use model_core::plant::parameters::{Drive, ParameterError, Winding};
 
 use crate::quantity::decimal;
@@ -177,7 +178,10 @@ pub fn torque_balance(
         .map(|index| {
             let per_current = plant.torque_per_current();
             let current = motor[index] as f32 / per_current;
-            let external = log.external(index);
+            let external = External {
+                brake: log.brake.map_or(0.0, |brake| brake.at(index)),
+                load: log.load.map_or(0.0, |load| load.at(index)),
+            };
             let load = simulator.load_at(&middle(per_current * current, index), external);
             let deflection = f64::from(position[index] as f32) - f64::from(plant.spring_rest);
             let drive = motor[index] + f64::from(load.torque)

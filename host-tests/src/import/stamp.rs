@@ -98,7 +98,7 @@ fn clock(text: &str) -> Option<(i64, &str)> {
     let (minute, rest) = number(rest.strip_prefix(':')?)?;
     let (second, rest) = number(rest.strip_prefix(':')?)?;
     let whole = hour <= 23 && minute <= 59 && second <= 60;
-    let whole = whole.then_some(((hour * 60 + minute) * 60 + second) * SECOND)?;
+    let whole = whole.then(|| ((hour * 60 + minute) * 60 + second) * SECOND)?;
     // Some loggers write 06:29:54:123.
     let Some(fraction) = rest.strip_prefix(['.', ',', ':']) else {
         return Some((whole, rest));
@@ -211,6 +211,7 @@ mod tests {
             "9999-01-01 00:00:00",
             "a:b:c",
             "::",
+            "9999999999:00:00",
             "1:2:3:4:5",
             "-06:29:54",
             "2026-11-27T06:29:54+99:00",

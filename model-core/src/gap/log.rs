@@ -79,8 +79,8 @@ pub struct Log<'a> {
     /// Friction that a brake adds at the coordinate, N·m or N, ≥ 0, held from its sample to the next;
     /// as long as `input`.
     pub brake: Option<Channel<'a>>,
-    /// Torque or force on the mechanism from outside, against positive motion, N·m or N, held from its sample to the
-    /// next; as long as `input`.
+    /// Torque or force on the mechanism from outside, against positive motion, N·m or N, at its sample; as long as
+    /// `input`.
     pub load: Option<Channel<'a>>,
 }
 
@@ -90,13 +90,13 @@ impl Log<'_> {
         self.input.len().min(self.position.len())
     }
 
-    /// What acts from outside from sample `index` to the next.
+    /// What acts from outside from sample `index`, not the last, to the next: of the load the mean.
     #[inline]
     pub fn external(&self, index: usize) -> External {
-        let at = |channel: Option<Channel>| channel.map_or(0.0, |channel| channel.at(index));
+        let mean = |load: Channel| 0.5 * (load.at(index) + load.at(index + 1));
         External {
-            brake: at(self.brake),
-            load: at(self.load),
+            brake: self.brake.map_or(0.0, |brake| brake.at(index)),
+            load: self.load.map_or(0.0, mean),
         }
     }
 

@@ -484,6 +484,8 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
             _ => {}
         }
     }
+    // A share needs its supply, whatever that comes to.
+    let is_share = matches!(unit, "%" | "duty");
     let unit = if unit.is_empty() {
         String::new()
     } else {
@@ -492,8 +494,7 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
     // A gear, or a thousand.
     let divisor = rounded(1.0 / factor, 6);
     let source = format!("{name}{counts}{unit}");
-    // A share needs its supply, whatever that comes to.
-    if factor == 1.0 && counts.is_empty() {
+    if factor == 1.0 && !is_share {
         source
     } else if divisor > 1.0 && divisor.fract() == 0.0 {
         format!("{source}/{divisor}")

@@ -184,9 +184,13 @@ fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
     let start = name.chars().count().saturating_sub(NAME);
     let name: String = name.chars().skip(start).collect();
     let change = &first.change;
+    let merged = match change.merged {
+        0 => String::new(),
+        rows => format!(" {rows} rows merged with one of the same time,"),
+    };
     Some(format!(
-        "{name} was resampled: rows moved by up to {} of a period, {} samples filled in, some {} rms added to \
-         the position{also}.",
+        "{name} was resampled: rows moved by up to {} of a period, {} samples filled in,{merged} some {} rms added \
+         to the position{also}.",
         Scale::percent().quantity(change.displacement_max),
         change.filled,
         Scale::of(unit, [change.position_error]).quantity(change.position_error)
