@@ -732,10 +732,13 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         let mut values = self.values;
         let set = values.set(field, value);
         set.map_err(|out| Refusal::NotStored(Rejected::Bounds(out)))?;
-        // The position or the measured current jumps, or has to be known before the drive is armed.
+        // The position or the measured current jumps, has to be known before the drive is armed, or a check would begin
+        // while a loop is closed.
         let at_rest = match field {
             Field::PositionUnit | Field::PositionMinimum | Field::PositionMaximum => true,
-            Field::CurrentGain | Field::CurrentOffset => !self.kit.is_emulated,
+            Field::CurrentGain | Field::CurrentOffset | Field::EncoderCheck => {
+                !self.kit.is_emulated
+            }
             _ => false,
         };
         if at_rest {
