@@ -117,6 +117,8 @@ pub struct Drive {
     seeking: Option<Seeking>,
     /// The last value of the command.
     commanded: f32,
+    /// Whether a signal begins with this step.
+    begins: bool,
     /// The check of the encoder that is under way: nothing is commanded meanwhile.
     check: Option<Check>,
     /// Its last step.
@@ -125,6 +127,8 @@ pub struct Drive {
     encoder_follows: bool,
     state: pid::State,
     motion: motion_limit::State,
+    /// What the limits leave of a real actuator's current, A, the least first.
+    range: Option<[f32; 2]>,
     temperature: temperature::State,
     /// The limit switches, lower and upper.
     switches: [End; 2],
@@ -159,11 +163,13 @@ impl Drive {
             command: Command::Held(0.0),
             seeking: None,
             commanded: 0.0,
+            begins: false,
             check: None,
             checked: None,
             encoder_follows: false,
             state: pid::State::default(),
             motion: motion_limit::State::default(),
+            range: None,
             temperature: temperature::State::default(),
             switches: [End::default(); 2],
             sample: None,
@@ -175,9 +181,7 @@ impl Drive {
         }
     }
 
-    /// True if a signal begins.
-    fn obey(&mut self, position: f32) -> bool {
-        let mut begins = false;
+    fn obey(&mut self, position: f32) {
         while let Some(order) = self.orders.peek() {
             match *order {
                 Order::Setup(ref setup) => self.setup.take(setup),
@@ -186,10 +190,7 @@ impl Drive {
                     self.wiring.set_commanded(mode != Mode::Wires);
                     self.rest(position);
                 }
-                Order::Signal(generator) => {
-                    self.command = Command::Signal(generator, 0);
-                    begins = true;
-                }
+                Order::Signal(generator) => self.command = Command::Signal(generator, 0),
                 Order::Hold => self.command = Command::Held(self.commanded),
                 Order::Seek(sought) => {
                     self.rest(position);
@@ -199,16 +200,16 @@ impl Drive {
             }
             self.orders.dequeue();
         }
-        begins
     }
 
     /// Begins anew, where the actuator is.
     fn rest(&mut self, position: f32) {
         self.state = pid::State::default();
-        self.command = Command::Held(match self.mode {
+        self.commanded = match self.mode {
             Mode::Position => position,
             Mode::Voltage | Mode::Wires => 0.0,
-        });
+        };
+        self.command = Command::Held(self.commanded);
     }
 
     /// The command of a step that seeks a switch. Where it is, the stroke's ends are not known yet.
@@ -233,8 +234,8 @@ impl Drive {
     }
 
     /// Checks that the encoder follows the rotor, if a loop is closed over it that was not checked.
-    fn check_encoder(&mut self, counts: i32) {
-        self.checked = None;
+    fn check_encoder(&mut self, (position, counts): (f32, i32)) {
+        let before = self.checked.take();
         let due = self.is_driven() && self.mode == Mode::Position && !self.encoder_follows;
         let Some(numbers) = self.setup.encoder_check.filter(|_| due) else {
             self.check = None;
@@ -243,15 +244,42 @@ impl Drive {
         let barred = self.switches.map(|end| end.leaves);
         let check = self.check.get_or_insert_default();
         let step = check.step(&numbers, counts, barred);
+        let away = check.away();
         match step {
             encoder_check::Step::Follows => {
                 self.check = None;
                 self.encoder_follows = true;
+                // The pushes may have passed the switch's edge.
+                if let Some(Seeking::Under(search)) = self.seeking {
+                    let search = search.anew(position, self.wiring.switches());
+                    self.seeking = Some(Seeking::Under(search));
+                    self.rest(position);
+                }
             }
             encoder_check::Step::Failed(fault) => self.wiring.trip(fault),
-            // What the loop integrates while it is pushed is not its command's.
-            encoder_check::Step::Push(_) => self.state = pid::State::default(),
-            encoder_check::Step::Wait | encoder_check::Step::Settle => {}
+            // What the loop integrates meanwhile is not its command's.
+            encoder_check::Step::Push(_) | encoder_check::Step::Wait => {
+                self.state = pid::State::default();
+            }
+            encoder_check::Step::Settle => {
+                // The way back may be onto the switch, which is an end of the way once it was closed: it is held where it came
+                // farthest away.
+                if let Some(upwards) = away {
+                    let from = if matches!(before, Some(encoder_check::Step::Push(_))) {
+                        position
+                    } else {
+                        self.commanded
+                    };
+                    self.commanded = if upwards {
+                        from.max(position)
+                    } else {
+                        from.min(position)
+                    };
+                    if let Command::Held(value) = &mut self.command {
+                        *value = self.commanded;
+                    }
+                }
+            }
         }
         self.checked = Some(step);
     }
@@ -264,8 +292,9 @@ impl Drive {
         }
     }
 
-    /// The command of this step.
+    /// The command of this step, which holds while the encoder is checked.
     fn advance(&mut self, position: f32, counts: i32) -> f32 {
+        self.begins = false;
         if self.check.is_some() {
             return self.commanded;
         }
@@ -278,6 +307,7 @@ impl Drive {
             Command::Held(value) => *value,
             Command::Signal(generator, step) => {
                 let value = generator.at(*step);
+                self.begins = *step == 0;
                 *step = step.saturating_add(1);
                 let [lower, upper] = self.setup.stroke;
                 match self.mode {
@@ -347,8 +377,9 @@ impl Drive {
                     switches,
                 });
         }
-        self.encoder_follows &= !present.are_of_the_encoder();
-        self.wiring.set_encoder_follows(self.encoder_follows);
+        // Also one that the operator latched, between two steps.
+        let causes = present | self.wiring.latch().causes();
+        self.encoder_follows &= !causes.are_of_the_encoder();
         if let Some(monitors) = &self.setup.monitors {
             self.wiring.set_heat(monitors.heat().word());
         }
@@ -364,14 +395,19 @@ impl Drive {
                 self.wiring.set_temperatures(verdict.celsius);
                 present = present | verdict.faults;
             }
-            if let Some(push) = self.push() {
-                most = most.min(push.abs());
-            }
-            let range = verdict.range.map(|current| current.min(most).max(-most));
-            self.wiring.set_current_range(range);
+            self.range = Some(verdict.range.map(|current| current.min(most).max(-most)));
         }
         self.wiring.latch().watch(present, self.wiring.time());
         position.is_finite() && current.is_finite() && supply.is_finite()
+    }
+
+    /// What flows at most until the next step: in a push no more than the push.
+    fn limit_current(&mut self) {
+        if let Some(range) = self.range {
+            let most = self.push().map_or(f32::MAX, f32::abs);
+            let range = range.map(|current| current.min(most).max(-most));
+            self.wiring.set_current_range(range);
+        }
     }
 
     /// Latches that nobody commands any more, where it is the terminal that does.
@@ -408,6 +444,7 @@ impl Drive {
         let wanted = match (self.push(), self.mode) {
             // As much as the push's current takes: the current's range ends there.
             (Some(push), _) => most.copysign(push),
+            _ if matches!(self.checked, Some(encoder_check::Step::Wait)) => 0.0,
             _ if matches!(self.seeking, Some(Seeking::Ended(_))) => 0.0,
             (None, Mode::Position) => self
                 .setup
@@ -429,9 +466,12 @@ impl ControlWork for Drive {
         let angle = converters.position.value(position);
         let amperes = self.setup.current.of(converters.current.value(current));
         let applied = self.wiring.applied();
-        self.check_encoder(position);
         let mut finite = self.judge(angle, amperes, applied);
-        let begins = self.obey(angle);
+        self.obey(angle);
+        // Whether a check is due is known once the orders of this step are.
+        self.check_encoder((angle, position));
+        self.wiring.set_encoder_follows(self.encoder_follows);
+        self.limit_current();
         self.watch_terminal(self.is_driven());
 
         let armed = self.is_driven();
@@ -464,7 +504,7 @@ impl ControlWork for Drive {
             current: converters.current.counts(amperes).unwrap_or(0),
             truth: self.wiring.truth(),
             marks: Marks {
-                command: begins && armed,
+                command: self.begins && armed,
                 fault: self.wiring.latch().is_tripped(),
                 driven: false,
             },

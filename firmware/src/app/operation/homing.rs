@@ -114,6 +114,12 @@ impl Search {
         }
     }
 
+    /// The same from here.
+    #[must_use]
+    pub fn anew(&self, from: f32, switches: [bool; 2]) -> Self {
+        Self::new(self.sought, from, switches)
+    }
+
     /// The switch that is sought.
     pub fn switch(&self) -> Switch {
         self.sought.switch
