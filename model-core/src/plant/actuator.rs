@@ -24,7 +24,7 @@ pub struct Load {
 }
 
 /// What acts on the mechanism from outside, as a log has it: N·m or N.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct External {
     /// Friction that a brake adds, sliding and at rest, ≥ 0.
     pub brake: f32,

@@ -172,6 +172,12 @@ impl Coefficients {
     }
 }
 
+/// How many counts it is from one reading to another, up or down.
+fn way(upwards: bool, from: i32, to: i32) -> i32 {
+    let way = to.wrapping_sub(from);
+    if upwards { way } else { way.wrapping_neg() }
+}
+
 impl Ways {
     fn new(length: u32, from: i32) -> Self {
         Self {
@@ -181,6 +187,24 @@ impl Ways {
             seen: None,
             faster: [false; 2],
         }
+    }
+
+    /// Takes a reading in a push that goes this way.
+    fn step(&mut self, upwards: bool, counts: i32) {
+        self.steps += 1;
+        if self.steps < self.length {
+            return;
+        }
+        let way = way(upwards, self.from, counts);
+        if let Some([least, most]) = self.seen {
+            self.faster[0] |= way < -ROUNDING && way < most.saturating_sub(ROUNDING);
+            self.faster[1] |= way > ROUNDING && way > least.saturating_add(ROUNDING);
+            self.seen = Some([least.min(way), most.max(way)]);
+        } else {
+            self.seen = Some([way; 2]);
+        }
+        self.steps = 0;
+        self.from = counts;
     }
 }
 
@@ -197,12 +221,7 @@ impl Push {
 
     /// How many counts it goes the push's way from one reading to another.
     fn way(&self, from: i32, to: i32) -> i32 {
-        let way = to.wrapping_sub(from);
-        if self.upwards {
-            way
-        } else {
-            way.wrapping_neg()
-        }
+        way(self.upwards, from, to)
     }
 
     /// Takes a reading: whether the encoder has gone faster against the push, and with it, under all of the current.
@@ -221,26 +240,6 @@ impl Push {
                 .is_some_and(|ways| ways.iter().any(|ways| ways.faster[side]))
         };
         [any(0), any(1)]
-    }
-}
-
-impl Ways {
-    fn step(&mut self, upwards: bool, counts: i32) {
-        self.steps += 1;
-        if self.steps < self.length {
-            return;
-        }
-        let way = counts.wrapping_sub(self.from);
-        let way = if upwards { way } else { way.wrapping_neg() };
-        if let Some([least, most]) = self.seen {
-            self.faster[0] |= way < -ROUNDING && way < most.saturating_sub(ROUNDING);
-            self.faster[1] |= way > ROUNDING && way > least.saturating_add(ROUNDING);
-            self.seen = Some([least.min(way), most.max(way)]);
-        } else {
-            self.seen = Some([way; 2]);
-        }
-        self.steps = 0;
-        self.from = counts;
     }
 }
 

@@ -39,15 +39,42 @@ struct Model<'a> {
     error: Vec<f32>,
 }
 
-/// How the two models that are compared are called, and what makes the second one of the first, at the beginning of a
-/// sentence.
-fn compared(outcome: &Outcome) -> [&'static str; 3] {
-    if !outcome.effects.is_empty() {
-        ["before effects", "with effects", "The effects take"]
-    } else if outcome.unknown.is_some() {
-        ["before", "with the learned map", "The learned map takes"]
-    } else {
-        ["before", "with other numbers", "The other numbers take"]
+/// How the two models that are compared are called.
+struct Compared {
+    /// The first one in a legend.
+    first: &'static str,
+    /// What tells it in a sentence.
+    lacking: &'static str,
+    /// The second one in a legend.
+    second: &'static str,
+    /// What makes it of the first, at the beginning of a sentence.
+    takes: &'static str,
+}
+
+impl Compared {
+    fn of(outcome: &Outcome) -> Self {
+        if !outcome.effects.is_empty() {
+            Self {
+                first: "before effects",
+                lacking: "without the effects",
+                second: "with effects",
+                takes: "The effects take",
+            }
+        } else if outcome.unknown.is_some() {
+            Self {
+                first: "before",
+                lacking: "without the learned map",
+                second: "with the learned map",
+                takes: "The learned map takes",
+            }
+        } else {
+            Self {
+                first: "before",
+                lacking: "with the declared numbers",
+                second: "with other numbers",
+                takes: "The other numbers take",
+            }
+        }
     }
 }
 
@@ -69,8 +96,8 @@ pub(super) fn of_log(report: &Report, log: &Evidence) -> io::Result<Vec<Figure>>
         report,
         log,
         models: if is_extended(&report.outcome) {
-            let [one, other, _] = compared(&report.outcome);
-            vec![before(one), after(other)]
+            let Compared { first, second, .. } = Compared::of(&report.outcome);
+            vec![before(first), after(second)]
         } else {
             vec![after("fitted model")]
         },
@@ -189,12 +216,9 @@ impl Subject<'_> {
 
     /// What tells the first of the models, in a sentence.
     fn first(&self) -> &'static str {
-        let outcome = &self.report.outcome;
         match self.models.as_slice() {
             [_] => "as it is fitted",
-            _ if !outcome.effects.is_empty() => "without the effects",
-            _ if outcome.unknown.is_some() => "without the learned map",
-            _ => "with the declared numbers",
+            _ => Compared::of(&self.report.outcome).lacking,
         }
     }
 
@@ -564,7 +588,7 @@ impl Subject<'_> {
         if self.models.len() == 1 {
             format!("With the fitted model {clauses}.")
         } else {
-            let [.., takes] = compared(&self.report.outcome);
+            let takes = Compared::of(&self.report.outcome).takes;
             format!("{takes} {clauses}.")
         }
     }
