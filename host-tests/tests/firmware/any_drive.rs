@@ -99,7 +99,7 @@ impl Warming {
 }
 
 /// How fast a winding warms or cools at most, K/s: copper that keeps the heat of 85 % of the peak current, where the continuous one has
-/// 15 A/mm².
+/// 15 A/mm², which is an assumption.
 const WARMING: f32 = {
     let density = 15e6 * 0.85 * EMA.limits.peak_current / EMA.limits.continuous_current;
     let heat = 2.3e-8 * density * density;

@@ -53,18 +53,20 @@ const LATENCY: f32 = 2.0 * PLANT_PERIOD;
 /// Of a current whose sign is known, A: more than what the sensor's zero may be off by.
 const SIGNED: f32 = current_offset::MOST;
 
-/// By which share a kelvin changes copper's resistance, of that at 20 °C (IEC 60028), and a hard ferrite's remanence (IEC 60404-8-1, annex A). No
-/// magnet warms faster than its winding.
+/// By which share a kelvin changes copper's resistance, of that at 20 °C (*Industrial Power Engineering and Applications Handbook*,
+/// p. 970, "standard copper"), and a sintered hard ferrite's remanence (Modelica Standard Library 4.0,
+/// `Magnetic.FluxTubes.Material.HardMagnetic.HardFerrite`). No magnet warms faster than its winding.
 const COPPER: f32 = 3.93e-3;
 const MAGNETS: f32 = 2e-3;
 
-/// Copper's resistivity at 105 °C, the hottest of a winding within its tolerances, Ω·m: 1/58 Ω·mm²/m at 20 °C (IEC 60028).
+/// Copper's resistivity at 105 °C, the hottest of a winding within its tolerances, Ω·m: 1/58 Ω·mm²/m at 20 °C (the same page).
 const RESISTIVITY: f32 = 1e-6 / 58.0 * (1.0 + 85.0 * COPPER);
 
-/// Copper's heat capacity, J/(K·m³): 385 J/(K·kg) and 8.89 g/cm³ (IEC 60028).
+/// Copper's heat capacity, J/(K·m³): 385 J/(K·kg) and 8.89 g/cm³ (*Encyclopedia of Metalloproteins*, Springer 2013, "Copper, Physical and Chemical
+/// Properties").
 const HEAT_CAPACITY: f32 = 385.0 * 8.89e3;
 
-/// Density of the continuous current, A/m²: the most of a small motor.
+/// Density of the continuous current, A/m². An assumption: a winding that bears more for ever warms faster than is reckoned with here.
 const DENSITY: f32 = 15e6;
 
 /// Most of a bridge's supply, V: beyond it the supply's sensor saturates.

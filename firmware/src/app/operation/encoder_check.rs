@@ -3,8 +3,8 @@
 //!
 //! Until the brake is open the voltage is 0. Where a load moves the rotor before that, the first push begins at once.
 //! A push raises the motor's current from 0 to *I* in a time *T*, holds it there for as long, and ends as soon as the encoder has
-//! come a line of the encoder, four counts, the push's way from where it was farthest the other way. Both are seen before the loop
-//! is closed.
+//! come a line of the encoder, four counts, the push's way from where it was farthest the other way. What may be
+//! the rotor's coasting from the push before is not counted. Both are seen before the loop is closed.
 //!
 //! What that proves: under a constant load an encoder that counts backwards comes no line against both pushes. It would have to see
 //! the rotor go down under the current that pushes it up, by its load alone, and up under the one that pushes it down. An
@@ -37,6 +37,12 @@
 //! the encoder rounds. Each way is the difference of two positions, each rounded by half a count at most: two ways differ by up to 2 counts less
 //! than the rotor's. What differs by more than that is the rotor's. It is looked for in single control periods, where a light rotor shows it
 //! at once, and in times of T/2, in which the slowest one goes 2 counts more each time.
+//!
+//! # What coasts
+//! Under a push the rotor's speed changes the push's way, all the time. So an encoder that goes against a push, and then with it, has turned with the
+//! rotor. One that goes with a push from its beginning may show what the push before has left: where a load has answered that one, over an encoder that
+//! counts backwards, it ends while the rotor still falls, or less than a control period *h* after it has turned the rotor. That leaves a speed
+//! of k I h/J at most. The next push takes k I t²/(2 T J) of it until *t*, all of it until √(2 T h). What goes with a push alone is counted from then on.
 //!
 //! # Constants
 //! *T* lets the lightest rotor with the strongest magnets, which nothing holds, move by `SHARE` of the stroke while the current is
@@ -79,6 +85,8 @@ pub struct Coefficients {
     current: f32,
     /// *T*, in control steps.
     steps: u32,
+    /// Control steps of a push in which the rotor may still coast from the push before.
+    coasting: u32,
 }
 
 /// The ways of equal times, one after another, under all of the current.
@@ -168,7 +176,14 @@ impl Coefficients {
         Self {
             current: ((held + moved) / least).min(machine.limits.current()),
             steps,
+            // The cast takes the fraction off.
+            coasting: square_root(2.0 * steps as f32) as u32 + 1,
         }
+    }
+
+    /// Control steps of a push from which all of the current flows, and all that the encoder goes is counted.
+    fn raised(&self) -> u32 {
+        self.steps.max(self.coasting)
     }
 }
 
@@ -289,7 +304,10 @@ impl Check {
         }
         self.barred = [self.barred[0] || barred[0], self.barred[1] || barred[1]];
         let mut push = self.push.unwrap_or(Push::new(true, counts));
-        if push.way(push.farthest, counts) < 0 {
+        let turned = push.way(push.began, push.farthest) < 0;
+        let is_first = self.came == [false; 2];
+        let coasts = !is_first && !turned && push.steps <= numbers.coasting;
+        if coasts || push.way(push.farthest, counts) < 0 {
             push.farthest = counts;
         }
         let [against, with] = push.goes_faster(numbers, counts);
@@ -299,7 +317,7 @@ impl Check {
         let came = self.barred[side] || came_a_line && (with || !self.barred[1 - side]);
         // An encoder of which one line is dead goes one count.
         let moves = came_a_line || astray > 1;
-        let is_over = push.steps >= 2 * numbers.steps && !moves;
+        let is_over = push.steps >= numbers.steps + numbers.raised() && !moves;
         if came {
             self.came[side] = true;
             if self.came == [true; 2] {
