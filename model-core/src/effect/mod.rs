@@ -289,6 +289,8 @@ macro_rules! catalogue {
             pub const BIASING: usize = 0 $(+ $module::$name::BIASES_BASE as usize)*;
 
             /// What the effect is.
+            // Inlined, each caller's part of the program has a catalogue of its own.
+            #[inline(never)]
             pub fn description(self) -> &'static Description {
                 match self { $(Self::$name => &$module::$name::DESCRIPTION),* }
             }
