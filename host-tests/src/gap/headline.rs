@@ -340,16 +340,7 @@ fn once_in(p: f64) -> String {
 
 /// What else may be true.
 fn alternatives(outcome: &Outcome, coordinate: &str) -> Option<String> {
-    let summary = |id: Id| {
-        let summary = id.description().summary;
-        match coordinate {
-            "rad" => summary.to_owned(),
-            _ => summary
-                .replace("torque or force", "force")
-                .replace("a torque", "a force")
-                .replace("transmitted torque", "transmitted force"),
-        }
-    };
+    let summary = |id: Id| id.description().summary.of(coordinate == "rad");
     let mut sentences: Vec<String> = outcome
         .effects
         .iter()
