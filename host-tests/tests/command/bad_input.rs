@@ -871,6 +871,14 @@ mod machine {
         refused(text, line, words);
     }
 
+    /// What a shell leaves of `cargo hil machine ... > machine.toml` that was refused.
+    #[test]
+    fn an_empty_file_is_said_to_be_empty() {
+        for text in ["", "\n"] {
+            refused(text, 1, &["is empty", "the command that was to write it"]);
+        }
+    }
+
     #[test]
     fn the_rotary_example_is_read() {
         let machine = Machine::read(&declared("ema-24v.toml")).expect("a good machine");
