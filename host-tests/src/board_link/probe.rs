@@ -25,7 +25,7 @@ const RAM: &str = "0x20000000 0x20000";
 
 /// Runs it until the standard input ends, with this program however that ends.
 const ATTENDED: &str =
-    "exec 3<&0; openocd \"$@\" & program=$!; (cat <&3; kill $program) & wait $program";
+    "exec 3<&0; openocd \"$@\" & program=$!; (read -r _ <&3; kill $program) & wait $program";
 
 /// The exit status of a shell that finds no such program.
 const NO_PROGRAM: i32 = 127;

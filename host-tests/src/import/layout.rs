@@ -283,9 +283,9 @@ impl Layout {
         let rows: Vec<[i64; 2]> = rows
             .filter_map(|[clock, whole]| Some([clock?, whole?]))
             .collect();
-        let (within, across): (Vec<_>, Vec<_>) = (rows.array_windows())
-            .map(|[[clock, time], [next_clock, next_time]]| {
-                let step = |from: i64, to: i64| (to - from).rem_euclid(DAY);
+        let step = |from: i64, to: i64| (to - from).rem_euclid(DAY);
+        let (within, across): (Vec<_>, Vec<_>) = (rows.iter().zip(rows.iter().skip(1)))
+            .map(|([clock, time], [next_clock, next_time])| {
                 (step(*clock, *next_clock), step(*time, *next_time))
             })
             .partition(|(seconds, _)| *seconds == 0);

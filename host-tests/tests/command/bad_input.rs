@@ -871,14 +871,6 @@ mod machine {
         refused(text, line, words);
     }
 
-    /// What a shell leaves of `cargo hil machine ... > machine.toml` that was refused.
-    #[test]
-    fn an_empty_file_is_said_to_be_empty() {
-        for text in ["", "\n"] {
-            refused(text, 1, &["is empty", "the command that was to write it"]);
-        }
-    }
-
     #[test]
     fn the_rotary_example_is_read() {
         let machine = Machine::read(&declared("ema-24v.toml")).expect("a good machine");
@@ -1009,7 +1001,10 @@ mod machine {
         let absent = directory.path().join("absent.toml");
         let error = Machine::read(&absent).expect_err("no file");
         assert_error(&error, &absent, None, &["no such file", "TOML"]);
-        refused("", 1, &["`name`", "missing"]);
+        // What a shell leaves of `cargo hil machine ... > machine.toml` that was refused.
+        for text in ["", "\n"] {
+            refused(text, 1, &["is empty", "the command that was to write it"]);
+        }
         refused(b"name = \"a\"\n\xff\xfe", 2, &["UTF-8"]);
         refused("name = \"a\"\ntime_s,input\n", 2, &["expected", "="]);
         refused("name = \"a\"\nname = \"b\"\n", 2, &["duplicate key"]);
