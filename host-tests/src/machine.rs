@@ -287,6 +287,12 @@ impl Machine {
 
     fn of_text(path: &Path, text: &str) -> Result<Self, InputError> {
         let source = Source { path, text };
+        if text.trim().is_empty() {
+            return Err(source.error(
+                1,
+                "is empty; the command that was to write it said why it did not",
+            ));
+        }
         let document = toml::from_str(text).map_err(|error| source.syntax_error(error))?;
         source.machine(document)
     }

@@ -19,7 +19,9 @@ use firmware::app::operation::body::Body;
 use firmware::app::operation::bridge;
 use firmware::app::operation::drive::Drive;
 use firmware::app::operation::kit::{ACTUATOR, Kit, THROTTLE_BODY};
-use firmware::app::operation::operator::{self, Joints, Operator, POLL_PERIOD_MS, Station};
+use firmware::app::operation::operator::{
+    self, Joints, Keyboard, Operator, POLL_PERIOD_MS, Station,
+};
 use firmware::app::operation::order::Receiver;
 use firmware::app::store::field::Values;
 use firmware::app::store::{Loaded, Store};
@@ -580,25 +582,32 @@ impl<P: Plant> OperationOnHost<P> {
         }
     }
 
+    /// What both are told for bytes that are typed at one of them.
+    pub fn type_at(&mut self, keyboard: Keyboard, bytes: &[u8]) -> String {
+        let mut sent = core::mem::take(&mut self.said);
+        for &byte in bytes {
+            now(self.operator.take(keyboard, byte, &mut sent));
+        }
+        sent
+    }
+
     /// Takes a byte from the terminal; what it is answered is lost.
     pub fn byte(&mut self, byte: u8) {
-        now(self.operator.take(byte, &mut String::new()));
+        now(self
+            .operator
+            .take(Keyboard::Terminal, byte, &mut String::new()));
     }
 
     /// What the terminal is sent for bytes from it, and what was said since it was last asked.
     pub fn type_in(&mut self, bytes: &[u8]) -> String {
-        let mut sent = core::mem::take(&mut self.said);
-        for &byte in bytes {
-            now(self.operator.take(byte, &mut sent));
-        }
-        sent
+        self.type_at(Keyboard::Terminal, bytes)
     }
 
     /// What a line is answered, without the prompt; then 10 ms pass.
     pub fn line(&mut self, line: &str) -> String {
         let mut sent = String::new();
         for byte in line.bytes().chain([b'\r']) {
-            now(self.operator.take(byte, &mut sent));
+            now(self.operator.take(Keyboard::Terminal, byte, &mut sent));
         }
         let answer = sent
             .strip_prefix(&format!("{line}\r\n"))

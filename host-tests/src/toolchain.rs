@@ -378,13 +378,12 @@ fn answer(command: &mut Command) -> Result<String, Failure> {
 
 /// Variables by which the cargo that runs this program would choose its children's toolchain, flags
 /// or log level.
-const INHERITED: [&str; 14] = [
+const INHERITED: [&str; 13] = [
     "CARGO",
     "CARGO_BUILD_RUSTFLAGS",
     "CARGO_BUILD_TARGET",
     "CARGO_ENCODED_RUSTFLAGS",
     "DEFMT_LOG",
-    "DEFMT_RTT_BUFFER_SIZE",
     "RUSTC",
     "RUSTC_BOOTSTRAP",
     "RUSTC_WORKSPACE_WRAPPER",

@@ -9,7 +9,7 @@
 //! [`wiring`] joins plant and drive; what can go wrong is a [`fault`], and one that is latched cuts
 //! the wires. Sensors and bridge quantise by [`conversion`], and the position goes out on two
 //! [`tracks`]; [`machine`] holds the actuators' numbers, [`profile`] what they are asked to do.
-//! A terminal gives orders by the [`console`], and has a [`capture`] of what follows.
+//! A terminal, or a debug probe over [`rtt`], gives orders by the [`console`], and has a [`capture`] of what follows.
 //! A recorded drive comes on a [`tape`] and is put through the plant by [`replay`]
 //! and `playback`.
 //! That every task goes on is watched by [`liveness`].
@@ -47,6 +47,7 @@ pub mod profile;
 pub mod record;
 pub mod refit;
 pub mod replay;
+pub mod rtt;
 #[cfg(feature = "tasks")]
 pub mod session;
 pub mod square_root;

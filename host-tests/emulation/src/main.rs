@@ -4,6 +4,7 @@ mod board;
 mod chip;
 mod ecu;
 mod harness;
+mod probe;
 mod random;
 mod running;
 mod scenario;

@@ -22,6 +22,7 @@ use rigless::time::VirtualNanos;
 use crate::board::Board;
 use crate::chip::description::{CORE_COUPLED_BASE, FLASH_BASE, SRAM_BASE};
 use crate::chip::pins::{self, Pin};
+use crate::probe::Probe;
 use crate::random::Random;
 
 /// Where parameters are stored: the second to the fourth sector. See `memory.x`.
@@ -37,6 +38,8 @@ pub struct Inputs {
     pub analogue: Vec<(u8, u32)>,
     /// What the terminal types from the beginning on.
     pub typed: Vec<u8>,
+    /// What is typed at a debug probe at the beginning; it hears then what the console has said, if there is one.
+    pub probed: Option<Vec<u8>>,
     /// What befalls the chip at the beginning.
     pub events: Vec<Event>,
 }
@@ -94,6 +97,8 @@ pub const ADC: u16 = 18;
 pub struct Outputs {
     /// What the terminal was told since the stop before.
     pub said: Vec<u8>,
+    /// What a debug probe was told at the stop before.
+    pub probed: Vec<u8>,
     /// Share of the supply at the winding, −1 to 1, if the bridge's timer drives.
     pub bridge: Option<f64>,
     /// Level of the bridge's enable.
@@ -175,6 +180,8 @@ pub struct Running {
     pub outputs: Outputs,
     /// Everything that the terminal was told, byte for byte.
     pub heard: Vec<u8>,
+    /// Everything that a debug probe was told.
+    pub probed: Vec<u8>,
     /// What the flash held where parameters are behind each of its operations, if that is kept.
     pub kept: Vec<Vec<u8>>,
     now: u64,
@@ -256,6 +263,8 @@ impl Running {
                 vectors: BTreeMap::new(),
                 resets: 0,
                 stuck: None,
+                probe: Probe::default(),
+                probed: Vec::new(),
             };
             emulator::run(session, &start, stepping).map_err(|error| error.to_string())?;
             Ok(())
@@ -268,6 +277,7 @@ impl Running {
             next: Inputs::default(),
             outputs: Outputs::default(),
             heard: Vec::new(),
+            probed: Vec::new(),
             kept: Vec::new(),
             now: 0,
         })
@@ -298,6 +308,7 @@ impl Running {
         match self.replies.recv() {
             Ok(Reply::Reached(mut outputs)) => {
                 self.heard.extend(&outputs.said);
+                self.probed.extend(&outputs.probed);
                 self.kept.append(&mut outputs.flash);
                 self.outputs = outputs;
                 Ok(())
@@ -388,6 +399,9 @@ struct Stepping {
     resets: usize,
     /// An interrupt's line that is high.
     stuck: Option<InterruptLine>,
+    /// The probe, and what it was told since the stop before.
+    probe: Probe,
+    probed: Vec<u8>,
 }
 
 impl Stepping {
@@ -414,6 +428,9 @@ impl Stepping {
             board.chip.set_analogue(channel, millivolts);
         }
         board.terminal().typed.extend(inputs.typed);
+        if let Some(typed) = inputs.probed {
+            self.probed = self.probe.exchange(host, &typed);
+        }
         for event in inputs.events {
             self.befall((board, host), at, event);
         }
@@ -521,6 +538,7 @@ fn outputs(session: &mut Session<Board>, stop: &Stop) -> Outputs {
     };
     Outputs {
         said,
+        probed: Vec::new(),
         bridge: chip.bridge(),
         bridge_enable: chip.level(pins::BRIDGE_ENABLE) == Level::High,
         brake_release: chip.level(pins::BRAKE_RELEASE) == Level::High,
@@ -621,6 +639,7 @@ impl Driver<Board> for Stepping {
         self.drive_due(session.board_mut(), at);
         while at.0 >= self.until {
             let mut reached = outputs(session, &stop);
+            reached.probed = std::mem::take(&mut self.probed);
             if let Some(kept) = &mut self.kept {
                 reached.flash = std::mem::take(kept);
             }

@@ -19,8 +19,8 @@ const ANSWER: Duration = Duration::from_secs(10);
 const SILENCE: Duration = Duration::from_secs(10);
 
 /// What to look at where nothing comes.
-const REMEDY: &str = "check that the board has power, that its PB6 and PB7 go to the adapter's RX and TX with the \
-                      grounds joined, and that the image is `controller` or `throttle`";
+const REMEDY: &str = "check that the board has power, that its image is `controller` or `throttle` of this version, and \
+                      with a serial port that its PB6 and PB7 go to the adapter's RX and TX with the grounds joined";
 
 /// A board's console.
 pub struct Console<'l> {

@@ -1,14 +1,16 @@
 //! A board at the other end of a line: its console, and the [frames](firmware::app::console::frame) for
 //! programs among what it says.
 //!
-//! A *line* is anything that bytes are read from and written to: a serial port, a pseudo-terminal, an image
+//! A *line* is anything that bytes are read from and written to: a serial port, a pseudo-terminal, a debug probe, an image
 //! that runs in this program. A read that finds nothing for [`QUIET`] ends with `TimedOut`.
 
 pub mod console;
 pub mod demultiplexer;
 pub mod emulated;
 pub mod log_transfer;
+pub mod probe;
 pub mod serial;
+pub mod way;
 
 use std::io::{Read, Write};
 use std::time::Duration;

@@ -1,6 +1,7 @@
-//! `cargo hil record` at the emulated controller: its console at a pseudo-terminal, driven and read as a board's.
+//! `cargo hil record` at the emulated controller, driven and read as a board's: the first drive with its console at a
+//! pseudo-terminal, the second with it at an emulated debug probe.
 
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, Stdio};
 use std::sync::Arc;
@@ -12,7 +13,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::run::{Built, directory, rate};
 use super::tracing::MACHINE;
-use crate::board_link::serial;
+use crate::board_link::probe::Probe;
+use crate::board_link::{Line, serial};
 use crate::failure::Failure;
 use crate::gap::engine;
 use crate::gap::outcome::Stages;
@@ -70,22 +72,29 @@ pub fn run(built: &Built, cycles: f64) -> Result<Recording, Failure> {
     // It is opened as a board's port is.
     drop(far);
     let mut line = serial::open(&port)?;
-    let served = serve(built, cycles, near).map_err(system)?;
+    let (served, probe) = serve(built, cycles, near).map_err(system)?;
+    let mut probe = Probe::connect(&format!("127.0.0.1:{probe}"))?;
     // Nothing moves in truth: a terminal that is closed ends the program as ever.
     let ending = Ending::watch(&[SIGINT, SIGTERM])?;
-    let recorded = DRIVES.map(|(signal, name)| {
-        let drive = Drive {
-            mode: "position",
-            signal: Some(signal.to_owned()),
-            seconds: SECONDS,
-        };
-        let csv = directory().join(name);
-        write_own(&csv, record(&mut line, &drive, &ending, || Ok(()))?.csv()?)?;
-        Ok::<_, Failure>(Log::read(&csv)?)
-    });
-    drop(served);
-    let [train, validate] = recorded;
+    let mut lines: [&mut dyn Line; 2] = [&mut line, &mut probe];
+    let mut recorded = DRIVES
+        .iter()
+        .zip(&mut lines)
+        .map(|(&(signal, name), line)| {
+            let drive = Drive {
+                mode: "position",
+                signal: Some(signal.to_owned()),
+                seconds: SECONDS,
+            };
+            let csv = directory().join(name);
+            write_own(&csv, record(*line, &drive, &ending, || Ok(()))?.csv()?)?;
+            Ok::<_, Failure>(Log::read(&csv)?)
+        });
+    let (Some(train), Some(validate)) = (recorded.next(), recorded.next()) else {
+        return Err(Failure::other("two drives"));
+    };
     let (train, validate) = (train?, validate?);
+    drop(served);
     let machine = Machine::read(&workspace::root().join(MACHINE))?;
     let rows = [train.samples(), validate.samples()];
     let report = engine::run(&machine, &[train], || Ok(vec![validate]), |_| ())?;
@@ -98,7 +107,8 @@ pub fn run(built: &Built, cycles: f64) -> Result<Recording, Failure> {
     })
 }
 
-fn serve(built: &Built, cycles: f64, near: TTYPort) -> io::Result<Served> {
+/// The emulation, with the port of its probe.
+fn serve(built: &Built, cycles: f64, near: TTYPort) -> io::Result<(Served, u16)> {
     let Built { emulation, images } = built;
     let mut child = clean_command(emulation)
         .arg("serve")
@@ -113,16 +123,19 @@ fn serve(built: &Built, cycles: f64, near: TTYPort) -> io::Result<Served> {
         child,
         ending: ending.clone(),
     };
-    let (Some(keys), Some(mut said)) = pipes else {
+    let (Some(keys), Some(said)) = pipes else {
         return Err(io::Error::other("a child without pipes"));
     };
     // However long this machine takes to start it: only then is an answer waited for.
-    said.read_exact(&mut [0])?;
+    let mut said = BufReader::new(said);
+    let mut port = String::new();
+    said.read_line(&mut port)?;
+    let port = port.trim().parse().map_err(io::Error::other)?;
     let other = near.try_clone_native()?;
     let still = ending.clone();
     thread::spawn(move || carry(near, keys, &ending));
     thread::spawn(move || carry(said, other, &still));
-    Ok(served)
+    Ok((served, port))
 }
 
 /// Carries bytes until either side ends.

@@ -370,12 +370,12 @@ impl Summary {
             row(
                 "record",
                 format!(
-                    "{} and {} rows over the controller's console at a pseudo-terminal: {}; it leaves {:.1} % of the \
-                     position error on the second",
+                    "{} rows over the controller's console at a pseudo-terminal: {}; it leaves {:.1} % of the position \
+                     error on {} more at a debug probe",
                     recording.rows[0],
-                    recording.rows[1],
                     recording.effects.join(", "),
-                    100.0 * recording.remaining
+                    100.0 * recording.remaining,
+                    recording.rows[1]
                 ),
             );
         }

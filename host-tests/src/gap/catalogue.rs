@@ -38,7 +38,7 @@ pub fn text() -> String {
         format!(
             "{text}\n  {}: {}{angle}{winding}\n      {}",
             description.id,
-            description.summary,
+            description.summary.of(true),
             parameters(id, true)
         )
     })

@@ -64,7 +64,7 @@ impl Headline {
             .map(|effect| (effect.id.clone(), sentence(effect, &workshop)))
             .collect();
         details.extend(learned(report));
-        details.extend(current_sensor(outcome));
+        details.extend(current_sensor(report));
         Self {
             finding,
             details,
@@ -234,15 +234,18 @@ fn learned(report: &Report) -> Vec<(String, String)> {
 }
 
 /// How the log's current errs, by those of its numbers that are surely not a good sensor's.
-fn current_sensor(outcome: &Outcome) -> Option<(String, String)> {
+fn current_sensor(report: &Report) -> Option<(String, String)> {
+    let outcome = &report.outcome;
     let [gain, offset, lag] = &outcome.current_sensor[..] else {
         return None;
     };
     let is_sure = |number: &Estimate, good: f64| (number.value - good).abs() > 2.0 * number.std;
     let quantity = |value: f64, unit: &str| Scale::of(unit, [value]).quantity(value);
     let mut errs = Vec::new();
-    if is_sure(gain, 1.0) {
-        let gain = significant(gain.value, 3);
+    let said = significant(gain.value, 3);
+    // What rounds to 1 is nothing to tell, however sure it is.
+    if is_sure(gain, 1.0) && said != significant(1.0, 3) {
+        let gain = said;
         let mut said = format!("is {gain} times what flows");
         if !outcome.fit.iter().any(|number| number.name == "resistance") {
             // The same voltage drops over both, and inertia and friction are fitted to the torque of either.
@@ -258,12 +261,24 @@ fn current_sensor(outcome: &Outcome) -> Option<(String, String)> {
         let side = if offset.value > 0.0 { "high" } else { "low" };
         errs.push(format!("reads {size} too {side}"));
     }
-    if is_sure(lag, 0.0) {
+    // The input is held from row to row, so a current without inductance is that of half a row before when a row begins; one
+    // with inductance is that much later anyhow.
+    let half_a_row = report
+        .train
+        .first()
+        .and_then(|log| Some(0.5 * f64::from(*log.time.get(1)?)));
+    let winding = lag.value + half_a_row.unwrap_or(0.0);
+    let late = is_sure(lag, 0.0).then_some(("the current", winding));
+    if late.is_some() {
         errs.push(format!("comes {} late", quantity(lag.value, &lag.unit)));
     }
     let errs: Vec<&str> = errs.iter().map(String::as_str).collect();
     (!errs.is_empty()).then(|| {
-        let sentence = format!("The current that the log holds {}.", listed(&errs));
+        let mut sentence = format!("The current that the log holds {}.", listed(&errs));
+        if let Some(winding) = late.and_then(|late| inductance(report, late)) {
+            sentence += " ";
+            sentence += &winding;
+        }
         ("current sensor".to_owned(), sentence)
     })
 }
@@ -288,7 +303,8 @@ fn certainty(report: &Report) -> String {
             sentences.join(" ")
         }
         Verdict::EffectsFound | Verdict::UnknownEffect => {
-            let mut sentences = Vec::from_iter(inductance(report));
+            let late = delay(outcome).map(|time| ("the motion", time));
+            let mut sentences = Vec::from_iter(late.and_then(|late| inductance(report, late)));
             sentences.extend(chance(&outcome.effects));
             sentences.extend(alternatives(outcome, &report.coordinate));
             if outcome.verdict == Verdict::UnknownEffect {
@@ -340,16 +356,7 @@ fn once_in(p: f64) -> String {
 
 /// What else may be true.
 fn alternatives(outcome: &Outcome, coordinate: &str) -> Option<String> {
-    let summary = |id: Id| {
-        let summary = id.description().summary;
-        match coordinate {
-            "rad" => summary.to_owned(),
-            _ => summary
-                .replace("torque or force", "force")
-                .replace("a torque", "a force")
-                .replace("transmitted torque", "transmitted force"),
-        }
-    };
+    let summary = |id: Id| id.description().summary.of(coordinate == "rad");
     let mut sentences: Vec<String> = outcome
         .effects
         .iter()
@@ -377,20 +384,22 @@ fn alternatives(outcome: &Outcome, coordinate: &str) -> Option<String> {
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
-/// The inductance of a winding that would be as late as a delay that was found, where the machine file has none.
-fn inductance(report: &Report) -> Option<String> {
-    let resistance = report.without_inductance?;
-    let delays = [
-        Id::InputDelay.description().id,
-        Id::SensorDelay.description().id,
-    ];
-    let mut effects = report.outcome.effects.iter();
-    let late = effects.find(|effect| delays.contains(&effect.id.as_str()))?;
-    let inductance = late.parameters.first()?.value * resistance;
+/// The inductance of the winding, where the machine file has none and something was found to be late. Without one a model's
+/// current follows the voltage at once; with one it comes later by inductance over resistance, and so does the motion.
+fn inductance(report: &Report, (late, time): (&str, f64)) -> Option<String> {
+    let inductance = time * report.without_inductance?;
     Some(format!(
-        "The machine file has no inductance: a winding of {} comes as late as that.",
+        "The machine file has no inductance, most likely that is it: with a winding of {} {late} comes as late as that.",
         Scale::of("H", [inductance]).quantity(inductance)
     ))
+}
+
+/// The delay that was found, s, if one was.
+fn delay(outcome: &Outcome) -> Option<f64> {
+    let delays = [Id::InputDelay, Id::SensorDelay].map(|id| id.description().id);
+    let mut effects = outcome.effects.iter();
+    let late = effects.find(|effect| delays.contains(&effect.id.as_str()))?;
+    Some(late.parameters.first()?.value)
 }
 
 /// The refused candidate that came nearest to being found, if any came near.

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::stamp::is_stamp;
+use super::stamp::{DAY, SECOND, is_stamp, nanoseconds};
 
 /// What the user says about the layout; what is left open is found.
 #[derive(Debug, Clone, Default)]
@@ -123,7 +123,7 @@ pub(super) struct Layout {
 const COMMENTS: [&str; 5] = ["#", "%", "//", "!", "*"];
 
 /// Lines that the layout is found from: the second half of a file has no preamble.
-const SAMPLE: usize = 200;
+pub(super) const SAMPLE: usize = 200;
 
 /// A cell as a number.
 pub(super) fn number(field: &str, decimal_comma: bool) -> Option<f64> {
@@ -262,9 +262,40 @@ impl Layout {
         };
         let everywhere =
             |place: &usize| !rows.is_empty() && rows.iter().all(|row| is_cut(row, *place));
-        let places = 0..self.width.saturating_sub(1);
-        self.cut_stamp = places.into_iter().find(everywhere);
+        // Of names that are one fewer than the fields nobody needs proof.
+        let is_named = self.names.is_some();
+        let mut places = 0..self.width.saturating_sub(1);
+        self.cut_stamp =
+            places.find(|place| everywhere(place) && (is_named || self.goes_on(lines, *place)));
         self.width -= usize::from(self.cut_stamp.is_some());
+    }
+
+    /// Whether a field goes on from row to row as the decimals of the clock before it do: within a second it does not fall, and into
+    /// the next one it is less than a second on. Digits that mean something else fall within a second, or stay or rise into the next
+    /// one. A row in ten may be out of order, or come behind a gap.
+    fn goes_on(&self, lines: &[&str], place: usize) -> bool {
+        let rows = lines.iter().filter_map(|line| {
+            let row = self.delimiter.split(line);
+            let (begin, end) = (row.get(place)?, row.get(place + 1)?);
+            let stamps = [begin.to_string(), self.whole_stamp(begin, end)];
+            Some(stamps.map(|stamp| nanoseconds(&stamp)))
+        });
+        let rows: Vec<[i64; 2]> = rows
+            .filter_map(|[clock, whole]| Some([clock?, whole?]))
+            .collect();
+        let step = |from: i64, to: i64| (to - from).rem_euclid(DAY);
+        let (within, across): (Vec<_>, Vec<_>) = (rows.iter().zip(rows.iter().skip(1)))
+            .map(|([clock, time], [next_clock, next_time])| {
+                (step(*clock, *next_clock), step(*time, *next_time))
+            })
+            .partition(|(seconds, _)| *seconds == 0);
+        let mostly = |steps: &[(i64, i64)], least: i64| {
+            let on = steps
+                .iter()
+                .filter(|(_, step)| (least..SECOND).contains(step));
+            10 * on.count() >= 9 * steps.len()
+        };
+        !within.is_empty() && mostly(&within, 0) && mostly(&across, 1)
     }
 
     /// The two parts of a stamp put together.

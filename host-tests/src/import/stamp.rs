@@ -4,8 +4,10 @@
 //! points) counts days; of any other, and of none, the clock is taken alone, and passes midnight where it
 //! jumps by more than half a day: no logger waits as long between two rows.
 
-const DAY: i64 = 86_400_000_000_000;
-const SECOND: i64 = 1_000_000_000;
+/// A day, ns.
+pub(super) const DAY: i64 = 86_400_000_000_000;
+/// A second, ns.
+pub(super) const SECOND: i64 = 1_000_000_000;
 
 /// A stamp, ns.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,9 +27,9 @@ pub(super) struct Stamps {
 }
 
 impl Stamps {
-    /// What reads the column of which this is the first cell, if that is a stamp.
+    /// What reads a column from this cell on, if that is a stamp.
     pub fn beginning_with(cell: &str) -> Option<Self> {
-        let (Stamp::Calendar(first) | Stamp::Clock(first)) = parse(cell)?;
+        let first = nanoseconds(cell)?;
         Some(Self { first, last: first })
     }
 
@@ -42,6 +44,12 @@ impl Stamps {
         };
         Some(self.last.checked_sub(self.first)? as f64 / SECOND as f64)
     }
+}
+
+/// The instant of a time stamp, ns: of two stamps of one form the difference is the time between them, but for midnight.
+pub(super) fn nanoseconds(cell: &str) -> Option<i64> {
+    let (Stamp::Calendar(instant) | Stamp::Clock(instant)) = parse(cell)?;
+    Some(instant)
 }
 
 /// Whether a cell is a time stamp.

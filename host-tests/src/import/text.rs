@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::layout::{Delimiter, Layout, Reading, number};
+use super::layout::{Delimiter, Layout, Reading, SAMPLE, number};
 use super::raw::{Column, Raw};
-use super::stamp::Stamps;
+use super::stamp::{Stamps, is_stamp};
 use super::unit::Unit;
 use crate::error::InputError;
 use crate::log::counted;
@@ -57,6 +57,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         })
         .collect();
     raw.columns = vec![Column::default(); layout.width];
+    let stamped = stamped(&lines, &layout);
     let mut stamps = vec![None; layout.width];
     let mut comments = 0;
     for (at, line) in lines.iter().enumerate().skip(layout.start) {
@@ -69,18 +70,19 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         }
         let fields = rejoined(layout.delimiter.split(line), &layout);
         let is_open = layout.delimiter != Delimiter::Spaces && has_an_odd_mark(line);
-        if raw.lines.is_empty() {
-            for (place, cell) in fields.iter().enumerate().take(layout.width) {
-                stamps[place] = Stamps::beginning_with(cell);
-                if stamps[place].is_some() {
-                    raw.columns[place].first_stamp = Some(cell.to_string());
-                    raw.units[place] = Some("s".to_owned());
-                }
+        for (place, cell) in fields.iter().enumerate().take(layout.width) {
+            if !stamped[place] || stamps[place].is_some() {
+                continue;
+            }
+            stamps[place] = Stamps::beginning_with(cell);
+            if stamps[place].is_some() {
+                raw.columns[place].first_stamp = Some(cell.to_string());
+                raw.units[place] = Some("s".to_owned());
             }
         }
         let read = |place: usize, cell: &str| match &mut stamps[place] {
-            Some(stamps) => Stamps::read(stamps, cell),
-            None => number(cell, layout.decimal_comma),
+            _ if !stamped[place] => number(cell, layout.decimal_comma),
+            stamps => Stamps::read(stamps.as_mut()?, cell),
         };
         push(&mut raw, (&fields, is_open), at + 1, read);
     }
@@ -89,6 +91,24 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         raw.layout += &format!(", {} left out", counted(comments, "comment line"));
     }
     Ok(raw)
+}
+
+/// Columns of time stamps: those with more stamps than numbers in the first rows, so that no row that is damaged decides.
+fn stamped(lines: &[&str], layout: &Layout) -> Vec<bool> {
+    let mut more = vec![0_i64; layout.width];
+    let rows = lines.iter().skip(layout.start);
+    for line in rows.filter(|line| !layout.is_comment(line)).take(SAMPLE) {
+        let fields = rejoined(layout.delimiter.split(line), layout);
+        for (cell, more) in fields.iter().zip(&mut more) {
+            // A number costs less to tell than a stamp, and none is both.
+            if number(cell, layout.decimal_comma).is_some() {
+                *more -= 1;
+            } else if is_stamp(cell) {
+                *more += 1;
+            }
+        }
+    }
+    more.into_iter().map(|more| more > 0).collect()
 }
 
 /// Whether a line has a field in quotation marks that does not end. The sign of an inch in a field is none.

@@ -19,7 +19,8 @@ use self::board::Board;
 use self::guard::Guard;
 use self::server::Server;
 use crate::board_link::emulated::{EmulatedBoard, Pace};
-use crate::board_link::serial;
+use crate::board_link::way::Way;
+use crate::board_link::{Line, serial};
 use crate::error::tell;
 use crate::failure::Failure;
 use crate::record::drive::{ENDS, Ending};
@@ -29,14 +30,13 @@ use crate::workspace;
 pub const HELP: &str = "\
 Prints an address for a browser on this computer and serves that page alone, until Ctrl-C. Whoever knows the
 address may drive the board. Nothing moves before Arm is pressed in the page, and the drive is disarmed when the
-page is closed. Without --port a controller is emulated, with a motor whose viscous friction\ndepends on the direction of motion, which its parameters do not say.";
+page is closed. Without --port, --probe or --rtt a controller is emulated, with a motor whose viscous friction\ndepends on the direction of motion, which its parameters do not say.";
 
 /// What `cargo hil live` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Serial port of the board's console, such as /dev/ttyUSB0 [default: an emulated one]
-    #[arg(long, value_name = "DEV")]
-    port: Option<PathBuf>,
+    #[command(flatten)]
+    way: Way,
     /// The machine that a frozen part is held against [default: the board's own parameters]
     #[arg(long, value_name = "M.toml")]
     machine: Option<PathBuf>,
@@ -57,20 +57,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // What is wrong with it is said now, not when something was frozen.
         crate::machine::Machine::read(machine)?;
     }
-    let emulated = match &args.port {
-        Some(_) => None,
-        None => Some(
-            EmulatedBoard::start(UNDECLARED.actuator, Pace::RealTime)
-                .map_err(|error| Failure::system("a pseudo-terminal", error))?,
-        ),
+    let (emulated, line) = match args.way.open()? {
+        Some(line) => (None, line),
+        None => {
+            let board = EmulatedBoard::start(UNDECLARED.actuator, Pace::RealTime)
+                .map_err(|error| Failure::system("a pseudo-terminal", error))?;
+            let line: Box<dyn Line> = Box::new(serial::open(&board.port)?);
+            (Some(board), line)
+        }
     };
-    let port = args.port.clone();
-    let port = port.or_else(|| emulated.as_ref().map(|board| board.port.clone()));
-    let line = serial::open(&port.unwrap_or_default())?;
     let ending = Ending::watch(&ENDS)?;
     let directory = args.out.clone();
     let directory = directory.unwrap_or_else(|| workspace::results().join("live"));
-    let board = Board::start(Box::new(line), emulated, directory, args.machine.clone())?;
+    let board = Board::start(line, emulated, directory, args.machine.clone())?;
     let server = Server::bind(args.listen, Guard::new(random()?), random()?)?;
     let mut out = io::stdout();
     writeln!(out, "{}", server.address())

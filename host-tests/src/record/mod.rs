@@ -2,7 +2,6 @@
 
 pub mod drive;
 pub mod machine;
-mod probe;
 
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -15,9 +14,9 @@ use self::drive::{Drive, ENDS, Ending};
 use crate::board_link::Line;
 use crate::board_link::console::Console;
 use crate::board_link::log_transfer::LogTransfer;
-use crate::board_link::serial;
+use crate::board_link::way::Way;
 use crate::board_log::BoardLog;
-use crate::error::{InputError, tell};
+use crate::error::tell;
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs};
 
@@ -25,8 +24,7 @@ use crate::outputs::{Kind, Outputs};
 pub const HELP: &str = "\
 The actuator moves. First set the board's parameters to it, and limits to what it bears (`show`, `set`, `save` on
 the console, see docs/board.md), and have its supply within reach of your hand. The drive is disarmed again at
-the end, after an error and after Ctrl-C too; if it does not say so, you are told. With --probe nothing is driven:
-it waits for the log that `dump log`, typed at the board's console, sends to the probe.";
+the end, after an error and after Ctrl-C too; if it does not say so, you are told.";
 
 /// Longest recording, s: what the board's ring holds.
 const LONGEST: f64 = 10.0;
@@ -36,15 +34,9 @@ const SHORTEST: f64 = 0.5;
 
 /// What `cargo hil record` takes.
 #[derive(Debug, clap::Args)]
-#[command(group(clap::ArgGroup::new("board").required(true).args(["port", "probe"])))]
 pub struct Args {
-    /// Serial port of the board's console, such as /dev/ttyUSB0
-    #[arg(long, value_name = "DEV")]
-    port: Option<PathBuf>,
-    /// Without a serial port: listen to a debug probe, by probe-rs, for the log that `dump log` sends; ELF is the image
-    /// on the board. Nothing is driven, and no machine file is written: a probe has no way to the console
-    #[arg(long, value_name = "ELF", conflicts_with_all = ["mode", "signal", "seconds", "arm", "machine_out"])]
-    probe: Option<PathBuf>,
+    #[command(flatten)]
+    way: Way,
     /// What the signal is: a position of the loop, or a voltage without a loop
     #[arg(long, value_name = "MODE", default_value = "position", value_parser = ["position", "voltage"])]
     mode: String,
@@ -74,20 +66,14 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Records a board at a serial port.
+/// Records a board.
 ///
 /// # Errors
 /// Outputs that are there already, a port that cannot be opened, a board that does not answer or refuses, a fault
 /// on the way, a recording that nobody allowed.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let Some(port) = &args.port else {
-        return match &args.probe {
-            Some(image) => listen(image, &args.out),
-            None => Err(Failure::Usage("expected --port or --probe".to_owned())),
-        };
-    };
     let (log_path, machine_path) = places(args);
-    let mut outputs = Outputs::reading([port]).replacing_nothing();
+    let mut outputs = Outputs::reading(args.way.port()).replacing_nothing();
     let parent = log_path.parent().filter(|_| is_directory(&args.out));
     let [log, machine] = match parent {
         Some(directory) => {
@@ -116,9 +102,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--mode voltage needs a --signal: no voltage is harmless to every actuator".to_owned(),
         ));
     }
-    let mut port = serial::open(port)?;
+    let line = args.way.open()?;
+    let mut line = line.ok_or_else(|| {
+        Failure::Usage("expected a way to the board: --port, --probe or --rtt".to_owned())
+    })?;
     let ending = Ending::watch(&ENDS)?;
-    let recorded = record(&mut port, &drive, &ending, || permitted(args, &drive))?;
+    let recorded = record(&mut line, &drive, &ending, || permitted(args, &drive))?;
     if let Some(log) = log {
         outputs.stage(log, recorded.csv()?)?;
     }
@@ -127,39 +116,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     outputs.commit()?;
     print(&recorded, &log_path, machine_path.as_deref())
-}
-
-/// Leaves the next log that a board sends to its probe.
-///
-/// # Errors
-/// An output that is there already, an image that is not, and what [`probe::listen`] refuses.
-fn listen(image: &PathBuf, out: &Path) -> Result<(), Failure> {
-    let mut outputs = Outputs::reading([image]).replacing_nothing();
-    let (path, output) = if is_directory(out) {
-        let file = outputs.directory(Some(out), [("log.csv", Kind::Log)])?;
-        (out.join("log.csv"), file.map(|[log]| log))
-    } else {
-        (out.to_path_buf(), outputs.file(Some(out), Kind::Log)?)
-    };
-    if !image.is_file() {
-        let message = "no such file; expected the image on the board, as \
-                       target/thumbv7em-none-eabihf/release/controller";
-        return Err(InputError::new(image, None, message).into());
-    }
-    let log = probe::listen(image)?;
-    let recorded = Recorded {
-        log,
-        machine: String::new(),
-    };
-    if let Some(output) = output {
-        outputs.stage(output, recorded.csv()?)?;
-    }
-    outputs.commit()?;
-    print(&recorded, &path, None)?;
-    tell(
-        "A probe does not tell the board's parameters: `cargo hil machine` makes a machine file of a data sheet.",
-    );
-    Ok(())
 }
 
 /// What was recorded.
@@ -205,7 +161,7 @@ pub fn record(
     permitted()?;
     say("recording");
     drive::drive(&mut console, drive, ending)?;
-    say("reading the log, some 12 s over a serial line");
+    say("reading the log, some 12 s");
     let log = dump(&mut console)?;
     Ok(Recorded { log, machine })
 }

@@ -13,6 +13,8 @@ use host_tests::toolchain::BROWSERS;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::record::serve;
+
 /// A page that is served.
 struct Served {
     child: Child,
@@ -31,12 +33,18 @@ struct Answer {
 impl Served {
     /// Of a board at this port; of an emulated one where there is none.
     fn start(port: Option<&Path>) -> Self {
+        match port {
+            Some(port) => Self::of(&["--port", port.to_str().unwrap()]),
+            None => Self::of(&[]),
+        }
+    }
+
+    /// Of a board that is reached so.
+    fn of(way: &[&str]) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_hil"));
-        command.arg("live").arg("--out").arg(directory.path());
-        if let Some(port) = port {
-            command.arg("--port").arg(port);
-        }
+        command.arg("live").args(way);
+        command.arg("--out").arg(directory.path());
         let mut child = command
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -205,8 +213,17 @@ fn nothing_moves_before_arm_and_nothing_goes_on_without_the_page() {
 
 #[test]
 fn the_end_of_the_program_disarms_the_drive() {
+    ends_disarmed(|port| Served::start(Some(port)));
+}
+
+#[test]
+fn the_end_of_the_program_disarms_the_drive_at_a_probe() {
+    ends_disarmed(|port| Served::of(&["--rtt", &serve(port)]));
+}
+
+fn ends_disarmed(start: impl FnOnce(&Path) -> Served) {
     let board = EmulatedBoard::start(EMA.plant, Pace::RealTime).unwrap();
-    let mut served = Served::start(Some(&board.port));
+    let mut served = start(&board.port);
     assert_eq!(served.post("/arm", "the actuator may move").status, 200);
     assert!(board.wiring.latch().is_armed());
     let sent = Command::new("kill")

@@ -1,12 +1,14 @@
 //! `cargo hil record`: a controller at a pseudo-terminal is armed, driven, disarmed and read, whatever happens
-//! on the way.
+//! on the way; and so it is at a debug probe, with a program in the place of OpenOCD.
 
 use std::fs;
+use std::io::{Read, Write};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::Ordering::Relaxed;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use firmware::app::machine::EMA;
 use host_tests::board_link::emulated::{EmulatedBoard, Pace, WireFault};
@@ -36,16 +38,11 @@ impl Bench {
 
     /// `cargo hil record` at its port, with what else is said.
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_hil"));
-        command
-            .current_dir(self.directory.path())
-            .args(["record", "--port"])
-            .arg(&self.board.port)
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
-        command
+        let port = self.board.port.to_str().unwrap();
+        hil(
+            &self.directory,
+            &[&["record", "--port", port], arguments].concat(),
+        )
     }
 
     fn record(&self, arguments: &[&str]) -> Output {
@@ -66,136 +63,265 @@ impl Bench {
     }
 }
 
+/// `cargo hil` there.
+fn hil(directory: &TempDir, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hil"));
+    command
+        .current_dir(directory.path())
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
 fn text(bytes: &[u8]) -> &str {
     str::from_utf8(bytes).unwrap()
 }
 
-/// What probe-rs prints of a board that was asked for another recording, then for its log of so many rows.
-fn printed(rows: usize, lost: Option<usize>) -> String {
-    let head = |name: &str, steps: usize| {
-        format!(
-            "0.001040 [INFO ] experiment name={name} plant_period_us=50 control_period_us=1000 steps={steps} (firmware \
-             src/app/capture.rs:426)\n"
-        )
-    };
-    let row = |name: f32, k: usize| {
-        format!(
-            "{k}.001040 [INFO ] sample sequence={k} time_us={} input={name} position=0.25 command=NaN current_a=-0.5 \
-             true_position=NaN true_velocity=NaN true_current_a=NaN (firmware src/app/record.rs:221)\n",
-            1000 * k
-        )
-    };
-    let mut text = head("capture", 2) + &row(7.0, 0) + &row(7.0, 1) + &head("log", rows);
-    text += "0.001040 [INFO ] capture quantities=input,position,current_a trigger_row=0 (firmware src/app/capture.rs:432)\n";
-    for k in (0..rows).filter(|k| lost != Some(*k)) {
-        text += &row(1.5, k);
-    }
-    text
-}
+/// Bytes that a probe's ring for lines holds, as the images have it.
+const RING: usize = 255;
 
-/// A program of the name probe-rs that prints this text and then does `end`; what `hil` with it on its path says.
-fn listen(directory: &Path, text: &str, end: &str, arguments: &[&str]) -> Output {
-    use std::os::unix::fs::PermissionsExt;
-    let programs = directory.join("bin");
-    fs::create_dir_all(&programs).unwrap();
-    fs::write(directory.join("printed.txt"), text).unwrap();
-    fs::write(directory.join("controller"), "an image").unwrap();
-    let program = programs.join("probe-rs");
-    let script = format!(
-        "#!/bin/sh\n[ \"$*\" = 'attach --chip STM32F405RGTx controller' ] || exit 3\ncat printed.txt\n{end}\n"
-    );
-    fs::write(&program, script).unwrap();
-    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
-    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
-    Command::new(env!("CARGO_BIN_EXE_hil"))
-        .current_dir(directory)
-        .env("PATH", path)
-        .args(["record", "--probe", "controller"])
-        .args(arguments)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap()
+/// Serves a board's pseudo-terminal at a TCP port, as a program at a probe serves the console: what does not fit into the ring
+/// at once is lost.
+pub fn serve(port: &Path) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let mut board = serialport::new(port.to_str().unwrap(), 115_200)
+        .timeout(Duration::from_millis(10))
+        .open()
+        .unwrap();
+    thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        stream
+            .set_read_timeout(Some(Duration::from_millis(10)))
+            .unwrap();
+        let mut bytes = [0; 1024];
+        loop {
+            match stream.read(&mut bytes) {
+                Ok(0) => return,
+                Ok(read) => board.write_all(&bytes[..read.min(RING)]).unwrap(),
+                Err(_) => (),
+            }
+            if let Ok(read) = board.read(&mut bytes)
+                && stream.write_all(&bytes[..read]).is_err()
+            {
+                return;
+            }
+        }
+    });
+    address
 }
-
-/// probe-rs goes on for as long as nobody ends it.
-const GOES_ON: &str = "exec sleep 1000";
 
 #[test]
-fn what_a_probe_hears_of_dump_log_becomes_a_log() {
-    let directory = tempfile::tempdir().unwrap();
-    let output = listen(
-        directory.path(),
-        &printed(500, None),
-        GOES_ON,
-        &["--out", "recorded"],
-    );
+fn a_board_at_a_probe_that_is_served_is_driven_recorded_and_left_disarmed() {
+    let bench = Bench::new(worn());
+    let address = serve(&bench.board.port);
+    let output = hil(
+        &bench.directory,
+        &[
+            "record", "--rtt", &address, "--arm", "--signal", SWEEP, "--out", "recorded",
+        ],
+    )
+    .output()
+    .unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let log = Log::read(&directory.path().join("recorded/log.csv")).unwrap();
-    assert_eq!((log.samples(), log.period_s), (500, 1e-3));
-    // The other recording is none of it.
-    assert!(log.input.iter().all(|input| *input == 1.5));
-    assert_eq!(log.current.unwrap()[0], -0.5);
-    assert!(text(&output.stdout).contains("recorded/log.csv: 500 rows"));
-    assert!(
-        text(&output.stderr).contains("`dump log`")
-            && text(&output.stderr).contains("cargo hil machine")
+    assert!(bench.was_armed() && !bench.is_armed());
+    assert_eq!(
+        Log::read(&bench.path("recorded/log.csv"))
+            .unwrap()
+            .samples(),
+        10_000
     );
-    assert!(!directory.path().join("recorded/machine.toml").exists());
+    let machine = Machine::read(&bench.path("recorded/machine.toml")).unwrap();
+    assert_eq!(machine.parameter("coulomb"), Some(0.12));
+}
+
+/// A program of the name openocd that serves the board of this pseudo-terminal once it was told all that OpenOCD 0.12 needs.
+const OPENOCD: &str = r#"#!/usr/bin/env python3
+import os, re, select, socket, sys, tty
+told = sys.argv[1:]
+text = " ".join(told)
+for part in [f"-f interface/{os.environ['KIND']}.cfg", "find target/stm32f4x.cfg", "-c init",
+             '-c rtt setup 0x20000000 0x20000 "SEGGER RTT"', "-c rtt start"]:
+    if part not in text:
+        sys.exit(f"Error: expected {part} in {text}")
+for never in ["reset", "halt"]:
+    if never in text:
+        sys.exit(f"Error: {never} stops a drive")
+print("Open On-Chip Debugger 0.12.0", file=sys.stderr)
+if "SAYS" in os.environ:
+    print(os.environ["SAYS"], file=sys.stderr, flush=True)
+    if "Error" in os.environ["SAYS"]:
+        sys.exit(1)
+port, channel = re.search(r"rtt server start (\d+) (\d+)", text).groups()
+assert channel == "1"
+open("openocd.pid", "w").write(str(os.getpid()))
+print("Info : rtt: Control block found at 0x20000000", file=sys.stderr, flush=True)
+board = os.open(os.environ["BOARD"], os.O_RDWR | os.O_NOCTTY)
+tty.setraw(board)
+server = socket.create_server(("127.0.0.1", int(port)))
+client, _ = server.accept()
+while True:
+    for ready in select.select([client, board], [], [])[0]:
+        if ready is client:
+            os.write(board, client.recv(1024)[:255])
+        else:
+            client.sendall(os.read(board, 1024))
+"#;
+
+/// `hil` with that program on its path.
+fn with_openocd(bench: &Bench, says: Option<&str>, arguments: &[&str]) -> Command {
+    use std::os::unix::fs::PermissionsExt;
+    let programs = bench.path("bin");
+    fs::create_dir_all(&programs).unwrap();
+    let program = programs.join("openocd");
+    fs::write(&program, OPENOCD).unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    let mut command = hil(&bench.directory, arguments);
+    command
+        .env(
+            "PATH",
+            format!("{}:{}", programs.display(), std::env::var("PATH").unwrap()),
+        )
+        .env("BOARD", &bench.board.port)
+        .env("KIND", "stlink");
+    if let Some(says) = says {
+        command.env("SAYS", says);
+    }
+    command
+}
+
+/// Whether the program that was started for the probe still runs.
+fn openocd_runs(bench: &Bench) -> bool {
+    let pid = fs::read_to_string(bench.path("openocd.pid")).unwrap();
+    Path::new("/proc").join(pid.trim()).exists()
 }
 
 #[test]
-fn a_probe_that_hears_too_little_leaves_nothing() {
-    for (printed, end, said) in [
-        (printed(500, Some(99)), GOES_ON, "1 of 500 rows were lost"),
-        (
-            printed(500, Some(499)),
-            "exit 1",
-            "probe-rs ended after 499 of 500 rows",
+fn a_board_at_a_probe_is_driven_by_openocd_which_ends_then() {
+    for (kind, named) in [
+        ("stlink", &[][..]),
+        ("cmsis-dap", &["cmsis-dap"]),
+        ("jlink", &["jlink"]),
+    ] {
+        let bench = Bench::new(EMA.plant);
+        let arguments = [
+            &["record", "--probe"],
+            named,
+            &["--arm", "--seconds", "1", "--out", "log.csv"],
+        ]
+        .concat();
+        let output = with_openocd(&bench, None, &arguments)
+            .env("KIND", kind)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{kind}: {}", text(&output.stderr));
+        assert!(bench.was_armed() && !bench.is_armed());
+        assert!(Log::read(&bench.path("log.csv")).unwrap().samples() >= 1000);
+        assert!(!openocd_runs(&bench));
+    }
+}
+
+/// Ctrl-C at a terminal goes to every program of the group that runs there.
+#[test]
+fn ctrl_c_disarms_a_drive_at_a_probe() {
+    use std::os::unix::process::CommandExt;
+    let bench = Bench::new(EMA.plant);
+    let mut child = with_openocd(
+        &bench,
+        None,
+        &["record", "--probe", "--arm", "--out", "log.csv"],
+    )
+    .process_group(0)
+    .spawn()
+    .unwrap();
+    while !bench.is_armed() {
+        if let Some(status) = child.try_wait().unwrap() {
+            panic!("{status} before it moved");
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    let group = format!("-{}", child.id());
+    let sent = Command::new("kill").args(["-INT", "--", &group]).status();
+    assert!(sent.unwrap().success());
+    assert!(!child.wait_with_output().unwrap().status.success());
+    assert!(!bench.is_armed());
+    let begun = Instant::now();
+    while openocd_runs(&bench) {
+        assert!(begun.elapsed() < Duration::from_secs(10), "it goes on");
+        thread::sleep(Duration::from_millis(10));
+    }
+    assert!(!bench.path("log.csv").exists());
+}
+
+/// A path with a shell and nothing else.
+fn sh_alone(bench: &Bench) -> PathBuf {
+    let programs = bench.path("sh");
+    fs::create_dir_all(&programs).unwrap();
+    std::os::unix::fs::symlink("/bin/sh", programs.join("sh")).unwrap();
+    programs
+}
+
+#[test]
+fn what_is_wrong_at_a_probe_is_said() {
+    let arguments = ["record", "--probe", "--arm", "--out", "log.csv"];
+    let bench = Bench::new(EMA.plant);
+    let refused = |command: &mut Command, status: i32, part: &str| {
+        let output = command.output().unwrap();
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{said}");
+        assert!(said.contains(part), "{said}");
+        assert!(!bench.was_armed());
+        assert!(!bench.path("log.csv").exists());
+    };
+    refused(
+        &mut with_openocd(&bench, Some("Error: open failed"), &arguments),
+        1,
+        "open failed; check that a probe of the kind stlink",
+    );
+    refused(
+        &mut with_openocd(
+            &bench,
+            Some("Info : rtt: No control block found"),
+            &arguments,
         ),
-        (String::new(), "exit 1", "probe-rs ended after 0 of 0 rows"),
-    ] {
-        let directory = tempfile::tempdir().unwrap();
-        let output = listen(directory.path(), &printed, end, &["--out", "log.csv"]);
-        assert_eq!(output.status.code(), Some(1));
-        assert!(
-            text(&output.stderr).contains(said),
-            "{}",
-            text(&output.stderr)
-        );
-        assert!(!directory.path().join("log.csv").exists());
-    }
-}
-
-/// A probe has no way to the console: it neither drives nor asks.
-#[test]
-fn what_a_probe_cannot_do_is_refused() {
-    let directory = tempfile::tempdir().unwrap();
-    for arguments in [
-        &["--arm"][..],
-        &["--signal", SWEEP],
-        &["--seconds", "5"],
-        &["--machine-out", "m.toml"],
-        &["--port", "/dev/null"],
-    ] {
-        let arguments = [arguments, &["--out", "log.csv"]].concat();
-        let output = listen(directory.path(), "", GOES_ON, &arguments);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-        assert!(
-            text(&output.stderr).contains("--probe"),
-            "{}",
-            text(&output.stderr)
-        );
-    }
-    let mine = directory.path().join("mine.csv");
-    fs::write(&mine, "mine").unwrap();
-    let output = listen(
-        directory.path(),
-        &printed(500, None),
-        GOES_ON,
-        &["--out", "mine.csv"],
+        1,
+        "flash `controller` or `throttle`",
     );
-    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
-    assert_eq!(fs::read_to_string(mine).unwrap(), "mine");
+    refused(
+        hil(&bench.directory, &arguments).env("PATH", sh_alone(&bench)),
+        1,
+        "apt install openocd",
+    );
+    refused(
+        &mut hil(
+            &bench.directory,
+            &["record", "--rtt", "127.0.0.1:1", "--out", "log.csv"],
+        ),
+        2,
+        "rtt server start 9090 1",
+    );
+    refused(
+        &mut hil(&bench.directory, &["record", "--out", "log.csv"]),
+        2,
+        "--port, --probe or --rtt",
+    );
+    refused(
+        &mut hil(
+            &bench.directory,
+            &[
+                "record",
+                "--probe",
+                "--port",
+                "/dev/null",
+                "--out",
+                "log.csv",
+            ],
+        ),
+        2,
+        "cannot be used with",
+    );
 }
 
 /// A sweep that turns round often; about where the motor stands.

@@ -15,4 +15,5 @@ mod friction_refit;
 mod operation;
 mod pins;
 mod queue;
+mod rtt;
 mod store;

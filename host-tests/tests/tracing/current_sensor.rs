@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use host_tests::gap::engine;
+use host_tests::gap::headline::Headline;
 use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
@@ -53,6 +54,10 @@ struct Sensor {
 
 /// A log of the motor with a weight at its shaft of so much torque at a right angle.
 fn log(sensor: &Sensor, weight: f64, phases: [f64; 4]) -> Log {
+    log_with(INDUCTANCE, sensor, weight, phases)
+}
+
+fn log_with(inductance: f64, sensor: &Sensor, weight: f64, phases: [f64; 4]) -> Log {
     let mut flow = 0.0;
     let mut log = MOTOR.log(
         "current.csv",
@@ -60,7 +65,7 @@ fn log(sensor: &Sensor, weight: f64, phases: [f64; 4]) -> Log {
         sensor.late,
         |volts, position, velocity| {
             let left = volts - TORQUE_CONSTANT * velocity - RESISTANCE * flow;
-            flow += MOTOR.step() * left / INDUCTANCE;
+            flow += MOTOR.step() * left / inductance;
             (TORQUE_CONSTANT * flow - weight * position.sin(), flow)
         },
     );
@@ -124,5 +129,40 @@ fn nothing_is_said_of_a_good_one() {
     for weight in [0.0, 0.4] {
         let outcome = trace(&sensor, weight);
         assert!(outcome.current_sensor.is_empty(), "{outcome:?}");
+    }
+}
+
+/// The current comes later than the voltage by inductance over resistance, here 1.5 to 5 ms; a machine file without
+/// inductance has none of that. The answer says which one it is.
+#[test]
+fn the_lag_of_a_winding_that_the_machine_file_neglects_is_said_to_be_that() {
+    let declared = DECLARED.replace("inductance = 0.016", "inductance = 0");
+    let machine = Machine::of_bytes(Path::new("gearmotor.toml"), declared.into()).unwrap();
+    for lag in [1.5e-3, 3e-3, 5e-3] {
+        let good = Sensor {
+            gain: 1.0,
+            offset: 0.0,
+            late: 0,
+        };
+        let inductance = lag * RESISTANCE;
+        let drive = |phases| log_with(inductance, &good, 0.0, phases);
+        let train = drive([0.3, 1.9, 4.0, 5.5]);
+        let other = drive([2.2, 0.4, 5.1, 1.0]);
+        let report = engine::run(&machine, &[train], || Ok(vec![other]), |_| ()).unwrap();
+        let headline = Headline::of(&report);
+        let said = format!("{headline:?}");
+        let (_, behind) = said
+            .split_once(
+                "The machine file has no inductance, most likely that is it: with a winding of ",
+            )
+            .unwrap_or_else(|| panic!("{lag}: {said}"));
+        let words: Vec<&str> = behind.split_whitespace().take(2).collect();
+        assert_eq!(words[1], "mH", "{said}");
+        let found = 1e-3 * words[0].parse::<f64>().unwrap();
+        // A delay stands for a winding's lag for slow changes alone: it is a size to look up, not one to declare.
+        assert!(
+            (found / inductance - 1.0).abs() < 0.25,
+            "{found} for {inductance}: {said}"
+        );
     }
 }

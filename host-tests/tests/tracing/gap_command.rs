@@ -672,7 +672,7 @@ fn the_help_lists_every_effect_with_what_its_parameters_may_be() {
     let help = text(&output.stdout);
     for id in Id::ALL {
         let description = id.description();
-        let entry = format!("  {}: {}", description.id, description.summary);
+        let entry = format!("  {}: {}", description.id, description.summary.of(true));
         let mut lines = help.lines().skip_while(|line| !line.starts_with(&entry));
         let parameters = lines.nth(1).expect(description.id);
         for parameter in description.parameters {

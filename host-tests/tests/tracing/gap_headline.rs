@@ -339,6 +339,26 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
             assert!(text.contains(part), "{name}: no {part:?} in {text}");
         }
     }
+    // An inertia that is too large for a motor is what somebody has mounted; one that is too small is nobody's.
+    let mut report = variant("implausible");
+    let outcome = &mut report.outcome;
+    outcome.residual.as_mut().unwrap().implausible = Some("inertia");
+    let inertia = outcome
+        .fit
+        .iter_mut()
+        .find(|number| number.name == "inertia");
+    let inertia = inertia.unwrap();
+    (inertia.declared, inertia.fitted) = (0.5, 12.0);
+    let advice = "Next: if anything is mounted on the shaft, put its inertia into the machine file \
+                  (`cargo hil machine` takes --load-inertia): it has 0.50 kg, the logs ask for 12 kg";
+    assert!(words(&report).contains(advice), "{}", words(&report));
+    let outcome = &mut report.outcome;
+    let inertia = outcome
+        .fit
+        .iter_mut()
+        .find(|number| number.name == "inertia");
+    inertia.unwrap().fitted = 0.01;
+    assert!(!words(&report).contains("mounted"), "{}", words(&report));
     let report = disagreeing();
     let [text, _] = brief(&report);
     for found in &report.outcome.disagreement {

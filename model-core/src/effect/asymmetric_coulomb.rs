@@ -10,7 +10,7 @@
 //! every motion.
 
 use super::learned_map::Kind;
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -31,7 +31,7 @@ pub struct AsymmetricCoulomb {
 impl Effect for AsymmetricCoulomb {
     const DESCRIPTION: Description = Description {
         id: "asymmetric_coulomb",
-        summary: "Coulomb friction depends on the direction of motion",
+        summary: Summary::Same("Coulomb friction depends on the direction of motion"),
         source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
         parameters: &[Parameter {
             name: "difference",

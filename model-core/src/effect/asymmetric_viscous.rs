@@ -9,7 +9,7 @@
 //! motion at several speeds; at one speed the two are the same.
 
 use super::learned_map::Kind;
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -31,7 +31,7 @@ pub struct AsymmetricViscous {
 impl Effect for AsymmetricViscous {
     const DESCRIPTION: Description = Description {
         id: "asymmetric_viscous",
-        summary: "viscous friction depends on the direction of motion",
+        summary: Summary::Same("viscous friction depends on the direction of motion"),
         source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
         parameters: &[Parameter {
             name: "difference",

@@ -18,7 +18,7 @@
 //! clear motion: moving forward it leads by w/2, backward it trails by w/2; on the plateau behind a
 //! reversal it is on its way, and is simulated from the end of that motion on.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -50,7 +50,7 @@ pub fn follow(far: f32, near: f32, half_width: f32) -> f32 {
 impl Effect for Backlash {
     const DESCRIPTION: Description = Description {
         id: "backlash",
-        summary: "lost motion between drive and sensor",
+        summary: Summary::Same("lost motion between drive and sensor"),
         source: "Krasnosel'skii, Pokrovskii 1989",
         parameters: &[Parameter {
             name: "width",

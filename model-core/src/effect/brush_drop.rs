@@ -14,7 +14,7 @@
 //! of k V / R while the motor drives, and only motions that the motor brakes tell the two apart. Told
 //! from a [`dead_time`](super::dead_time) by a motor that generates under hardly any voltage.
 
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -44,7 +44,7 @@ impl BrushDrop {
 impl Effect for BrushDrop {
     const DESCRIPTION: Description = Description {
         id: "brush_drop",
-        summary: "voltage lost at the brushes",
+        summary: Summary::Same("voltage lost at the brushes"),
         source: "IEC 60034-2-1",
         parameters: &[Parameter {
             name: "drop",

@@ -16,7 +16,7 @@
 
 use super::harmonic::Harmonic;
 use super::learned_map::Kind;
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope};
+use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope, Summary};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -49,7 +49,7 @@ pub struct Cogging(Harmonic);
 impl Effect for Cogging {
     const DESCRIPTION: Description = Description {
         id: "cogging",
-        summary: "a torque periodic in position",
+        summary: Summary::ByCoordinate { angle: "a torque periodic in position", length: "a force periodic in position" },
         source: "Hendershot, Miller 1994",
         parameters: &Harmonic::parameters(Dimension::Torque),
         reported: &Harmonic::reported(Dimension::Torque),

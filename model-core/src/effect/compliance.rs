@@ -21,7 +21,7 @@
 //! large is a swing, not a line, so that it is screened at several sizes. Replays start from the far
 //! side, which is measured, and with the twist of a run-in, in which a wrong one dies out.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::{ParameterError, Parameters};
 use crate::unit::Dimension;
 
@@ -173,7 +173,7 @@ pub struct Compliance {
 impl Effect for Compliance {
     const DESCRIPTION: Description = Description {
         id: "compliance",
-        summary: "an elastic shaft: a second inertia behind a spring",
+        summary: Summary::Same("an elastic shaft: a second inertia behind a spring"),
         source: "Leonhard 2001",
         parameters: &[
             Parameter {

@@ -16,7 +16,7 @@
 //! and the two are then equivalent.
 
 use super::brush_drop::BrushDrop;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -48,7 +48,7 @@ impl DeadTime {
 impl Effect for DeadTime {
     const DESCRIPTION: Description = Description {
         id: "dead_time",
-        summary: "voltage lost in the bridge near zero",
+        summary: Summary::Same("voltage lost in the bridge near zero"),
         source: "Jeong, Park 1991",
         parameters: &[Parameter {
             name: "loss",

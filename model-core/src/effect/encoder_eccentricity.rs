@@ -18,7 +18,7 @@
 //! once round on the stroke is a scale that is off, and nothing in the log shows that.
 
 use super::harmonic::Harmonic;
-use super::{Chain, Description, Effect, MOST_PARAMETERS, Scope};
+use super::{Chain, Description, Effect, MOST_PARAMETERS, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 use core::f32::consts::TAU;
@@ -83,7 +83,7 @@ impl EncoderEccentricity {
 impl Effect for EncoderEccentricity {
     const DESCRIPTION: Description = Description {
         id: "encoder_eccentricity",
-        summary: "a reading error periodic in position",
+        summary: Summary::Same("a reading error periodic in position"),
         source: "Lu, Trumper 2007",
         parameters: &Harmonic::parameters(Dimension::Position),
         reported: &Harmonic::reported(Dimension::Position),

@@ -16,7 +16,7 @@
 //! about a second of it, at rest throughout, stays unseen.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -56,7 +56,7 @@ impl ExternalLoad {
 impl Effect for ExternalLoad {
     const DESCRIPTION: Description = Description {
         id: "external_load",
-        summary: "a torque that comes and goes in time",
+        summary: Summary::ByCoordinate { angle: "a torque that comes and goes in time", length: "a force that comes and goes in time" },
         source: "Leonhard 1985",
         parameters: &[
             Parameter {

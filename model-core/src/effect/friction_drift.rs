@@ -15,7 +15,7 @@
 //! looks alike.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -52,7 +52,7 @@ impl FrictionDrift {
 impl Effect for FrictionDrift {
     const DESCRIPTION: Description = Description {
         id: "friction_drift",
-        summary: "friction changes during the log",
+        summary: Summary::Same("friction changes during the log"),
         source: "Márton, van der Linden 2012",
         parameters: &[Parameter {
             name: "rate",

@@ -8,7 +8,7 @@
 //! by a stroke of a radian or more.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::numeric::sine::{ripple, sine_cycles};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -47,7 +47,7 @@ impl Gravity {
 impl Effect for Gravity {
     const DESCRIPTION: Description = Description {
         id: "gravity",
-        summary: "an unbalanced load: a torque proportional to the sine of the angle",
+        summary: Summary::Same("an unbalanced load: a torque proportional to the sine of the angle"),
         source: "physical pendulum",
         parameters: &[
             Parameter {

@@ -8,7 +8,7 @@
 //! already acts half a sample late in the mean; the replay holds it, so that this is not found here
 //! again. Without a measured current it equals [`sensor_delay`](super::sensor_delay).
 
-use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start};
+use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -29,7 +29,7 @@ pub struct InputDelay {
 impl Effect for InputDelay {
     const DESCRIPTION: Description = Description {
         id: "input_delay",
-        summary: "the drive acts late",
+        summary: Summary::Same("the drive acts late"),
         source: "transport delay",
         parameters: &[Parameter {
             name: "delay",

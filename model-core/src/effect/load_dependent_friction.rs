@@ -10,7 +10,7 @@
 //! viscous friction by torques that are not spent on friction: acceleration, springs, loads.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -37,7 +37,7 @@ pub struct LoadDependentFriction {
 impl Effect for LoadDependentFriction {
     const DESCRIPTION: Description = Description {
         id: "load_dependent_friction",
-        summary: "friction grows with the transmitted torque",
+        summary: Summary::ByCoordinate { angle: "friction grows with the transmitted torque", length: "friction grows with the transmitted force" },
         source: "Márton, van der Linden 2012",
         parameters: &[Parameter {
             name: "share",

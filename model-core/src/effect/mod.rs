@@ -37,8 +37,8 @@ pub const MOST_SHAPES: usize = 2;
 pub struct Description {
     /// The contract's id.
     pub id: &'static str,
-    /// One sentence: what it adds.
-    pub summary: &'static str,
+    /// What it adds.
+    pub summary: Summary,
     /// Where the law comes from.
     pub source: &'static str,
     /// Its parameters in the order of its values; strengths come first.
@@ -47,6 +47,43 @@ pub struct Description {
     pub reported: &'static [(&'static str, Dimension)],
     /// Whether it needs an angle as coordinate.
     pub rotary_only: bool,
+}
+
+/// What an effect adds, in one sentence.
+#[derive(Debug, Clone, Copy)]
+pub enum Summary {
+    /// Whatever the coordinate.
+    Same(&'static str),
+    /// For an angle, whose loads are torques, and for a length, whose loads are forces.
+    ByCoordinate {
+        /// With an angle.
+        angle: &'static str,
+        /// With a length.
+        length: &'static str,
+    },
+}
+
+impl Summary {
+    /// The sentence for an angle (`rotary`) or a length as coordinate.
+    ///
+    /// ```
+    /// use model_core::effect::Id;
+    /// let summary = Id::Spring.description().summary;
+    /// assert_eq!(summary.of(true), "a torque proportional to the position");
+    /// assert_eq!(summary.of(false), "a force proportional to the position");
+    /// ```
+    pub fn of(self, rotary: bool) -> &'static str {
+        match self {
+            Self::Same(sentence) => sentence,
+            Self::ByCoordinate { angle, length } => {
+                if rotary {
+                    angle
+                } else {
+                    length
+                }
+            }
+        }
+    }
 }
 
 /// One parameter of an effect.
@@ -289,6 +326,8 @@ macro_rules! catalogue {
             pub const BIASING: usize = 0 $(+ $module::$name::BIASES_BASE as usize)*;
 
             /// What the effect is.
+            // Inlined, each caller's part of the program has a catalogue of its own.
+            #[inline(never)]
             pub fn description(self) -> &'static Description {
                 match self { $(Self::$name => &$module::$name::DESCRIPTION),* }
             }

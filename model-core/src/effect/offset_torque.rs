@@ -9,7 +9,7 @@
 //! [`asymmetric_coulomb`](super::asymmetric_coulomb) in every motion: no log tells them apart, and
 //! the tracing reports both.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -30,7 +30,7 @@ pub struct OffsetTorque {
 impl Effect for OffsetTorque {
     const DESCRIPTION: Description = Description {
         id: "offset_torque",
-        summary: "a constant torque or force",
+        summary: Summary::ByCoordinate { angle: "a constant torque", length: "a constant force" },
         source: "Janot, Gautier, Brunot 2019",
         parameters: &[Parameter {
             name: "torque",

@@ -18,7 +18,7 @@
 
 use super::harmonic::Harmonic;
 use super::learned_map::Kind;
-use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope};
+use super::{Description, Effect, MOST_PARAMETERS, Middle, Scope, Summary};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -45,7 +45,7 @@ pub struct PositionDependentFriction(Harmonic);
 impl Effect for PositionDependentFriction {
     const DESCRIPTION: Description = Description {
         id: "position_dependent_friction",
-        summary: "friction varies along the stroke",
+        summary: Summary::Same("friction varies along the stroke"),
         source: "Armstrong 1988",
         parameters: &Harmonic::parameters(Dimension::Torque),
         reported: &Harmonic::reported(Dimension::Torque),

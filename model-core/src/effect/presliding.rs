@@ -29,7 +29,7 @@
 //! linear, so that it is screened at several. Replays carry the bristles' force from the last clear
 //! motion on, behind which it was that of sliding.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
 use crate::numeric::exponential::decay;
 use crate::plant::Directional;
 use crate::plant::actuator::Load;
@@ -398,7 +398,7 @@ pub struct Presliding {
 impl Effect for Presliding {
     const DESCRIPTION: Description = Description {
         id: "presliding",
-        summary: "elastic displacement before sliding",
+        summary: Summary::Same("elastic displacement before sliding"),
         source: "Dahl 1968; Canudas de Wit et al. 1995",
         parameters: &[
             Parameter {

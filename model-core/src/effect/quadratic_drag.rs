@@ -8,7 +8,7 @@
 //! clearly different speeds.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -34,7 +34,7 @@ pub struct QuadraticDrag {
 impl Effect for QuadraticDrag {
     const DESCRIPTION: Description = Description {
         id: "quadratic_drag",
-        summary: "a torque that grows with the square of the speed",
+        summary: Summary::ByCoordinate { angle: "a torque that grows with the square of the speed", length: "a force that grows with the square of the speed" },
         source: "turbulent drag",
         parameters: &[Parameter {
             name: "coefficient",

@@ -9,7 +9,7 @@
 //! must take the inputs of τ ago: without a measured current it equals
 //! [`input_delay`](super::input_delay).
 
-use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start};
+use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -30,7 +30,7 @@ pub struct SensorDelay {
 impl Effect for SensorDelay {
     const DESCRIPTION: Description = Description {
         id: "sensor_delay",
-        summary: "the sensor reports late",
+        summary: Summary::Same("the sensor reports late"),
         source: "transport delay",
         parameters: &[Parameter {
             name: "delay",

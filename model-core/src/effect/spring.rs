@@ -9,7 +9,7 @@
 //! [`gravity`](super::gravity) is a spring.
 
 use super::learned_map::Kind;
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -34,7 +34,7 @@ pub struct Spring {
 impl Effect for Spring {
     const DESCRIPTION: Description = Description {
         id: "spring",
-        summary: "a torque proportional to the position",
+        summary: Summary::ByCoordinate { angle: "a torque proportional to the position", length: "a force proportional to the position" },
         source: "Hooke",
         parameters: &[
             Parameter {

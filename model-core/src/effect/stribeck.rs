@@ -9,7 +9,7 @@
 //! ω_S and below.
 
 use super::learned_map::Kind;
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::numeric::exponential::decay;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -37,7 +37,7 @@ pub struct Stribeck {
 impl Effect for Stribeck {
     const DESCRIPTION: Description = Description {
         id: "stribeck",
-        summary: "friction falls with speed from its static to its Coulomb level",
+        summary: Summary::Same("friction falls with speed from its static to its Coulomb level"),
         source: "Tustin 1947",
         parameters: &[
             Parameter {

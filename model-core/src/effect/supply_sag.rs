@@ -13,7 +13,7 @@
 //! under large voltages. A log that stays at one duty does not tell it; the resistance is then the
 //! better name.
 
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -45,7 +45,7 @@ impl SupplySag {
 impl Effect for SupplySag {
     const DESCRIPTION: Description = Description {
         id: "supply_sag",
-        summary: "the supply's voltage falls with the power drawn from it",
+        summary: Summary::Same("the supply's voltage falls with the power drawn from it"),
         source: "Erickson, Maksimović 2001",
         parameters: &[Parameter {
             name: "share",

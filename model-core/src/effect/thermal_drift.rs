@@ -19,7 +19,7 @@
 //! current: a resistance does not change what torque the motion takes. τ is told by a log that lasts as
 //! long; a shorter one tells r alone.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -59,7 +59,7 @@ impl ThermalDrift {
 impl Effect for ThermalDrift {
     const DESCRIPTION: Description = Description {
         id: "thermal_drift",
-        summary: "the winding's resistance rises as it heats",
+        summary: Summary::Same("the winding's resistance rises as it heats"),
         source: "IEC 60255-149",
         parameters: &[
             Parameter {

@@ -15,7 +15,7 @@
 //! levels of a brake tell it.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -44,7 +44,7 @@ impl TorqueSaturation {
 impl Effect for TorqueSaturation {
     const DESCRIPTION: Description = Description {
         id: "torque_saturation",
-        summary: "the torque constant falls with current",
+        summary: Summary::Same("the torque constant falls with current"),
         source: "Frölich 1886",
         parameters: &[Parameter {
             name: "fall",

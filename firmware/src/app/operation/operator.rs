@@ -114,6 +114,52 @@ impl Default for Cells {
     }
 }
 
+/// Where orders are typed. Both are taken alike, and everything is told to both; but each has a line of its own, so that what one
+/// types never ends up within a line of the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keyboard {
+    /// The terminal at the serial line.
+    Terminal,
+    /// A debug probe.
+    Probe,
+}
+
+/// A console for each keyboard.
+struct Consoles {
+    terminal: Console<'static>,
+    probe: Console<'static>,
+    /// The one that typed last.
+    latest: Keyboard,
+}
+
+impl Consoles {
+    const fn new() -> Self {
+        Self {
+            terminal: Console::new(&DESCRIPTIONS),
+            probe: Console::new(&DESCRIPTIONS),
+            latest: Keyboard::Terminal,
+        }
+    }
+
+    /// Says something of itself, and shows the line anew that is being typed.
+    fn announce(&self, text: fmt::Arguments<'_>, out: &mut dyn Write) {
+        let console = match self.latest {
+            Keyboard::Terminal => &self.terminal,
+            Keyboard::Probe => &self.probe,
+        };
+        console.announce(text, out);
+    }
+
+    fn take(&mut self, keyboard: Keyboard, byte: u8, out: &mut dyn Write) -> Option<Request> {
+        self.latest = keyboard;
+        let console = match keyboard {
+            Keyboard::Terminal => &mut self.terminal,
+            Keyboard::Probe => &mut self.probe,
+        };
+        console.take(byte, out)
+    }
+}
+
 /// The drive's switch, as a type on either side.
 enum Power {
     Disarmed(Disarmed<&'static Latch>),
@@ -125,7 +171,7 @@ pub struct Operator<F, S> {
     kit: &'static Kit,
     wiring: &'static Wiring,
     station: S,
-    console: Console<'static>,
+    consoles: Consoles,
     store: Store<F>,
     values: Values,
     /// The actuator with them.
@@ -240,7 +286,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             kit,
             wiring,
             station,
-            console: Console::new(&DESCRIPTIONS),
+            consoles: Consoles::new(),
             store,
             values: *values,
             machine: kit.machine_with(values),
@@ -278,8 +324,8 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             kit: self.kit,
             loaded,
         };
-        self.console.announce(format_args!("{parameters}"), out);
-        self.console.greet(out);
+        self.consoles.announce(format_args!("{parameters}"), out);
+        self.consoles.terminal.greet(out);
     }
 
     /// Empties the sample queue, tells what was latched, and sends what is to be sent.
@@ -314,7 +360,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
             }
             if !latched.is_empty() {
                 let text = format_args!("fault: {latched}; the bridge is off; see `faults`");
-                self.console.announce(text, out);
+                self.consoles.announce(text, out);
             }
         }
         self.end_search(out);
@@ -346,7 +392,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                     let text = format_args!(
                         "home: from the other switch it is {declared} rad, by the encoder {counted:.3} rad"
                     );
-                    self.console.announce(text, out);
+                    self.consoles.announce(text, out);
                     return;
                 }
                 self.found = Some(home);
@@ -355,11 +401,11 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                 self.wiring.ask_shift((counts as i32).wrapping_sub(edge));
                 self.referenced = true;
                 let text = format_args!("home: the {switch} switch is at {} rad", home.position);
-                self.console.announce(text, out);
+                self.consoles.announce(text, out);
             }
             None => {
                 let text = format_args!("home: no {switch} switch within the stroke");
-                self.console.announce(text, out);
+                self.consoles.announce(text, out);
             }
         }
     }
@@ -419,9 +465,9 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         }
     }
 
-    /// Takes a byte from the terminal.
-    pub async fn take(&mut self, byte: u8, out: &mut dyn Write) {
-        if let Some(request) = self.console.take(byte, out) {
+    /// Takes a byte from a keyboard.
+    pub async fn take(&mut self, keyboard: Keyboard, byte: u8, out: &mut dyn Write) {
+        if let Some(request) = self.consoles.take(keyboard, byte, out) {
             self.wiring.sign_of_life();
             match request {
                 Request::Help(command) => console::reply(&Response::Help(command), out),
@@ -841,7 +887,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         memory.clear();
         self.memory = Some(memory);
         let verdict = self.propose(&answer);
-        self.console
+        self.consoles
             .announce(format_args!("{answer}{verdict}"), out);
     }
 

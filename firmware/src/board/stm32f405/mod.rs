@@ -15,7 +15,6 @@
 //! [`end`], and starts the processor anew; where nothing ends, the [`watchdog`] does.
 
 use cortex_m::peripheral::{DWT, Peripherals};
-use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 
@@ -34,6 +33,7 @@ mod critical;
 pub mod end;
 mod parameters;
 pub mod pins;
+mod probe;
 mod safety;
 mod stack;
 mod supply;

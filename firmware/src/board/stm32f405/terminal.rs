@@ -1,6 +1,8 @@
 //! The operator's tasks: bytes from the terminal and to it, the operator between them, and the long
 //! work below.
 //!
+//! A debug probe has a console beside it, which is told what the terminal is told, at its pace.
+//!
 //! The operator never waits for the terminal: bytes go through pipes. Disarmed, no further one is taken from
 //! the terminal until there is room for the longest answer; armed, `stop` must not wait behind answers.
 
@@ -20,14 +22,16 @@ use embassy_time::{Duration, Ticker, TimeoutError, with_timeout};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::parameters::Region;
-use super::{core_coupled, end, parameters, pins, supply, watchdog};
+use super::{core_coupled, end, parameters, pins, probe, supply, watchdog};
 use crate::app::capture::{self, Capture, QUANTITIES};
 use crate::app::console::LONGEST_ANSWER;
 use crate::app::fault::Faults;
 use crate::app::liveness::{IDLE_PERIOD_MS, Task};
 use crate::app::operation::evaluation::{Done, Job};
 use crate::app::operation::kit::Kit;
-use crate::app::operation::operator::{self, Cells, Joints, Operator, POLL_PERIOD_MS, Station};
+use crate::app::operation::operator::{
+    self, Cells, Joints, Keyboard, Operator, POLL_PERIOD_MS, Station,
+};
 use crate::app::record::log_values;
 use crate::app::store::Loaded;
 use crate::app::store::field::Values;
@@ -255,8 +259,10 @@ async fn answer(mut transmit: UartTx<'static, Async>, wiring: &'static Wiring) -
         let Ok(read) = with_timeout(IDLE_PERIOD, ANSWERED.read(&mut bytes)).await else {
             continue;
         };
+        let said = bytes.get(..read).unwrap_or_default();
+        probe::tell(said);
         // A terminal that does not take it has lost it.
-        let _ = transmit.write(bytes.get(..read).unwrap_or_default()).await;
+        let _ = transmit.write(said).await;
     }
 }
 
@@ -268,6 +274,18 @@ async fn evaluate(wiring: &'static Wiring) -> ! {
             DONE.signal(job.run());
         }
     }
+}
+
+/// Most bytes that are taken in a poll: a probe may write without an end.
+const MOST_TYPED: usize = 256;
+
+/// The next byte that was typed, and where.
+fn typed() -> Option<(Keyboard, u8)> {
+    let mut byte = [0];
+    if TYPED.try_read(&mut byte) == Ok(1) {
+        return Some((Keyboard::Terminal, byte[0]));
+    }
+    probe::typed().map(|byte| (Keyboard::Probe, byte))
 }
 
 /// Polls between two lines of the log about the interrupts: 10 s.
@@ -292,12 +310,14 @@ async fn operate(
             operator.finish(done, &mut answers);
         }
         operator.poll(&mut answers);
-        let mut byte = [0];
-        // While the drive acts, no order waits for answers to be sent: what there is no room for is lost.
-        while (wiring.latch().is_armed() || ANSWERED.free_capacity() >= LONGEST_ANSWER)
-            && TYPED.try_read(&mut byte) == Ok(1)
-        {
-            operator.take(byte[0], &mut answers).await;
+        for _ in 0..MOST_TYPED {
+            // While the drive acts, no order waits for answers to be sent: what there is no room for is lost.
+            let may_answer =
+                wiring.latch().is_armed() || ANSWERED.free_capacity() >= LONGEST_ANSWER;
+            let Some((keyboard, byte)) = may_answer.then(typed).flatten() else {
+                break;
+            };
+            operator.take(keyboard, byte, &mut answers).await;
         }
         if let Some(job) = operator.job() {
             JOBS.signal(job);

@@ -7,7 +7,7 @@ use super::nearest;
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
 use crate::gap::outcome::{FreeMotor, MOTOR, NUMBERS, Outcome, Report};
-use crate::quantity::{Scale, given};
+use crate::quantity::{Scale, given, significant};
 
 /// Most remedies that the answer shows, so that it keeps to its lines.
 const MOST_REMEDIES: usize = 5;
@@ -77,7 +77,8 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             steps
         }
         Verdict::NothingProven => {
-            let mut steps = free_motor(report);
+            let mut steps = Vec::from_iter(mounted(outcome));
+            steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             // A current that is there shows where an input is written late or early; one that is not is missed.
             let is_measured = report.train.iter().all(|log| !log.current.is_empty());
@@ -180,6 +181,22 @@ fn free_motor(report: &Report) -> Vec<Step> {
         }
         _ => Vec::new(),
     }
+}
+
+/// What is mounted on the shaft, where the logs ask for more inertia than the data sheet of a motor would have.
+fn mounted(outcome: &Outcome) -> Option<Step> {
+    let implausible = outcome.residual.as_ref()?.implausible?;
+    let mut numbers = outcome.fit.iter();
+    let inertia = numbers.find(|number| number.name == "inertia" && implausible == "inertia")?;
+    (inertia.fitted > inertia.declared).then(|| {
+        said(&format!(
+            "if anything is mounted on the shaft, put its inertia into the machine file (`cargo hil machine` takes \
+             --load-inertia): it has {} {unit}, the logs ask for {} {unit}",
+            significant(inertia.declared, 2),
+            significant(inertia.fitted, 2),
+            unit = inertia.unit
+        ))
+    })
 }
 
 /// How the machine file takes what was found; the line to copy only where that is final.

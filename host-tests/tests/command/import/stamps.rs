@@ -97,6 +97,52 @@ fn a_stamp_in_two_fields_is_one() {
     near(&log.position, |k| 200.0 + k as f64);
 }
 
+/// Without names only the digits say what they are: decimals of the clock go on from row to row.
+#[test]
+fn digits_behind_a_clock_without_a_header_are_its_decimals_only_if_they_go_on() {
+    let content = |digits: &dyn Fn(u32, u32) -> u32| {
+        let lines = (0..900).map(|k| {
+            // 4 ms a row, from half a second before midnight.
+            let time = (86_399_500 + 4 * k) % 86_400_000;
+            let seconds = &clock(time, '.')[..8];
+            format!("{},{seconds},{:03},{}\n", 4 * k, digits(k, time), k % 7)
+        });
+        lines.collect::<String>()
+    };
+    let place = Place::with("raw.csv", content(&|_, time| time % 1000));
+    let (log, _) = place.import("raw.csv --time 2 --input 3 --position 3");
+    assert_eq!(log.samples(), 900);
+    assert!((log.period_s - 4e-3).abs() < 1e-12, "{}", log.period_s);
+    near(&log.input, |k| (k % 7) as f64);
+    // A converter's counts: of a wave, of a sensor at rest, and of what rises or falls over the whole log.
+    let wave = |k: u32, _: u32| (500.0 + 300.0 * (0.05 * f64::from(k)).sin()) as u32;
+    for counts in [
+        &wave as &dyn Fn(u32, u32) -> u32,
+        &|_, _| 512,
+        &|k, _| 100 + k,
+        &|k, _| 999 - k,
+    ] {
+        place.write("raw.csv", content(counts));
+        let (log, _) = place.import("raw.csv --time 1:ms --input 3 --position 4");
+        near(&log.input, |k| f64::from(counts(k as u32, 0)));
+    }
+}
+
+/// The first row is damaged: the rows behind it say what the column holds.
+#[test]
+fn a_damaged_first_row_does_not_decide_what_a_column_holds() {
+    let content = over_midnight("t,u,x", ",", |_, time| clock(time, '.'));
+    for damaged in ["", "boot", "0"] {
+        let place = Place::with("raw.csv", content.replacen("23:59:59.500", damaged, 1));
+        let call = "import raw.csv --time t --input u:mV --position x:deg --out log.csv";
+        place.refuses(call, &["raw.csv:2", "--skip-bad"]);
+        let (log, said) = place.import("raw.csv --time t --input u:mV --position x:deg --skip-bad");
+        assert_eq!(log.samples(), 299, "{damaged}");
+        assert!((log.period_s - 4e-3).abs() < 1e-12, "{}", log.period_s);
+        assert!(said.contains("first row, 23:59:59.504"), "{said}");
+    }
+}
+
 #[test]
 fn a_stamp_has_no_unit_and_is_no_measurement() {
     let content = over_midnight("t,u,x", ",", |_, time| clock(time, '.'));

@@ -1,0 +1,50 @@
+//! How a board's console is reached, as the command line says it.
+
+use std::path::PathBuf;
+
+use super::Line;
+use super::probe::{PROBES, Probe};
+use super::serial;
+use crate::failure::Failure;
+
+/// One of three ways, or none.
+#[derive(Debug, clap::Args)]
+#[group(id = "board", multiple = false)]
+pub struct Way {
+    /// Serial port of the board's console, such as /dev/ttyUSB0
+    #[arg(long, value_name = "DEV")]
+    port: Option<PathBuf>,
+    /// Without a serial port: a debug probe, by OpenOCD, which has to be installed: stlink, cmsis-dap or jlink; stlink if
+    /// none is named
+    #[arg(long, value_name = "PROBE", num_args = 0..=1, default_missing_value = PROBES[0], value_parser = PROBES)]
+    probe: Option<String>,
+    /// A program at the probe that runs already and serves RTT channel 1 at this address
+    #[arg(long, value_name = "HOST:PORT")]
+    rtt: Option<String>,
+}
+
+impl Way {
+    /// The serial port, if it is that.
+    pub fn port(&self) -> Option<&PathBuf> {
+        self.port.as_ref()
+    }
+
+    /// The line to the board; none if no way is named.
+    ///
+    /// # Errors
+    /// A port, a probe or a program that is not there.
+    pub fn open(&self) -> Result<Option<Box<dyn Line>>, Failure> {
+        Ok(match self {
+            Self {
+                port: Some(port), ..
+            } => Some(Box::new(serial::open(port)?)),
+            Self {
+                probe: Some(kind), ..
+            } => Some(Box::new(Probe::start(kind)?)),
+            Self {
+                rtt: Some(address), ..
+            } => Some(Box::new(Probe::connect(address)?)),
+            _ => None,
+        })
+    }
+}
