@@ -4,8 +4,8 @@
 //! sides are. The log (defmt) goes up by channel 0. By channel 1 the console's answers go up and its lines come
 //! down. The layout is that of `SEGGER_RTT_CB` in SEGGER's `SEGGER_RTT.h`.
 //!
-//! Nothing here waits for a probe, whatever mode it sets, and no number that it writes leads out of a ring. So neither `defmt-rtt`
-//! does, which has no channel down, nor `rtt-target`, which waits within a critical section if a probe asks it to.
+//! Nothing here waits for a probe, whatever mode it sets, and no number that it writes leads out of a ring. That is why no crate is
+//! used: `defmt-rtt` has no channel down, and `rtt-target` waits within a critical section if a probe asks it to.
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use core::sync::atomic::{AtomicU8, AtomicU32};
@@ -40,21 +40,18 @@ const TRIM: u32 = 1;
 impl<const N: usize> Ring<N> {
     /// An empty one.
     pub const fn new(name: &'static Name, bytes: &'static Bytes<N>) -> Self {
-        Self {
-            name: Some(name),
-            bytes: Some(bytes),
-            size: N as u32,
-            places: [const { AtomicU32::new(0) }; 2],
-            mode: AtomicU32::new(TRIM),
-        }
+        Self::with(Some(name), Some(bytes), N as u32)
     }
 
-    /// One that is not used.
-    const fn none() -> Self {
+    const fn with(
+        name: Option<&'static Name>,
+        bytes: Option<&'static Bytes<N>>,
+        size: u32,
+    ) -> Self {
         Self {
-            name: None,
-            bytes: None,
-            size: 0,
+            name,
+            bytes,
+            size,
             places: [const { AtomicU32::new(0) }; 2],
             mode: AtomicU32::new(TRIM),
         }
@@ -168,7 +165,7 @@ impl<const LOG: usize, const TOLD: usize, const TYPED: usize> Block<LOG, TOLD, T
             down: 2,
             log,
             told,
-            unused: Ring::none(),
+            unused: Ring::with(None, None, 0),
             typed,
         }
     }

@@ -242,15 +242,14 @@ fn current_sensor(report: &Report) -> Option<(String, String)> {
     let is_sure = |number: &Estimate, good: f64| (number.value - good).abs() > 2.0 * number.std;
     let quantity = |value: f64, unit: &str| Scale::of(unit, [value]).quantity(value);
     let mut errs = Vec::new();
-    let said = significant(gain.value, 3);
+    let times = significant(gain.value, 3);
     // What rounds to 1 is nothing to tell, however sure it is.
-    if is_sure(gain, 1.0) && said != significant(1.0, 3) {
-        let gain = said;
-        let mut said = format!("is {gain} times what flows");
+    if is_sure(gain, 1.0) && times != significant(1.0, 3) {
+        let mut said = format!("is {times} times what flows");
         if !outcome.fit.iter().any(|number| number.name == "resistance") {
             // The same voltage drops over both, and inertia and friction are fitted to the torque of either.
             said += &format!(
-                " (or the resistance is the declared one over {gain}, and inertia and friction are {gain} times the \
+                " (or the resistance is the declared one over {times}, and inertia and friction are {times} times the \
                  fitted ones)"
             );
         }

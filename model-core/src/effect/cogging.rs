@@ -49,7 +49,10 @@ pub struct Cogging(Harmonic);
 impl Effect for Cogging {
     const DESCRIPTION: Description = Description {
         id: "cogging",
-        summary: Summary::ByCoordinate { angle: "a torque periodic in position", length: "a force periodic in position" },
+        summary: Summary::ByCoordinate {
+            angle: "a torque periodic in position",
+            length: "a force periodic in position",
+        },
         source: "Hendershot, Miller 1994",
         parameters: &Harmonic::parameters(Dimension::Torque),
         reported: &Harmonic::reported(Dimension::Torque),

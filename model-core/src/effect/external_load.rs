@@ -56,7 +56,10 @@ impl ExternalLoad {
 impl Effect for ExternalLoad {
     const DESCRIPTION: Description = Description {
         id: "external_load",
-        summary: Summary::ByCoordinate { angle: "a torque that comes and goes in time", length: "a force that comes and goes in time" },
+        summary: Summary::ByCoordinate {
+            angle: "a torque that comes and goes in time",
+            length: "a force that comes and goes in time",
+        },
         source: "Leonhard 1985",
         parameters: &[
             Parameter {

@@ -37,7 +37,10 @@ pub struct LoadDependentFriction {
 impl Effect for LoadDependentFriction {
     const DESCRIPTION: Description = Description {
         id: "load_dependent_friction",
-        summary: Summary::ByCoordinate { angle: "friction grows with the transmitted torque", length: "friction grows with the transmitted force" },
+        summary: Summary::ByCoordinate {
+            angle: "friction grows with the transmitted torque",
+            length: "friction grows with the transmitted force",
+        },
         source: "Márton, van der Linden 2012",
         parameters: &[Parameter {
             name: "share",

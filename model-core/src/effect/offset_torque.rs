@@ -30,7 +30,10 @@ pub struct OffsetTorque {
 impl Effect for OffsetTorque {
     const DESCRIPTION: Description = Description {
         id: "offset_torque",
-        summary: Summary::ByCoordinate { angle: "a constant torque", length: "a constant force" },
+        summary: Summary::ByCoordinate {
+            angle: "a constant torque",
+            length: "a constant force",
+        },
         source: "Janot, Gautier, Brunot 2019",
         parameters: &[Parameter {
             name: "torque",

@@ -34,7 +34,10 @@ pub struct QuadraticDrag {
 impl Effect for QuadraticDrag {
     const DESCRIPTION: Description = Description {
         id: "quadratic_drag",
-        summary: Summary::ByCoordinate { angle: "a torque that grows with the square of the speed", length: "a force that grows with the square of the speed" },
+        summary: Summary::ByCoordinate {
+            angle: "a torque that grows with the square of the speed",
+            length: "a force that grows with the square of the speed",
+        },
         source: "turbulent drag",
         parameters: &[Parameter {
             name: "coefficient",

@@ -34,7 +34,10 @@ pub struct Spring {
 impl Effect for Spring {
     const DESCRIPTION: Description = Description {
         id: "spring",
-        summary: Summary::ByCoordinate { angle: "a torque proportional to the position", length: "a force proportional to the position" },
+        summary: Summary::ByCoordinate {
+            angle: "a torque proportional to the position",
+            length: "a force proportional to the position",
+        },
         source: "Hooke",
         parameters: &[
             Parameter {
