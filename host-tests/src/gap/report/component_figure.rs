@@ -13,8 +13,10 @@ use crate::quantity::Scale;
 const SHORTEST: usize = 40;
 /// Marks of the cloud.
 const CLOUD: usize = 900;
-/// Stretches of the horizontal axis that a mean is taken over.
+/// Most stretches of the horizontal axis that a mean is taken over.
 const BINS: usize = 60;
+/// Fewest samples that make a mean.
+const LEAST: usize = 3;
 /// Share of the samples that is shown on either axis: a few spikes would flatten the rest.
 const SHOWN: f64 = 0.99;
 /// Travel behind a turn that is shown, in sizes of the lost motion.
@@ -46,8 +48,8 @@ pub(super) fn of_effect(
     if fitted.len() < SHORTEST || data.len() != fitted.len() || highest <= lowest {
         return Ok(None);
     }
-    let least = (data.len() / (20 * BINS)).max(3);
-    let means = [&data, &fitted].map(|points| binned_mean(points, BINS, least));
+    let bins = stretches(data.len());
+    let means = [&data, &fitted].map(|points| stretch_means(points, bins));
     let apart = rms((means[0].iter().zip(&means[1])).map(|(data, fitted)| data.1 - fitted.1));
     let range = extent(means[1].iter().map(|p| p.1)).unwrap_or((0.0, 0.0));
     let span = range.1 - range.0;
@@ -100,7 +102,7 @@ pub(super) fn of_effect(
         ),
         method: format!(
             "{}. Dots: what the data leave for the effect once all the rest of the model is taken out \
-             of them; large dots and curve: means in {BINS} equal stretches.",
+             of them; large dots and curve: means in {bins} equal stretches.",
             log.label
         ),
         keys: vec![("measured", "data"), ("after", "fitted effect")],
@@ -109,6 +111,17 @@ pub(super) fn of_effect(
             &escape(&format!("{} over {over}", component.id)),
         )?,
     }))
+}
+
+/// Stretches that so many samples are enough for: twice as many as a mean takes in each, so that some have enough however
+/// the samples lie.
+fn stretches(samples: usize) -> usize {
+    (samples / (2 * LEAST)).clamp(1, BINS)
+}
+
+/// The means of samples in so many stretches; those with few samples are left out.
+fn stretch_means(points: &[Point], bins: usize) -> Vec<Point> {
+    binned_mean(points, bins, (points.len() / (20 * bins)).max(LEAST))
 }
 
 /// What the vertical axis shows, and its unit.
@@ -138,5 +151,24 @@ fn variable(report: &Report, variable: Variable) -> (&'static str, String) {
             coordinate.clone(),
         ),
         Variable::Acceleration => ("the acceleration of the drive", format!("{coordinate}/s²")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a short log a sixtieth of the axis holds a sample or two: no mean, and nothing to be apart by.
+    #[test]
+    fn the_fewest_samples_that_are_drawn_have_means_however_they_lie() {
+        for samples in [SHORTEST, 50, 100, 1000] {
+            for power in [1, 2, 5] {
+                let places = (0..samples).map(|k| (k as f64 / samples as f64).powi(power));
+                let points: Vec<Point> = places.map(|x| (x, 7.0)).collect();
+                let means = stretch_means(&points, stretches(samples));
+                assert!(!means.is_empty(), "{samples} {power}");
+                assert!(means.iter().all(|mean| mean.1 == 7.0), "{means:?}");
+            }
+        }
     }
 }
