@@ -124,11 +124,12 @@ const GRID_MARGIN: f64 = 1.05;
 /// another unit. Counts of 30 bits are below.
 const GREATEST_VALUE: f64 = 1e9;
 
-/// How many times as large as the steps of the position around it a jump there and back has to be, to be
-/// a damaged sample: a position that oscillates makes equal steps.
+/// How many times as far from the mean of its neighbours as all others a position has to be, to be a damaged sample: one
+/// that oscillates is as far in every sample, and noise of a Gaussian sensor goes beyond five deviations once in a
+/// million.
 const SPIKE: f64 = 10.0;
 
-/// How much of such a jump may be left after it, as a share of it.
+/// How far from minus half of that its neighbours may be from the means of theirs, as a share of it.
 const SPIKE_LEFT: f64 = 0.1;
 
 /// Most damaged samples that a log is looked through for; where more jump, that is how it moves.
@@ -167,7 +168,7 @@ impl Log {
     }
 
     /// As [`Log::read`], and adds to `doubts` what can be read but hardly be so, with its line: a position that jumps
-    /// for one sample in a log that is smooth otherwise, an input or a current of one sample that is ten times every
+    /// for one sample in a log that is smooth otherwise, which gets the mean of its neighbours, an input or a current of one sample that is ten times every
     /// other one.
     ///
     /// # Errors
@@ -197,8 +198,8 @@ impl Log {
         let text = text_of(path, bytes, EXPECTED)?;
         let in_file = |fault: Fault| InputError::new(path, Some(fault.line), fault.message);
         Table::parse(&text)
-            .and_then(|table| {
-                doubts.extend(table.doubts().into_iter().map(in_file));
+            .and_then(|mut table| {
+                doubts.extend(table.mend_doubts().into_iter().map(in_file));
                 Self::of_table(path, table, None)
             })
             .map_err(|fault| {

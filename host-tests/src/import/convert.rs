@@ -103,14 +103,14 @@ pub(super) fn convert(
     if let Some(turn) = recipe.unwrap {
         bring_to_position(&mut columns, sources, turn);
     }
-    let table = Table {
+    let mut table = Table {
         lines: chosen.iter().map(|&row| raw.lines[row]).collect(),
         digits: digits(columns[TIME].as_deref().unwrap_or_default()),
         columns: columns.clone(),
     };
     table.check_order()?;
     table.check_length(rows - left_out, table.last_line())?;
-    let doubts = table.doubts();
+    let doubts = table.mend_doubts();
     let timed = recipe.sources[TIME].is_some();
     let log = Log::of_table(path, table, recipe.rate.filter(|_| timed))?;
     Ok(Converted {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::fault::{Fault, Mend};
-use super::resample::Instants;
+use super::resample::{Instants, smallest_step};
 use super::rows::{
     Rows, check_value, describe_fields, describe_step, describe_width, find_columns, parse_number,
 };
@@ -146,9 +146,10 @@ impl Table {
         Err(Fault::new(line, message))
     }
 
-    /// What can be read but hardly be so: a sample that is alone in its column.
-    pub fn doubts(&self) -> Vec<Fault> {
-        let mut doubts = self.spikes();
+    /// What can be read but hardly be so: a sample that is alone in its column. A position that is gets the mean of its
+    /// neighbours.
+    pub fn mend_doubts(&mut self) -> Vec<Fault> {
+        let mut doubts = self.mend_spikes();
         doubts.extend(self.alone(INPUT));
         doubts.extend(self.alone(CURRENT));
         doubts
@@ -172,55 +173,88 @@ impl Table {
         })
     }
 
-    /// Positions that jump for one sample in a log that is smooth otherwise: no machine moves there and
-    /// back between two samples, many times as fast as ever else.
-    fn spikes(&self) -> Vec<Fault> {
-        let position = self.columns[POSITION].as_deref().unwrap_or_default();
-        let steps: Vec<f64> = position.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
-        // Each damaged sample makes two steps.
-        let (_, usual, _) = sizes.select_nth_unstable_by(2 * MOST_SPIKES, |a, b| b.total_cmp(a));
+    /// Positions that jump for one sample in a log that is smooth otherwise: no machine moves there and back between two
+    /// samples. They are told by their distance from the mean of their neighbours, which a machine's acceleration
+    /// alone makes, however fast it moves. They get that mean, to a whole step of the sensor.
+    fn mend_spikes(&mut self) -> Vec<Fault> {
+        let Some(position) = self.columns[POSITION].as_deref_mut() else {
+            return Vec::new();
+        };
+        // Of the sample behind the first one on.
+        let bends: Vec<f64> = position
+            .windows(3)
+            .map(|three| three[1] - 0.5 * (three[0] + three[2]))
+            .collect();
+        let mut sizes: Vec<f64> = bends.iter().map(|bend| bend.abs()).collect();
+        // Each damaged sample makes three.
+        if sizes.len() <= 3 * MOST_SPIKES {
+            return Vec::new();
+        }
+        let (_, usual, _) = sizes.select_nth_unstable_by(3 * MOST_SPIKES, |a, b| b.total_cmp(a));
         // At rest nothing but the last digit changes, seldom: no jump of that is one.
-        let digit = (steps.iter().map(|step| step.abs()))
+        let digit = (position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
             .filter(|size| *size > 0.0)
             .fold(f64::INFINITY, f64::min);
         let limit = SPIKE * usual.max(digit);
-        let large: Vec<usize> = (0..steps.len())
-            .filter(|&at| steps[at].abs() > limit)
-            .collect();
-        let back = |pair: &[usize]| {
-            let [there, back] = [steps[pair[0]], steps[pair[1]]];
-            pair[1] == pair[0] + 1 && (there + back).abs() <= SPIKE_LEFT * there.abs()
-        };
+        let large = || (0..bends.len()).filter(|&at| bends[at].abs() > limit);
+        let last = bends.len() - 1;
         // The first sample and the last one have one neighbour.
-        if let [only] = large[..]
-            && (only == 0 || only + 1 == steps.len())
+        let mut all = large();
+        if let (Some(only), None) = (all.next(), all.next())
+            && (only == 0 || only == last)
         {
-            let (row, beside) = if only == 0 { (0, 1) } else { (only + 1, only) };
+            let (row, beside) = if only == 0 {
+                (0, 1)
+            } else {
+                (only + 2, only + 1)
+            };
             let message = format!(
-                "`position` is {:?} in this sample alone, {:?} beside it, and no other steps are nearly as large: \
+                "`position` is {:?} in this sample alone, {:?} beside it, and nowhere else does it bend nearly as much: \
                  remove the row",
                 position[row], position[beside]
             );
             return vec![Fault::new(self.lines[row], message)];
         }
+        // Whether it is this share of one beside it, which has the other sign.
+        let is_share = |bend: Option<&f64>, share: f64, of: f64| {
+            bend.is_none_or(|bend| (bend + share * of).abs() <= SPIKE_LEFT * of.abs())
+        };
+        let beside = |at: usize| {
+            [
+                at.checked_sub(1).and_then(|at| bends.get(at)),
+                bends.get(at + 1),
+            ]
+        };
+        let is_spike = |at: usize| {
+            let there = beside(at).iter().all(|&it| is_share(it, 0.5, bends[at]));
+            there && bends[at].abs() > limit
+        };
         // A jump that stays is an angle that wraps, or a gap: others know better what to say of it.
-        let (pairs, rest) = large.as_chunks::<2>();
-        if pairs.is_empty() || !rest.is_empty() || !pairs.iter().all(|pair| back(pair)) {
+        let stays = |at: usize| {
+            bends
+                .get(at + 1)
+                .is_some_and(|it| is_share(Some(it), 1.0, bends[at]))
+        };
+        if large().any(stays) {
             return Vec::new();
         }
-        let doubt = |pair: &[usize; 2]| {
-            let row = pair[1];
+        let step = smallest_step(position);
+        let spikes: Vec<usize> = large()
+            .filter(|&at| is_spike(at))
+            .map(|at| at + 1)
+            .collect();
+        let mut mend = |row: usize| {
+            let [before, damaged, after] = [position[row - 1], position[row], position[row + 1]];
+            let half = 0.5 * (after - before);
+            let half = step.map_or(half, |step| step * (half / step).round());
+            position[row] = before + half;
             let message = format!(
-                "`position` is {:?} in this sample alone, {:?} before and {:?} after it, and no other steps \
-                 are nearly as large: replace the sample by the mean of its neighbours, or remove the row",
-                position[row],
-                position[row - 1],
-                position[row + 1]
+                "`position` is {damaged:?} in this sample alone, {before:?} before and {after:?} after it, and nowhere else \
+                 does it bend nearly as much: the mean of its neighbours is taken in its place"
             );
             Fault::new(self.lines[row], message)
         };
-        pairs.iter().map(doubt).collect()
+        spikes.into_iter().map(&mut mend).collect()
     }
 
     pub fn time(&self) -> &[f64] {
