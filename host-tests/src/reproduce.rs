@@ -22,6 +22,9 @@ pub struct Args {
     /// Throttle only: repeat it on so many stands more, with other noise and other test signals
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub repeat: u64,
+    /// Bench only: trace the two open residuals at the widest backlash alone, in a fifth of the time
+    #[arg(long)]
+    pub short: bool,
 }
 
 /// A paper.
@@ -70,8 +73,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let message = "--repeat is for `reproduce throttle` alone; leave it out";
         return Err(Failure::Usage(message.to_owned()));
     }
+    if args.short && args.paper != Paper::Bench {
+        let message = "--short is for `reproduce bench` alone; leave it out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     match args.paper {
-        Paper::Bench => bench::run(args.json.as_deref()),
+        Paper::Bench => bench::run(args.json.as_deref(), args.short),
         Paper::Prognostics => prognostics::run(args.json.as_deref()),
         Paper::Throttle => throttle::run(args.json.as_deref(), args.repeat),
     }

@@ -8,6 +8,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use rig::pmsm_bench::BacklashLevel;
+
 use self::section::Section;
 use crate::failure::Failure;
 use crate::outputs::{Kind, Outputs, write_own};
@@ -31,39 +33,45 @@ pub mod residuals;
 mod section;
 pub mod stick_slip;
 
-/// A topic: what is announced while it is worked out, and its work.
-type Topic = (&'static str, fn() -> Result<Section, Failure>);
+/// A topic: what is announced while it is worked out, and its work, of which tracing is done at these levels of backlash.
+type Topic = (
+    &'static str,
+    fn(&[BacklashLevel]) -> Result<Section, Failure>,
+);
 
 /// The topics in the order of the report.
 const TOPICS: [Topic; 8] = [
-    ("map of the friction", friction_map::section),
-    ("harmonics of the load cell", load_cell::section),
-    ("map of the backlash", backlash_map::section),
-    ("fifteen points", points::report::section),
+    ("map of the friction", |_| friction_map::section()),
+    ("harmonics of the load cell", |_| load_cell::section()),
+    ("map of the backlash", |_| backlash_map::section()),
+    ("fifteen points", |_| points::report::section()),
     ("the two open residuals", residuals::report::section),
-    ("cost", cost::section),
-    ("stick-slip", stick_slip::report::section),
-    ("the paper's own numbers", consistency::section),
+    ("cost", |_| cost::section()),
+    ("stick-slip", |_| stick_slip::report::section()),
+    ("the paper's own numbers", |_| consistency::section()),
 ];
 
 /// What the report begins with.
 const FINDING: &str = "Maps, harmonics, stick-slip and data sheets, worked out again from what is \
      printed; the model at the fifteen points of friction and backlash, and what it costs. Where the paper's numbers do not agree with each other, it is said.";
 
-/// Runs every topic, prints the tables, leaves the report in `target/hil/bench`.
+/// Runs every topic, prints the tables, leaves the report in `target/hil/bench`. `short`: of the levels of backlash
+/// the widest alone is traced.
 ///
 /// # Errors
 /// A file that cannot be written; parameters that the core does not take.
-pub fn run(json: Option<&Path>) -> Result<(), Failure> {
+pub fn run(json: Option<&Path>, short: bool) -> Result<(), Failure> {
     let directory = workspace::results().join("bench");
     let mut outputs = Outputs::reading([]);
     outputs.fills(&directory);
     let json = outputs.file(json, Kind::Marked)?;
     let announce = announce();
+    let all = &BacklashLevel::ALL;
+    let levels = if short { &all[all.len() - 1..] } else { all };
     let mut sections = Vec::new();
     for (step, topic) in TOPICS {
         announce(step);
-        sections.push(topic()?);
+        sections.push(topic(levels)?);
     }
     let index = directory.join("index.html");
     write_own(&index, report(&sections))?;

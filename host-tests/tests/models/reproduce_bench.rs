@@ -446,11 +446,22 @@ fn a_mass_that_cannot_be_run_is_refused() {
 
 #[test]
 fn the_command_gives_table_report_and_json() {
+    gives_table_report_and_json(&["--short"]);
+}
+
+#[test]
+#[ignore = "at length"]
+fn the_command_gives_them_at_every_level_of_backlash() {
+    gives_table_report_and_json(&[]);
+}
+
+fn gives_table_report_and_json(options: &[&str]) {
     let directory = tempfile::tempdir().unwrap();
     let json = directory.path().join("bench.json");
     let output = Command::new(env!("CARGO_BIN_EXE_hil"))
         .args(["reproduce", "bench", "--json"])
         .arg(&json)
+        .args(options)
         .output()
         .unwrap();
     let text = String::from_utf8(output.stdout).unwrap();

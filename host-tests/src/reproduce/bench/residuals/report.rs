@@ -1,6 +1,6 @@
 //! What is shown of the two residuals.
 
-use rig::pmsm_bench::{BacklashLevel, Loss};
+use rig::pmsm_bench::{BacklashLevel, Loss, Point};
 
 use super::{BeforeAfter, Residuals, Traced, run};
 use crate::cells::{Cells, row};
@@ -27,8 +27,8 @@ const PAPER_LATENESS: f64 = 0.25;
 /// Half of a window around the instant at which the encoder leaves the dead band, s.
 const AROUND: f64 = 1.2;
 
-/// Both losses, each the truth once.
-pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
+/// Both losses, each the truth once, at these levels of backlash, the widest among them.
+pub(in crate::reproduce::bench) fn section(levels: &[BacklashLevel]) -> Result<Section, Failure> {
     let mut parts = vec![Part::Note(
         "Five logs a level of backlash are traced together: the paper's sine at each level of friction, and at \
          the lower two one of 0.4 Hz, without which inertia and spring are one. Quadrature current in, \
@@ -45,7 +45,7 @@ pub(in crate::reproduce::bench) fn section() -> Result<Section, Failure> {
         ("load-dependent friction", Loss::load_dependent()),
         ("torque saturation", Loss::torque_saturation()),
     ] {
-        let residuals = run(loss, &BacklashLevel::ALL, SEED)?;
+        let residuals = run(loss, levels, SEED)?;
         let points = &residuals.points;
         findings.push(format!(
             "With {name} as its loss, the model's current is at most {:.0} % off after the tracing ({:.0} % \
@@ -184,13 +184,13 @@ fn point_cells(points: &[BeforeAfter]) -> Cells {
         "i_q short, %",
         "late, ms",
     ])];
-    for (index, point) in points.iter().enumerate() {
+    for point in points {
         let pair = |value: fn(&Compared) -> f64, decimals: usize| {
             let (before, after) = (value(&point.before), value(&point.after));
             format!("{before:.decimals$} → {after:.decimals$}")
         };
         cells.push(vec![
-            (index + 1).to_string(),
+            sample(point).to_string(),
             pair(Compared::position_percent, 3),
             pair(Compared::velocity_percent, 2),
             pair(Compared::current_percent, 1),
@@ -201,8 +201,15 @@ fn point_cells(points: &[BeforeAfter]) -> Cells {
     cells
 }
 
+/// Its number in Table 5.5.
+fn sample(point: &BeforeAfter) -> usize {
+    let place = Point::ALL.iter().position(|it| *it == point.before.point);
+    place.map_or(0, |place| place + 1)
+}
+
 fn figure(name: &str, residuals: &Residuals) -> Result<Figure, Failure> {
-    let point = &residuals.points[DRAWN - 1];
+    let drawn = residuals.points.iter().find(|it| sample(it) == DRAWN);
+    let point = drawn.ok_or_else(|| Failure::Other(format!("sample {DRAWN} was not run")))?;
     let log = &point.before.log;
     // A quarter of a period before its end the sine turns; the dead band lies behind that.
     let period = 1.0 / point.before.given.command.frequency;
