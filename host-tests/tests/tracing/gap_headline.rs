@@ -323,7 +323,12 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
         ),
         (
             "implausible",
-            &["`viscous` had to go where no data sheet would let it"],
+            &[
+                "`viscous` had to go where no data sheet would let it",
+                "Next: if what the machine file says of viscous (",
+                ") is a guess, put ",
+                "at which the fit stopped, and run it again",
+            ],
         ),
         (
             "no validation",

@@ -77,7 +77,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             steps
         }
         Verdict::NothingProven => {
-            let mut steps = Vec::from_iter(mounted(outcome));
+            let mut steps = Vec::from_iter(mounted(outcome).or_else(|| guessed(outcome)));
             steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             // A current that is there shows where an input is written late or early; one that is not is missed.
@@ -197,6 +197,24 @@ fn mounted(outcome: &Outcome) -> Option<Step> {
             unit = inertia.unit
         ))
     })
+}
+
+/// The number that had to go far from what the machine file says, which may be a guess: the friction of a gear that no data
+/// sheet gives. A fit goes no further than eight times it, so that what comes out is no estimate.
+fn guessed(outcome: &Outcome) -> Option<Step> {
+    let implausible = outcome.residual.as_ref()?.implausible?;
+    let number = outcome
+        .fit
+        .iter()
+        .find(|number| number.name == implausible)?;
+    Some(said(&format!(
+        "if what the machine file says of {} ({} {unit}) is a guess, put {} {unit} there, at which the fit stopped, and run it \
+         again",
+        implausible.replace('_', " "),
+        significant(number.declared, 2),
+        significant(number.fitted, 2),
+        unit = number.unit
+    )))
 }
 
 /// How the machine file takes what was found; the line to copy only where that is final.
