@@ -52,6 +52,7 @@ pub mod replay_run;
 pub mod reproduce;
 pub mod simulated_flash;
 pub mod toolchain;
+pub mod track;
 pub mod vectors;
 pub mod welch;
 pub mod workspace;

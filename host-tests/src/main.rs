@@ -7,7 +7,7 @@ use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
 use host_tests::{
     bench, check, data_sheet, decode, ecu, emulate, error, gap, hil, identify, import, live,
-    onboard, outputs, record, reproduce,
+    onboard, outputs, record, reproduce, track,
 };
 
 /// Firmware and model of an electromechanical actuator, closed on each other
@@ -41,6 +41,8 @@ const IMPORT_EXAMPLE: &str = "Example: cargo hil import run.csv --time t:ms --po
 const MACHINE_EXAMPLE: &str = "Example: cargo hil machine --name cart --voltage 12V --no-load-speed 200rpm --no-load-current 0.2A --stall-torque 21kg.cm --stall-current 5.5A --gear-ratio 50 --values-of gearmotor --encoder-counts 64 --encoder-side motor > cart.toml";
 
 const LIVE_EXAMPLE: &str = "Example: cargo hil live";
+const TRACK_EXAMPLE: &str =
+    "Example: cargo hil track --machine ema.toml march.csv april.csv may.csv --limit coulomb=0.2";
 const RECORD_EXAMPLE: &str = "Example: cargo hil record --port /dev/ttyUSB0 --signal \"sweep 0 0.3 0.3 3 10\" --out recorded";
 
 #[derive(Debug, Subcommand)]
@@ -72,6 +74,9 @@ enum Command {
         after_long_help = with_files(IDENTIFY_EXAMPLE)
     )]
     Identify(identify::command::Args),
+    /// Follow friction and motor numbers over many logs in time: trend, alarm, remaining logs to a limit
+    #[command(after_help = TRACK_EXAMPLE, after_long_help = with_files(TRACK_EXAMPLE))]
+    Track(track::command::Args),
     /// Reproduce the results of a paper, ours beside them
     #[command(after_help = "Example: cargo hil reproduce throttle --json throttle.json")]
     Reproduce(reproduce::Args),
@@ -131,6 +136,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         Some(Command::Import(args)) => import::command::run(&args),
         Some(Command::Machine(args)) => data_sheet::command::run(&args),
         Some(Command::Identify(args)) => identify::command::run(&args),
+        Some(Command::Track(args)) => track::command::run(&args),
         Some(Command::Onboard(args)) => onboard::command::run(&args),
         Some(Command::Ecu(args)) => ecu::run(&args),
         Some(Command::Emulate(args)) => emulate::command::run(&args),

@@ -158,7 +158,7 @@ fn in_words(looked_at: Subject) -> String {
 }
 
 /// `a`, `a and b`, `a, b and c`
-pub(super) fn listed(names: &[impl AsRef<str>]) -> String {
+pub(crate) fn listed(names: &[impl AsRef<str>]) -> String {
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
     match names.as_slice() {
         [] => String::new(),
@@ -222,13 +222,19 @@ pub(super) struct Spread {
 impl Spread {
     /// Of the final fit, with the data as the tracing weighed it in the end.
     pub fn new(trace: &Trace, data: &Data, declared: &Model, options: &Options) -> Option<Self> {
-        let model = &trace.after.model;
-        let variables = variables(
-            declared,
-            model,
-            (&trace.base, &trace.readings),
-            &options.scope,
-        );
+        let moved = (&trace.base[..], &trace.readings[..]);
+        Self::of(&trace.after.model, moved, data, declared, options)
+    }
+
+    /// Of the fit that has moved these numbers to the model.
+    pub fn of(
+        model: &Model,
+        moved: (&[Base], &[Reading]),
+        data: &Data,
+        declared: &Model,
+        options: &Options,
+    ) -> Option<Self> {
+        let variables = variables(declared, model, moved, &options.scope);
         let mut information = Information::default();
         information.gather(data, &AllCores, model, &variables)?;
         information.allow_for_restarts(data, &AllCores, model, &variables)?;
@@ -324,22 +330,21 @@ pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
     })
 }
 
+/// What a fit has made of numbers of the declared actuator: its model, and which.
 pub(super) fn fitted(
-    trace: &Trace,
+    (model, base): (&Model, &[Base]),
     spread: &Spread,
     declared: &Model,
     options: &Options,
     machine: &Machine,
 ) -> Vec<FittedParameter> {
     let rotary = machine.coordinate == Coordinate::Radian;
-    trace
-        .base
-        .iter()
+    base.iter()
         .map(|&parameter| {
             let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
             let dimensions = [parameter.dimension()];
-            let std = propagate(&trace.after.model, spread, &dimensions, value)[0];
-            let fitted = trace.after.model.get(parameter);
+            let std = propagate(model, spread, &dimensions, value)[0];
+            let fitted = model.get(parameter);
             FittedParameter {
                 name: parameter.name().to_owned(),
                 declared: decimal(declared.get(parameter)),

@@ -327,7 +327,13 @@ pub fn trace(
         }),
         effects: found(&trace, &spread, &declared, rotary),
         unknown: unknown(&trace, rotary),
-        fit: fitted(&trace, &spread, &declared, &options, machine),
+        fit: fitted(
+            (&trace.after.model, &trace.base),
+            &spread,
+            &declared,
+            &options,
+            machine,
+        ),
         current_sensor: current_sensor(&trace, &spread),
         errors: Errors {
             train: train_errors,
@@ -524,7 +530,12 @@ fn does_not_carry_over(errors: &Stages) -> Option<String> {
 
 /// Refuses logs in which there is too little to trace or to judge, or on which an error relative to
 /// the motion or to the torque has no meaning. `path`: the file to blame.
-fn check_logs(path: &Path, data: &Data, model: &Model, windows: usize) -> Result<(), InputError> {
+pub(super) fn check_logs(
+    path: &Path,
+    data: &Data,
+    model: &Model,
+    windows: usize,
+) -> Result<(), InputError> {
     let fail = |message: String| Err(InputError::new(path, None, message));
     let entries: usize = data
         .logs

@@ -1,6 +1,6 @@
 //! `cargo hil gap`: measured log in, missing effects out, errors before and after.
 
-mod answer;
+pub(crate) mod answer;
 pub mod catalogue;
 pub mod command;
 pub mod component;
@@ -14,10 +14,11 @@ pub mod experiment;
 pub mod headline;
 mod machine_out;
 pub mod metrics;
+pub mod numbers;
 pub mod outcome;
 pub mod report;
 mod series;
 pub mod table;
-mod terminal;
+pub(crate) mod terminal;
 mod whiteness;
 pub mod zero_phase;

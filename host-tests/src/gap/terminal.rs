@@ -9,7 +9,7 @@ pub(super) fn printable(text: &str) -> String {
 }
 
 /// A paragraph broken between words. Its own leading spaces stay, further lines have `hang`.
-pub(super) fn wrapped(text: &str, hang: usize) -> Vec<String> {
+pub(crate) fn wrapped(text: &str, hang: usize) -> Vec<String> {
     let indent = text.len() - text.trim_start().len();
     let mut lines = Vec::new();
     let mut line = " ".repeat(indent);

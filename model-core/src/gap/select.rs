@@ -150,9 +150,11 @@ fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option
 // The steps below are functions of their own on the stack too: what one of them needs, the next one
 // may use again.
 
-/// Fits the declared model.
+/// Fits the declared model, before any effect is looked for.
+///
+/// `None` if a model cannot be built.
 #[inline(never)]
-fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
+pub fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
     let declared = workbench.declared;
     let window = workbench.data.settings.window;
     // How replays restart comes before any fit, which would else bias the parameters by

@@ -1,0 +1,7 @@
+//! `cargo hil track`: the numbers of one machine over many logs in time.
+
+pub mod command;
+mod figure;
+pub mod outcome;
+mod text;
+pub mod trend;
