@@ -4,13 +4,13 @@
 //! A *line* is anything that bytes are read from and written to: a serial port, a pseudo-terminal, a debug probe, an image
 //! that runs in this program. A read that finds nothing for [`QUIET`] ends with `TimedOut`.
 
+pub mod connection;
 pub mod console;
 pub mod demultiplexer;
 pub mod emulated;
 pub mod log_transfer;
 pub mod probe;
 pub mod serial;
-pub mod way;
 
 use std::io::{Read, Write};
 use std::time::Duration;

@@ -18,8 +18,8 @@ use firmware::app::demonstration::UNDECLARED;
 use self::board::Board;
 use self::guard::Guard;
 use self::server::Server;
+use crate::board_link::connection::Connection;
 use crate::board_link::emulated::{EmulatedBoard, Pace};
-use crate::board_link::way::Way;
 use crate::board_link::{Line, serial};
 use crate::error::tell;
 use crate::failure::Failure;
@@ -36,7 +36,7 @@ page is closed. Without --port, --probe or --rtt a controller is emulated, with 
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    way: Way,
+    connection: Connection,
     /// The machine that a frozen part is held against [default: the board's own parameters]
     #[arg(long, value_name = "M.toml")]
     machine: Option<PathBuf>,
@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // What is wrong with it is said now, not when something was frozen.
         crate::machine::Machine::read(machine)?;
     }
-    let (emulated, line) = match args.way.open()? {
+    let (emulated, line) = match args.connection.open()? {
         Some(line) => (None, line),
         None => {
             let board = EmulatedBoard::start(UNDECLARED.actuator, Pace::RealTime)

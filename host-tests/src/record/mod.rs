@@ -12,9 +12,9 @@ use firmware::app::store::field::DESCRIPTIONS;
 
 use self::drive::{Drive, ENDS, Ending};
 use crate::board_link::Line;
+use crate::board_link::connection::Connection;
 use crate::board_link::console::Console;
 use crate::board_link::log_transfer::LogTransfer;
-use crate::board_link::way::Way;
 use crate::board_log::BoardLog;
 use crate::error::tell;
 use crate::failure::Failure;
@@ -36,7 +36,7 @@ const SHORTEST: f64 = 0.5;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    way: Way,
+    connection: Connection,
     /// What the signal is: a position of the loop, or a voltage without a loop
     #[arg(long, value_name = "MODE", default_value = "position", value_parser = ["position", "voltage"])]
     mode: String,
@@ -73,7 +73,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 /// on the way, a recording that nobody allowed.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (log_path, machine_path) = places(args);
-    let mut outputs = Outputs::reading(args.way.port()).replacing_nothing();
+    let mut outputs = Outputs::reading(args.connection.port()).replacing_nothing();
     let parent = log_path.parent().filter(|_| is_directory(&args.out));
     let [log, machine] = match parent {
         Some(directory) => {
@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--mode voltage needs a --signal: no voltage is harmless to every actuator".to_owned(),
         ));
     }
-    let line = args.way.open()?;
+    let line = args.connection.open()?;
     let mut line = line.ok_or_else(|| {
         Failure::Usage("expected a way to the board: --port, --probe or --rtt".to_owned())
     })?;

@@ -86,7 +86,8 @@ pub(super) fn of_effect(
             layer(Mark::Line(5), AFTER, 1.0, &means[1]),
         ],
     };
-    let share = if span > 0.0 {
+    // An effect that hardly varies over it has no range to compare with.
+    let share = if span > apart {
         format!(
             ", {} of its range of {}",
             Scale::percent().quantity(apart / span),

@@ -10,7 +10,7 @@ use crate::failure::Failure;
 /// One of three ways, or none.
 #[derive(Debug, clap::Args)]
 #[group(id = "board", multiple = false)]
-pub struct Way {
+pub struct Connection {
     /// Serial port of the board's console, such as /dev/ttyUSB0
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
@@ -23,7 +23,7 @@ pub struct Way {
     rtt: Option<String>,
 }
 
-impl Way {
+impl Connection {
     /// The serial port, if it is that.
     pub fn port(&self) -> Option<&PathBuf> {
         self.port.as_ref()
