@@ -17,7 +17,7 @@ use crate::outputs::{Kind, Outputs};
 /// What `cargo hil track` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Machine file; the numbers of its [fit] are tracked, the others are believed
+    /// Machine file; the numbers of its `[fit]` are tracked, the others are believed
     #[arg(long, value_name = "M.toml")]
     pub machine: PathBuf,
     /// Logs of this machine in the order of time, CSV with time_s,input,position and, where measured, the other columns of `gap`
