@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use super::{Source, c};
+use super::{Source, c, fmu};
 use crate::error::{InputError, warn};
 use crate::failure::Failure;
 use crate::machine::Machine;
@@ -14,12 +14,15 @@ use crate::outputs::{Kind, Outputs};
 pub enum Target {
     /// One file of C99 that needs math.h alone
     C,
+    /// A Functional Mock-up Unit, FMI 2.0 for co-simulation; needs --out
+    Fmu,
 }
 
 impl Target {
     fn name(self) -> &'static str {
         match self {
             Self::C => "c",
+            Self::Fmu => "fmu",
         }
     }
 }
@@ -43,6 +46,10 @@ pub struct Args {
 /// # Errors
 /// A wrong machine file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.to == Target::Fmu && args.out.is_none() {
+        let message = "an FMU is an archive, which needs a file: give --out NAME.fmu";
+        return Err(Failure::Usage(message.into()));
+    }
     let mut outputs = Outputs::reading([&args.machine]);
     let out = outputs.file(args.out.as_deref(), Kind::Marked)?;
     let source = Source::new(Machine::read(&args.machine)?)?;
@@ -51,6 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let (text, missing) = c::text(&source);
             (text.into_bytes(), missing)
         }
+        Target::Fmu => fmu::archive(&source)?,
     };
     let named: Vec<InputError> = missing
         .iter()

@@ -4,6 +4,7 @@
 
 mod c;
 pub mod command;
+mod fmu;
 
 use model_core::effect::Id;
 use model_core::gap::model::Model;
