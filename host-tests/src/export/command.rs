@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use super::{Source, c, fmu};
+use super::{Source, c, fmu, mujoco};
 use crate::error::{InputError, warn};
 use crate::failure::Failure;
 use crate::machine::Machine;
@@ -16,6 +16,8 @@ pub enum Target {
     C,
     /// A Functional Mock-up Unit, FMI 2.0 for co-simulation; needs --out
     Fmu,
+    /// A MuJoCo model, MJCF
+    Mujoco,
 }
 
 impl Target {
@@ -23,6 +25,7 @@ impl Target {
         match self {
             Self::C => "c",
             Self::Fmu => "fmu",
+            Self::Mujoco => "mujoco",
         }
     }
 }
@@ -59,6 +62,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             (text.into_bytes(), missing)
         }
         Target::Fmu => fmu::archive(&source)?,
+        Target::Mujoco => {
+            let (text, missing) = mujoco::text(&source);
+            (text.into_bytes(), missing)
+        }
     };
     let named: Vec<InputError> = missing
         .iter()

@@ -5,6 +5,7 @@
 mod c;
 pub mod command;
 mod fmu;
+mod mujoco;
 
 use model_core::effect::Id;
 use model_core::gap::model::Model;

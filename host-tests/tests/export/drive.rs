@@ -42,8 +42,12 @@ fn level() -> Machine {
     }
 }
 
-/// What the rig has the catalogue's law of.
+/// Machines as they are, and with effects that the rig has the catalogue's law of.
 pub fn cases() -> Vec<Case> {
+    bare().into_iter().chain(with_effects()).collect()
+}
+
+fn bare() -> Vec<Case> {
     let ema = Machine::rotary_ema;
     let quick = Machine {
         motor: Motor::Winding {
@@ -68,6 +72,18 @@ pub fn cases() -> Vec<Case> {
         case("throttle", Machine::throttle(), &[], ""),
         case("swirl flap", Machine::swirl_flap(), &[], ""),
         case("slide", Machine::force_slide(), &[], ""),
+    ]
+}
+
+/// Viscous friction that is 1e-4 N·m·s/rad more forward and as much less backward.
+const ONE_SIDED: Effect = Effect::AsymmetricViscous {
+    forward: 1e-4,
+    backward: -1e-4,
+};
+
+fn with_effects() -> Vec<Case> {
+    let ema = Machine::rotary_ema;
+    vec![
         case(
             "offset and drag",
             ema(),
@@ -80,13 +96,7 @@ pub fn cases() -> Vec<Case> {
         case(
             "asymmetric friction",
             level(),
-            &[
-                Effect::AsymmetricCoulomb { ratio: 0.25 },
-                Effect::AsymmetricViscous {
-                    forward: 1e-4,
-                    backward: -1e-4,
-                },
-            ],
+            &[Effect::AsymmetricCoulomb { ratio: 0.25 }, ONE_SIDED],
             "{ id = \"asymmetric_coulomb\", difference = 0.03 }, { id = \"asymmetric_viscous\", difference = 1e-4 }",
         ),
         case(

@@ -4,3 +4,4 @@ mod bad_input;
 mod c_file;
 mod drive;
 mod fmu;
+mod mujoco;
