@@ -19,6 +19,7 @@ pub mod ecu_on_host;
 pub mod emulate;
 pub mod error;
 pub mod exercise;
+pub mod export;
 pub mod failure;
 pub mod figures;
 pub mod first_result;

@@ -6,8 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_tests::failure::Failure;
 use host_tests::{
-    bench, check, data_sheet, decode, ecu, emulate, error, gap, hil, identify, import, live,
-    onboard, outputs, record, reproduce, track,
+    bench, check, data_sheet, decode, ecu, emulate, error, export, gap, hil, identify, import,
+    live, onboard, outputs, record, reproduce, track,
 };
 
 /// Firmware and model of an electromechanical actuator, closed on each other
@@ -43,6 +43,7 @@ const MACHINE_EXAMPLE: &str = "Example: cargo hil machine --name cart --voltage 
 const LIVE_EXAMPLE: &str = "Example: cargo hil live";
 const TRACK_EXAMPLE: &str =
     "Example: cargo hil track --machine ema.toml march.csv april.csv may.csv --limit coulomb=0.2";
+const EXPORT_EXAMPLE: &str = "Example: cargo hil export --machine ema.toml --to c --out ema.c";
 const RECORD_EXAMPLE: &str = "Example: cargo hil record --port /dev/ttyUSB0 --signal \"sweep 0 0.3 0.3 3 10\" --out recorded";
 
 #[derive(Debug, Subcommand)]
@@ -77,6 +78,9 @@ enum Command {
     /// Follow friction and motor numbers over many logs in time: trend, alarm, remaining logs to a limit
     #[command(after_help = TRACK_EXAMPLE, after_long_help = with_files(TRACK_EXAMPLE))]
     Track(track::command::Args),
+    /// Give the machine with its declared effects to another simulator; what that cannot express is named
+    #[command(after_help = EXPORT_EXAMPLE, after_long_help = with_files(EXPORT_EXAMPLE))]
+    Export(export::command::Args),
     /// Reproduce the results of a paper, ours beside them
     #[command(after_help = "Example: cargo hil reproduce throttle --json throttle.json")]
     Reproduce(reproduce::Args),
@@ -137,6 +141,7 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
         Some(Command::Machine(args)) => data_sheet::command::run(&args),
         Some(Command::Identify(args)) => identify::command::run(&args),
         Some(Command::Track(args)) => track::command::run(&args),
+        Some(Command::Export(args)) => export::command::run(&args),
         Some(Command::Onboard(args)) => onboard::command::run(&args),
         Some(Command::Ecu(args)) => ecu::run(&args),
         Some(Command::Emulate(args)) => emulate::command::run(&args),
