@@ -9,6 +9,7 @@ mod command_line;
 mod decode;
 #[path = "../../formats/src/defmt.rs"]
 mod defmt;
+mod export;
 #[path = "../../formats/src/guard.rs"]
 mod guard;
 mod identify_command;
@@ -21,3 +22,4 @@ mod printed_log;
 mod pushed_slide;
 mod record;
 mod replay;
+mod track;

@@ -11,7 +11,7 @@ use model_core::gap::simulator::{Course, Given};
 use model_core::plant::State;
 use model_core::plant::actuator::External;
 
-use crate::drive::{Case, RATE, apart, cases, export, text, travel};
+use super::drive::{Case, RATE, apart, cases, export, text, travel};
 
 /// A program that reads where to start, the period, and inputs, and prints what each comes to.
 const MAIN: &str = r#"

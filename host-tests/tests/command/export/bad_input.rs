@@ -4,7 +4,7 @@ use std::fs;
 
 use rig::Machine;
 
-use crate::drive::{export, text};
+use super::drive::{export, text};
 
 #[test]
 fn bad_input_is_named_and_nothing_is_written() {

@@ -3,7 +3,7 @@
 use rig::Machine;
 use roxmltree::{Document, Node};
 
-use crate::drive::{export, text};
+use super::drive::{export, text};
 
 /// The exported model, and what was said of it.
 fn exported(toml: &str) -> (String, String) {

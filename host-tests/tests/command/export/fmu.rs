@@ -4,10 +4,13 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::c_file::computed;
-use crate::drive::{Case, RATE, apart, cases, export, text, travel};
+use super::c_file::computed;
+use super::drive::{Case, RATE, apart, cases, export, text, travel};
 
-const MASTER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/export/fmu_master.py");
+const MASTER: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/command/export/fmu_master.py"
+);
 
 /// What the FMU makes of a case: position, current and reading behind each row.
 fn simulated(directory: &Path, case: &Case) -> [Vec<f64>; 3] {
