@@ -73,14 +73,9 @@ pub const UNEXPLAINED: f64 = 3.0;
 /// Length of a held-out block, s.
 pub const BLOCK: f32 = 0.5;
 
-/// Blocks that a log is cut into at least, where it is long enough: so many that [`FEW_BLOCKS`] of them say something
-/// though the machine rests in three fifths of them. On worlds of seed 1 half as many
-/// prove four right answers fewer (`cargo hil bench gap --worlds 100 --seed 1`).
-pub const LEAST_BLOCKS: usize = 48;
-
-/// Windows that a log is cut into at least: of 24 blocks of one window the four that differ least may lose, and the
-/// signed-rank p of 43/2²⁴ is still below what [`FEW_BLOCKS`] speaks of.
-pub const LEAST_WINDOWS: usize = 24;
+/// Blocks that a log is cut into at least, where it is long enough: of 24 the four that differ least may lose, and
+/// the signed-rank p of 43/2²⁴ is still below what [`FEW_BLOCKS`] speaks of.
+pub const LEAST_BLOCKS: usize = 24;
 
 /// Blocks under which ranks alone may prove nothing: though all of n gain, the signed-rank p is 2⁻ⁿ, and of
 /// an effect that is tried at 128 periods, as all others are looked at too, 3.4e-6 is asked.
