@@ -10,6 +10,9 @@ use crate::log::counted;
 use crate::machine::Machine;
 use crate::quantity::{Scale, estimate, probability, significant};
 
+/// From so many logs on nobody counts them: one a day for thirty years.
+const MOST_LOGS: f64 = 10_000.0;
+
 /// The words for a number of the machine file.
 pub(super) fn words(name: &str) -> String {
     match name {
@@ -62,12 +65,14 @@ fn rate(trend: &Trend) -> Option<String> {
     ))
 }
 
-/// A count of logs that a person would say.
+/// A count of logs that a person would say. A line that is all but level reaches its limit in the end, too.
 fn about(logs: f64) -> String {
     if logs < 9.95 {
         significant(logs, 2)
-    } else {
+    } else if logs < MOST_LOGS {
         format!("{logs:.0}")
+    } else {
+        format!("over {MOST_LOGS}")
     }
 }
 
