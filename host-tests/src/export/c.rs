@@ -165,6 +165,10 @@ fn end(value: f32) -> String {
     }
 }
 
+fn constant(name: &'static str, value: f32, comment: &'static str) -> Constant {
+    (name, end(value), comment)
+}
+
 /// What the machine file and its affine effects make of the plant.
 fn of_plant(plant: &Parameters) -> Vec<Constant> {
     let [resistance, inductance, torque_constant] = match plant.drive {
@@ -179,7 +183,6 @@ fn of_plant(plant: &Parameters) -> Vec<Constant> {
     // The core raises the breakaway level to the Coulomb level.
     let forward = plant.breakaway.forward.max(coulomb.forward);
     let backward = plant.breakaway.backward.max(coulomb.backward);
-    let constant = |name, value, comment| (name, end(value), comment);
     vec![
         constant(
             "GAIN",
@@ -237,7 +240,6 @@ fn of_effects(source: &Source) -> Vec<Constant> {
         0.0
     };
     let [_, load_end, duration] = values(source, Id::ExternalLoad);
-    let constant = |name, value, comment| (name, end(value), comment);
     vec![
         constant(
             "SATURATION",

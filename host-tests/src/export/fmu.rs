@@ -11,7 +11,7 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 use super::{Missing, Source, c};
 use crate::failure::Failure;
 use crate::machine::Coordinate;
-use crate::outputs::MARK;
+use crate::outputs::{MARK, defer_signals};
 
 /// The interface around the model, with a place for the GUID.
 const INTERFACE: &str = include_str!("fmi2.c");
@@ -92,23 +92,23 @@ fn library(model: &str, interface: &str) -> Result<Option<Vec<u8>>, Failure> {
     let Some((_, suffix)) = PLATFORM else {
         return Ok(None);
     };
-    if Command::new("cc").arg("--version").output().is_err() {
-        return Ok(None);
-    }
+    // A signal waits until the directory is gone.
+    let _deferred = defer_signals();
     let directory = std::env::temp_dir().join(format!("cargo-hil-export-{}", std::process::id()));
     fs::create_dir(&directory).map_err(|error| Failure::system(directory.display(), error))?;
     let built = compile(&directory, model, interface, suffix);
     // What is left of it is in nobody's way.
     let _ = fs::remove_dir_all(&directory);
-    built.map(Some)
+    built
 }
 
+/// The library; none where there is no compiler.
 fn compile(
     directory: &Path,
     model: &str,
     interface: &str,
     suffix: &str,
-) -> Result<Vec<u8>, Failure> {
+) -> Result<Option<Vec<u8>>, Failure> {
     let failed = |error| Failure::system(directory.display(), error);
     fs::write(directory.join("model.c"), model).map_err(failed)?;
     fs::write(directory.join("fmi2.c"), interface).map_err(failed)?;
@@ -125,13 +125,15 @@ fn compile(
         .current_dir(directory)
         .args(options)
         .args(["-o", &library, "fmi2.c", "-lm"])
-        .output()
-        .map_err(failed)?;
+        .output();
+    let Ok(output) = output else {
+        return Ok(None);
+    };
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
         return Err(Failure::other(format!("cc refuses the model: {said}")));
     }
-    fs::read(directory.join(library)).map_err(failed)
+    fs::read(directory.join(library)).map(Some).map_err(failed)
 }
 
 /// One variable of the model, in the order of the value references.

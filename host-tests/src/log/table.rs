@@ -174,87 +174,40 @@ impl Table {
     }
 
     /// Positions that jump for one sample in a log that is smooth otherwise: no machine moves there and back between two
-    /// samples. They are told by their distance from the mean of their neighbours, which a machine's acceleration
-    /// alone makes, however fast it moves. They get that mean, to a whole step of the sensor.
+    /// samples. Between two others they get the mean of these, to a whole step of the sensor.
     fn mend_spikes(&mut self) -> Vec<Fault> {
         let Some(position) = self.columns[POSITION].as_deref_mut() else {
             return Vec::new();
         };
-        // Of the sample behind the first one on.
-        let bends: Vec<f64> = position
-            .windows(3)
-            .map(|three| three[1] - 0.5 * (three[0] + three[2]))
-            .collect();
-        let mut sizes: Vec<f64> = bends.iter().map(|bend| bend.abs()).collect();
-        // Each damaged sample makes three.
-        if sizes.len() <= 3 * MOST_SPIKES {
-            return Vec::new();
-        }
-        let (_, usual, _) = sizes.select_nth_unstable_by(3 * MOST_SPIKES, |a, b| b.total_cmp(a));
-        // At rest nothing but the last digit changes, seldom: no jump of that is one.
-        let digit = (position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
-            .filter(|size| *size > 0.0)
-            .fold(f64::INFINITY, f64::min);
-        let limit = SPIKE * usual.max(digit);
-        let large = || (0..bends.len()).filter(|&at| bends[at].abs() > limit);
-        let last = bends.len() - 1;
-        // The first sample and the last one have one neighbour.
-        let mut all = large();
-        if let (Some(only), None) = (all.next(), all.next())
-            && (only == 0 || only == last)
-        {
-            let (row, beside) = if only == 0 {
-                (0, 1)
-            } else {
-                (only + 2, only + 1)
-            };
-            let message = format!(
-                "`position` is {:?} in this sample alone, {:?} beside it, and nowhere else does it bend nearly as much: \
-                 remove the row",
-                position[row], position[beside]
-            );
-            return vec![Fault::new(self.lines[row], message)];
-        }
-        // Whether it is this share of one beside it, which has the other sign.
-        let is_share = |bend: Option<&f64>, share: f64, of: f64| {
-            bend.is_none_or(|bend| (bend + share * of).abs() <= SPIKE_LEFT * of.abs())
-        };
-        let beside = |at: usize| {
-            [
-                at.checked_sub(1).and_then(|at| bends.get(at)),
-                bends.get(at + 1),
-            ]
-        };
-        let is_spike = |at: usize| {
-            let there = beside(at).iter().all(|&it| is_share(it, 0.5, bends[at]));
-            there && bends[at].abs() > limit
-        };
-        // A jump that stays is an angle that wraps, or a gap: others know better what to say of it.
-        let stays = |at: usize| {
-            bends
-                .get(at + 1)
-                .is_some_and(|it| is_share(Some(it), 1.0, bends[at]))
-        };
-        if large().any(stays) {
+        let damaged = spikes(position);
+        if damaged.is_empty() {
             return Vec::new();
         }
         let step = smallest_step(position);
-        let spikes: Vec<usize> = large()
-            .filter(|&at| is_spike(at))
-            .map(|at| at + 1)
-            .collect();
+        let last = position.len() - 1;
         let mut mend = |row: usize| {
-            let [before, damaged, after] = [position[row - 1], position[row], position[row + 1]];
-            let half = 0.5 * (after - before);
-            let half = step.map_or(half, |step| step * (half / step).round());
-            position[row] = before + half;
-            let message = format!(
-                "`position` is {damaged:?} in this sample alone, {before:?} before and {after:?} after it, and nowhere else \
-                 does it bend nearly as much: the mean of its neighbours is taken in its place"
-            );
+            // The first sample and the last one have one neighbour.
+            let message = if row == 0 || row == last {
+                let beside = if row == 0 { 1 } else { last - 1 };
+                format!(
+                    "`position` is {:?} in this sample alone, {:?} beside it, and nowhere else does it bend nearly as much: \
+                     remove the row",
+                    position[row], position[beside]
+                )
+            } else {
+                let [before, damaged, after] =
+                    [position[row - 1], position[row], position[row + 1]];
+                let half = 0.5 * (after - before);
+                let half = step.map_or(half, |step| step * (half / step).round());
+                position[row] = before + half;
+                format!(
+                    "`position` is {damaged:?} in this sample alone, {before:?} before and {after:?} after it, and nowhere \
+                     else does it bend nearly as much: the mean of its neighbours is taken in its place"
+                )
+            };
             Fault::new(self.lines[row], message)
         };
-        spikes.into_iter().map(&mut mend).collect()
+        damaged.into_iter().map(&mut mend).collect()
     }
 
     pub fn time(&self) -> &[f64] {
@@ -558,6 +511,60 @@ impl PrintedDigits {
             .max(10_f64.powi((leading + 1).saturating_sub(self.significant)))
             .max(largest * f64::EPSILON)
     }
+}
+
+/// The rows of positions that jump for one sample, few of them; or the first or the last one, if that jumps alone.
+///
+/// They are told by their distance from the mean of their neighbours, which a machine's acceleration alone makes, however
+/// fast it moves: many times as large as every other one, and on either side minus half of it.
+fn spikes(position: &[f64]) -> Vec<usize> {
+    // Of the sample behind the first one on.
+    let bends: Vec<f64> = position
+        .windows(3)
+        .map(|three| three[1] - 0.5 * (three[0] + three[2]))
+        .collect();
+    let mut sizes: Vec<f64> = bends.iter().map(|bend| bend.abs()).collect();
+    // Each damaged sample makes three.
+    if sizes.len() <= 3 * MOST_SPIKES {
+        return Vec::new();
+    }
+    let (_, usual, _) = sizes.select_nth_unstable_by(3 * MOST_SPIKES, |a, b| b.total_cmp(a));
+    // At rest nothing but the last digit changes, seldom: no jump of that is one.
+    let digit = (position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
+        .filter(|size| *size > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let limit = SPIKE * usual.max(digit);
+    let large: Vec<usize> = (0..bends.len())
+        .filter(|&at| bends[at].abs() > limit)
+        .collect();
+    match large[..] {
+        [0] => return vec![0],
+        [only] if only + 1 == bends.len() => return vec![only + 2],
+        _ => (),
+    }
+    // Whether it is minus this share of one beside it.
+    let is_share =
+        |bend: f64, share: f64, of: f64| (bend + share * of).abs() <= SPIKE_LEFT * of.abs();
+    // A jump that stays is an angle that wraps, or a gap: others know better what to say of it.
+    let stays = |&at: &usize| {
+        bends
+            .get(at + 1)
+            .is_some_and(|&next| is_share(next, 1.0, bends[at]))
+    };
+    if large.iter().any(stays) {
+        return Vec::new();
+    }
+    let is_spike = |&at: &usize| {
+        let mut beside = bends[at.saturating_sub(1)..at]
+            .iter()
+            .chain(bends.get(at + 1));
+        beside.all(|&bend| is_share(bend, 0.5, bends[at]))
+    };
+    large
+        .into_iter()
+        .filter(is_spike)
+        .map(|at| at + 1)
+        .collect()
 }
 
 /// Whether rows that came late, so many of them, belong where their stamps say: they have left gaps there. Behind a

@@ -226,13 +226,18 @@ fn between(estimates: &[Estimate], freedom: f64) -> f64 {
     while !is_enough(high) {
         high *= 4.0;
     }
+    least(high, is_enough)
+}
+
+/// The least number up to `high` from which on something holds, to the last bit; it holds at `high`, and not at 0.
+fn least(mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let mut low = 0.0;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;
         }
-        if is_enough(middle) {
+        if holds(middle) {
             high = middle;
         } else {
             low = middle;
@@ -244,22 +249,11 @@ fn between(estimates: &[Estimate], freedom: f64) -> f64 {
 /// The 97.5 % point of Student's t: where its upper tail is half of [`OUTSIDE`].
 fn quantile(freedom: f64) -> f64 {
     let is_beyond = |t: f64| upper_tail(t, freedom) <= 0.5 * OUTSIDE;
-    let (mut low, mut high) = (0.0, 2.0);
+    let mut high = 2.0;
     while !is_beyond(high) {
         high *= 2.0;
     }
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if is_beyond(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    high
+    least(high, is_beyond)
 }
 
 /// Which of several p-values are significant, so that with nothing in any of them the chance of one is `share` at most (S. Holm,

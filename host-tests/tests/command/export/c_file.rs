@@ -11,7 +11,7 @@ use model_core::gap::simulator::{Course, Given};
 use model_core::plant::State;
 use model_core::plant::actuator::External;
 
-use super::drive::{Case, RATE, apart, cases, export, text, travel};
+use super::drive::{Case, RATE, apart, cases, columns, export, text, travel};
 
 /// A program that reads where to start, the period, and inputs, and prints what each comes to.
 const MAIN: &str = r#"
@@ -67,13 +67,7 @@ pub fn computed(directory: &Path, toml: &str, start: f64, input: &[f64]) -> [Vec
     let output = program.wait_with_output().unwrap();
     writing.join().unwrap().unwrap();
     assert!(output.status.success());
-    let mut columns = [const { Vec::new() }; 3];
-    for line in text(&output.stdout).lines() {
-        for (column, field) in columns.iter_mut().zip(line.split(' ')) {
-            column.push(field.parse().unwrap());
-        }
-    }
-    columns
+    columns(&output.stdout)
 }
 
 /// The rig integrates by another method, in steps of 2 µs, and is itself off by about what half as many steps change. A number of the

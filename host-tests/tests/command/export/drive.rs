@@ -209,6 +209,17 @@ pub fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
 }
 
+/// Position, current and reading behind each row, as a simulation prints them.
+pub fn columns(printed: &[u8]) -> [Vec<f64>; 3] {
+    let mut columns = [const { Vec::new() }; 3];
+    for line in text(printed).lines() {
+        for (column, field) in columns.iter_mut().zip(line.split(' ')) {
+            column.push(field.parse().unwrap());
+        }
+    }
+    columns
+}
+
 /// The largest distance of two series.
 pub fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());

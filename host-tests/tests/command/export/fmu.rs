@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::c_file::computed;
-use super::drive::{Case, RATE, apart, cases, export, text, travel};
+use super::drive::{Case, RATE, apart, cases, columns, export, text, travel};
 
 const MASTER: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -33,13 +33,7 @@ fn simulated(directory: &Path, case: &Case) -> [Vec<f64>; 3] {
         .output()
         .expect("Python");
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let mut columns = [const { Vec::new() }; 3];
-    for line in text(&output.stdout).lines() {
-        for (column, field) in columns.iter_mut().zip(line.split(' ')) {
-            column.push(field.parse().unwrap());
-        }
-    }
-    columns
+    columns(&output.stdout)
 }
 
 #[test]
