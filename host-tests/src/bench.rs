@@ -507,6 +507,7 @@ fn machine() -> Machine {
         fit: ["inertia", "viscous", "coulomb"]
             .map(str::to_owned)
             .to_vec(),
+        unsure: BTreeMap::new(),
         declared_effects: Vec::new(),
     }
 }

@@ -43,6 +43,8 @@ pub struct Machine {
     pub tolerances: BTreeMap<&'static str, f64>,
     /// Names from [`PARAMETERS`], each once, that may be re-estimated before an effect is sought.
     pub fit: Vec<String>,
+    /// By what factor numbers of `fit` may be off, a standard deviation of their logarithm, where the file says so.
+    pub unsure: BTreeMap<String, f64>,
     /// Effects that the declared model already has.
     pub declared_effects: Vec<DeclaredEffect>,
 }
@@ -369,6 +371,8 @@ struct SensorSection {
 struct FitSection {
     parameters: Option<Vec<Spanned<String>>>,
     #[serde(default)]
+    unsure: BTreeMap<String, Spanned<Number>>,
+    #[serde(default)]
     declared_effects: Vec<Spanned<EffectEntry>>,
 }
 
@@ -646,6 +650,11 @@ impl Source<'_> {
                 .iter()
                 .map(|name| name.get_ref().clone())
                 .collect(),
+            unsure: fit
+                .unsure
+                .iter()
+                .map(|(name, factor)| (name.clone(), factor.get_ref().0))
+                .collect(),
             declared_effects: fit
                 .declared_effects
                 .into_iter()
@@ -661,6 +670,7 @@ impl Source<'_> {
                 .collect(),
         };
         self.check_fit(&machine, &parameters)?;
+        self.check_unsure(&machine, &fit.unsure)?;
         Ok(machine)
     }
 
@@ -776,6 +786,34 @@ impl Source<'_> {
                     list(&mut valid)
                 );
                 return Err(self.error(self.line(spanned), message));
+            }
+        }
+        Ok(())
+    }
+
+    /// The factors of `unsure`: each of a number that is fitted, and none that narrows what is left of it to nothing.
+    fn check_unsure(
+        &self,
+        machine: &Machine,
+        factors: &BTreeMap<String, Spanned<Number>>,
+    ) -> Result<(), InputError> {
+        for (name, factor) in factors {
+            if !machine.fits(name) {
+                let fitted = list(machine.fit.iter().map(String::as_str));
+                let expected = match fitted.as_str() {
+                    "" => "which is empty; remove it".to_owned(),
+                    fitted => format!("expected {fitted}"),
+                };
+                let message = format!("`{name}` of `unsure` is not in `parameters`, {expected}");
+                return Err(self.error(self.line(factor), message));
+            }
+            let value = factor.get_ref().0;
+            if value < 1.0 {
+                let message = format!(
+                    "`{name}` of `unsure` is {value:?}, expected a factor of 1 or more: with 3.0 it may be a third \
+                     or three times what is declared"
+                );
+                return Err(self.error(self.line(factor), message));
             }
         }
         Ok(())

@@ -9,6 +9,7 @@ use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Fold, InOrder, Settings};
 use model_core::gap::screen::{Candidate, screen};
+use model_core::gap::workbench::Options;
 use model_core::plant::actuator::Actuator;
 use model_core::plant::parameters::Parameters;
 use model_core::plant::{Directional, State};
@@ -243,6 +244,35 @@ fn a_cogging_is_fitted_over_a_cycle_and_a_half_at_least() {
     assert_eq!(limit(0.6 * SCOPE.stroke), SCOPE.stroke / 1.5);
     assert_eq!(limit(0.2 * SCOPE.stroke), 3.0 * (0.2 * SCOPE.stroke));
     assert_eq!(limit(1.5 * SCOPE.stroke), 1.5 * SCOPE.stroke);
+}
+
+/// Three standard deviations either way on a logarithmic scale, of the factor that is stated, or of two.
+#[test]
+fn a_fit_leaves_a_number_as_far_off_as_it_is_unsure() {
+    on_a_log(|data| {
+        let options = Options::new(data, &declared(), &Base::ALL, true).unwrap();
+        let stated = [
+            (Base::Coulomb, 3.0),
+            (Base::Inertia, 1.0),
+            (Base::Viscous, 1e9),
+        ];
+        let options = Options {
+            unsure: &stated,
+            ..options
+        };
+        let limits = |number| options.limits(number, 0.5);
+        assert_eq!(limits(Base::Resistance), Some([0.5 / 8.0, 0.5 * 8.0]));
+        assert_eq!(limits(Base::Coulomb), Some([0.5 / 27.0, 0.5 * 27.0]));
+        assert_eq!(limits(Base::Inertia), Some([0.5, 0.5]));
+        // What is declared as none has no scale to be off by, and a place has none either.
+        assert_eq!(options.limits(Base::Coulomb, 0.0), None);
+        assert_eq!(limits(Base::SpringRest), None);
+        // A fit that stops at the bound of a number has not found it.
+        let bounds = Variable::base(&declared(), Base::Viscous, &SCOPE);
+        let value = declared().get(Base::Viscous);
+        let [least, largest] = options.limits(Base::Viscous, value).unwrap();
+        assert!(bounds.lower < least && largest < bounds.upper, "{bounds:?}");
+    });
 }
 
 /// A log of a second has as many windows as it takes to prove something, a long one windows of 0.2 s.

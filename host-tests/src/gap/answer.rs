@@ -84,7 +84,8 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             )
         }
         (Decision::Refused(Refusal::Implausible), _) => {
-            "with it a fitted number goes where no data sheet would let it".to_owned()
+            "with it a fitted number goes farther than the machine file lets it be off (`unsure` in [fit])"
+                .to_owned()
         }
         (Decision::Refused(Refusal::WorseElsewhere), _) => {
             "over shorter or longer predictions the error is clearly larger with it".to_owned()
@@ -345,6 +346,7 @@ pub(super) fn fitted(
             let dimensions = [parameter.dimension()];
             let std = propagate(model, spread, &dimensions, value)[0];
             let fitted = model.get(parameter);
+            let limits = options.limits(parameter, declared.get(parameter));
             FittedParameter {
                 name: parameter.name().to_owned(),
                 declared: decimal(declared.get(parameter)),
@@ -353,6 +355,8 @@ pub(super) fn fitted(
                 unit: parameter.dimension().unit(rotary).to_owned(),
                 freed: !options.base.contains(&parameter),
                 tolerance: machine.tolerances.get(parameter.name()).copied(),
+                // What is held there has exactly that value.
+                at_limit: limits.is_some_and(|limits| limits.contains(&fitted)),
             }
         })
         .collect()

@@ -152,6 +152,12 @@ pub fn base_parameters(machine: &Machine) -> Vec<Base> {
         .collect()
 }
 
+/// By what factor a machine file says that its base parameters may be off.
+pub(super) fn unsure(machine: &Machine) -> Vec<(Base, f32)> {
+    let stated = |base: Base| Some((base, *machine.unsure.get(base.name())? as f32));
+    Base::ALL.into_iter().filter_map(stated).collect()
+}
+
 /// These base parameters as a machine file holds them, SI: the inverse of [`model`] for a model that was
 /// fitted from this machine. The breakaway level is among them where it has to rise with the Coulomb level,
 /// below which the plant raises it by itself and the file's reader refuses it.

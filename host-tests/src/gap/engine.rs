@@ -16,7 +16,7 @@ use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
 use super::answer::{Spread, candidate, current_sensor, fitted, found, unknown};
-use super::declared::{base_parameters, model, resolution};
+use super::declared::{base_parameters, model, resolution, unsure};
 use super::demand::Demand;
 use super::disagreement;
 use super::evidence::evidence;
@@ -210,6 +210,7 @@ pub fn trace(
     let started = Instant::now();
     let declared = model(machine)?;
     let base = base_parameters(machine);
+    let unsure = unsure(machine);
     let rotary = machine.coordinate == Coordinate::Radian;
     let series = Series::of(train, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
@@ -239,6 +240,10 @@ pub fn trace(
         )
     };
     let options = Options::new(&data, &declared, &base, rotary).ok_or_else(left_range)?;
+    let options = Options {
+        unsure: &unsure,
+        ..options
+    };
     let schedule = AllCores;
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut looks = Vec::new();
@@ -469,6 +474,7 @@ pub(super) fn with_workbench<T>(
 ) -> Result<T, Failure> {
     let declared = model(machine)?;
     let base = base_parameters(machine);
+    let unsure = unsure(machine);
     same_period(train, None)?;
     let series = Series::of(train, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
@@ -477,6 +483,10 @@ pub(super) fn with_workbench<T>(
     let failed = || Failure::other("no window of the refit is in range: record longer logs");
     let rotary = machine.coordinate == Coordinate::Radian;
     let options = Options::new(&data, &declared, &base, rotary).ok_or_else(failed)?;
+    let options = Options {
+        unsure: &unsure,
+        ..options
+    };
     let mut bench = Workbench::new(data, &AllCores, &declared, &options).ok_or_else(failed)?;
     work(&mut bench).ok_or_else(failed)
 }

@@ -55,9 +55,9 @@ impl Headline {
         let outcome = &report.outcome;
         let workshop = Workshop::of(report);
         let mut finding = finding(outcome);
-        for rise in rises(report) {
+        for sentence in at_limit(outcome).into_iter().chain(rises(report)) {
             finding += " ";
-            finding += &rise;
+            finding += &sentence;
         }
         let details = outcome.effects.iter();
         let mut details: Vec<_> = details
@@ -174,8 +174,8 @@ fn nothing_proven(outcome: &Outcome) -> String {
     }
     match residual.implausible {
         Some(number) => format!(
-            "nothing is proven: to follow the logs, `{number}` had to go where no data sheet would let \
-             it, and no effect was found that explains why"
+            "nothing is proven: to follow the logs, `{number}` had to go farther than the machine file lets it be \
+             off, and no effect was found that explains why"
         ),
         None => format!(
             "nothing is proven: the position error is {} times what the sensor's noise leaves to any \
@@ -315,6 +315,27 @@ fn certainty(report: &Report) -> String {
             sentences.join(" ")
         }
     }
+}
+
+/// Which fitted numbers stopped at the limit of what the machine file lets them be off: they are no estimates.
+fn at_limit(outcome: &Outcome) -> Option<String> {
+    let at_limit = outcome.fit.iter().filter(|number| number.at_limit);
+    let names: Vec<String> = at_limit
+        .map(|number| {
+            format!(
+                "{} (at {} {})",
+                number.name,
+                significant(number.fitted, 2),
+                number.unit
+            )
+        })
+        .collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "The fit stopped at the limit of {}: that is no estimate.",
+            listed(&names)
+        )
+    })
 }
 
 /// How often chance alone would show what was found, of the effect that is the least sure.

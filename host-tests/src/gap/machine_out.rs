@@ -11,6 +11,7 @@ use super::declared::{self, numbers};
 use super::effect_words::DEVIATIONS;
 use super::engine::Found;
 use super::outcome::{FittedParameter, FoundEffect, Outcome};
+use super::table::AT_LIMIT;
 use super::terminal::wrapped;
 use crate::data_sheet::UNSURE;
 use crate::error::one_line;
@@ -65,6 +66,9 @@ pub(super) fn text(
         let mut fit = outcome.fit.iter();
         let fit = fit.find(|fit| fit.name == parameter.name);
         set_number(&mut document, &parameter, value, fit);
+        if fit.is_some_and(|fit| fit.std.is_some() && !fit.at_limit) {
+            take_for_sure(&mut document, parameter.name);
+        }
     }
     for effect in &outcome.effects {
         declare(&mut document, effect).map_err(failed)?;
@@ -172,6 +176,21 @@ fn set_number(
     }
 }
 
+/// Takes a number that was estimated out of `unsure`: by that factor it was off before, and its interval says how sure it is
+/// now. What the logs do not determine, or have beyond its limit, stays.
+fn take_for_sure(document: &mut DocumentMut, name: &str) {
+    const KEY: &str = "unsure";
+    let fit = document.get_mut("fit").and_then(Item::as_table_like_mut);
+    let Some(fit) = fit else {
+        return;
+    };
+    let unsure = fit.get_mut(KEY).and_then(Item::as_table_like_mut);
+    let is_empty = unsure.is_some_and(|unsure| unsure.remove(name).is_some() && unsure.is_empty());
+    if is_empty {
+        fit.remove(KEY);
+    }
+}
+
 /// A value as the file has it, without what stands around it.
 fn bare(value: &Value) -> String {
     let value = value.clone().decorated("", "");
@@ -183,6 +202,7 @@ fn note(was: Option<&str>, fit: Option<&FittedParameter>) -> String {
     let was = was.unwrap_or("left out");
     let sure = match fit {
         None => RAISED.to_owned(),
+        Some(fit) if fit.at_limit => AT_LIMIT.to_owned(),
         Some(fit) => match fit.std {
             Some(std) => format!("{INTERVAL}{}", interval(fit.fitted, std)),
             None => UNDETERMINED.to_owned(),
@@ -277,7 +297,7 @@ fn without_note_of(name: &str, comment: &str) -> String {
 /// Whether this is what a [`note`] ends with.
 fn ends_note(sure: &str) -> bool {
     let is_interval = sure.starts_with(INTERVAL) && !sure.contains(';');
-    is_interval || sure == UNDETERMINED || sure == RAISED
+    is_interval || [UNDETERMINED, AT_LIMIT, RAISED].contains(&sure)
 }
 
 /// Puts a found effect among the `declared_effects`, in place of one with its id.
@@ -393,6 +413,7 @@ mod tests {
             unit: String::new(),
             freed: false,
             tolerance: None,
+            at_limit: false,
         };
         set_number(&mut document, parameter, value, Some(&fit));
         document.to_string()
@@ -453,6 +474,35 @@ mod tests {
             // What the logs do not determine is as sure as before.
             let left = with_number(&text, "resistance", 1.2, None);
             assert!(left.contains(&format!("# {comment}; was 1.2")), "{left}");
+        }
+    }
+
+    #[test]
+    fn an_estimated_number_is_no_longer_unsure() {
+        for [text, one, none] in [
+            [
+                "[fit]\nparameters = []\nunsure = { inertia = 3.0, viscous = 4.0 } # both\n",
+                "[fit]\nparameters = []\nunsure = { viscous = 4.0 } # both\n",
+                "[fit]\nparameters = []\n",
+            ],
+            [
+                "[fit]\nparameters = []\n\n[fit.unsure] # both\ninertia = 3.0 # light\nviscous = 4.0\n",
+                "[fit]\nparameters = []\n\n[fit.unsure] # both\nviscous = 4.0\n",
+                "[fit]\nparameters = []\n",
+            ],
+            [
+                "[fit]\nunsure.inertia = 3.0\nunsure.viscous = 4.0\nparameters = []\n",
+                "[fit]\nunsure.viscous = 4.0\nparameters = []\n",
+                "[fit]\nparameters = []\n",
+            ],
+        ] {
+            let mut document = document(text);
+            take_for_sure(&mut document, "coulomb");
+            assert_eq!(document.to_string(), text);
+            take_for_sure(&mut document, "inertia");
+            assert_eq!(document.to_string(), one);
+            take_for_sure(&mut document, "viscous");
+            assert_eq!(document.to_string(), none);
         }
     }
 

@@ -52,7 +52,7 @@ impl Numbers {
         check_logs(&log.path, &data, &declared, LEAST_WINDOWS)?;
         with_workbench(machine, logs, |bench| {
             let fit = fit_base(bench)?;
-            let (fit, _) = bench.within_data_sheet(fit)?;
+            let (fit, _) = bench.within_limits(fit)?;
             let model = &fit.model;
             let residual = Residual {
                 position_rms: bench.position_rms(model)?,

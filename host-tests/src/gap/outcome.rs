@@ -89,7 +89,7 @@ pub struct Residual {
     pub position_rms: f64,
     /// What the sensor and the restarts leave to any model.
     pub floor: f64,
-    /// A fitted number that has surely gone where no data sheet would let it.
+    /// A fitted number that has surely gone farther than the machine file lets it be off.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub implausible: Option<&'static str>,
     /// Whether something was found over predictions of one length and not over those of another, so that
@@ -159,6 +159,9 @@ pub struct FittedParameter {
     /// How far the machine file says that it may be off, as a share.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// Whether the fit stopped at the limit of how far the machine file lets it be off: then it is no estimate.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub at_limit: bool,
 }
 
 impl FittedParameter {

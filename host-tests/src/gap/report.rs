@@ -11,14 +11,12 @@ use super::component;
 use super::headline::{Headline, next_sentence};
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
-    ErrorCells, FREED, SELECTION_LEGEND, cost, error_legend, error_rows, is_extended, presumed,
-    resampled_line, rounds, undetermined, whiteness,
+    ErrorCells, FREED, SELECTION_LEGEND, cost, error_legend, error_rows, fitted, is_extended,
+    presumed, resampled_line, rounds, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
-use crate::quantity::{
-    Scale, change, estimate, given, prefixed_estimate, probability, significant,
-};
+use crate::quantity::{Scale, change, given, prefixed_estimate, probability, significant};
 use model_core::gap::verdict::Verdict;
 
 /// The page, HTML. It holds its style and its drawings, and asks for no script, font or other file.
@@ -279,10 +277,7 @@ fn parameters(outcome: &Outcome) -> String {
          deviation</th><th class=\"n\">change</th></tr>\n</thead>\n<tbody>\n",
     );
     for parameter in &outcome.fit {
-        let fitted = match parameter.std {
-            Some(std) => estimate(parameter.fitted, std, &parameter.unit),
-            None => undetermined(parameter),
-        };
+        let fitted = fitted(parameter);
         let _ = writeln!(
             text,
             "<tr><td>{}</td><td class=\"n\">{} {}</td><td class=\"n strong\">{}</td><td \

@@ -21,6 +21,9 @@ const FAR_OFF: f64 = 100.0;
 pub(super) const FREED: &str =
     "not in [fit], and fitted all the same: no effect follows the logs better than this value";
 
+/// What is said of a number whose fit stopped at the limit of what the machine file lets it be off.
+pub(super) const AT_LIMIT: &str = "stopped at its limit";
+
 /// Refused candidates that a round lists even though they were not refitted.
 const RUNNERS_UP: usize = 5;
 
@@ -386,13 +389,14 @@ fn experiment(page: &mut Page, report: &Report) {
     }
 }
 
-/// A fitted number without a deviation.
-pub(super) fn undetermined(parameter: &FittedParameter) -> String {
-    format!(
-        "{} {} (the logs do not determine it)",
-        given(parameter.fitted),
-        parameter.unit
-    )
+/// A fitted number with its deviation, or why it has none.
+pub(super) fn fitted(parameter: &FittedParameter) -> String {
+    let (value, unit) = (parameter.fitted, &parameter.unit);
+    match parameter.std {
+        _ if parameter.at_limit => format!("{} {unit} ({AT_LIMIT})", significant(value, 3)),
+        Some(std) => estimate(value, std, unit),
+        None => format!("{} {unit} (the logs do not determine it)", given(value)),
+    }
 }
 
 fn parameters(page: &mut Page, outcome: &Outcome) {
@@ -401,10 +405,7 @@ fn parameters(page: &mut Page, outcome: &Outcome) {
     }
     page.section("Fitted parameters");
     for parameter in &outcome.fit {
-        let fitted = match parameter.std {
-            Some(std) => estimate(parameter.fitted, std, &parameter.unit),
-            None => undetermined(parameter),
-        };
+        let fitted = fitted(parameter);
         let change = change(parameter.declared, parameter.fitted).unwrap_or_default();
         page.line(
             &format!(

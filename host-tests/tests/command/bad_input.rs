@@ -1264,6 +1264,38 @@ mod machine {
         assert_eq!(read(&text).fit, ["torque_constant", "spring", "upper_stop"]);
     }
 
+    #[test]
+    fn a_factor_by_which_no_fitted_number_can_be_off_is_refused() {
+        let bad = |unsure: &str, words: &[&str]| line_refused(&rotary(), "unsure", unsure, words);
+        for (factors, words) in [
+            // Not in `parameters`, though the machine has such a number.
+            (
+                "resistance = 3.0",
+                &[
+                    "`resistance` of `unsure`",
+                    "not in `parameters`",
+                    "expected `inertia`, `viscous`, `coulomb` or `static`",
+                ][..],
+            ),
+            ("mass = 3.0", &["`mass` of `unsure`", "not in `parameters`"]),
+            (
+                "inertia = 0.9",
+                &["`inertia` of `unsure` is 0.9", "a factor of 1 or more"],
+            ),
+            ("inertia = -3", &["`inertia` of `unsure` is -3.0"]),
+            ("inertia = inf", &["inf is not a number"]),
+            ("inertia = nan", &["NaN is not a number"]),
+            ("inertia = \"3\"", &["a number", "`fit.unsure.inertia`"]),
+        ] {
+            bad(&format!("unsure = {{ {factors} }}"), words);
+        }
+        bad("unsure = 3.0", &["`fit.unsure`", "a section"]);
+        let (text, line) = replace_line(&rotary(), "unsure", "unsure = { inertia = 3.0 }");
+        assert_eq!(read(&text).unsure, [("inertia".to_owned(), 3.0)].into());
+        let (text, _) = replace_line(&text, "parameters", "parameters = []");
+        refused(&text, line, &["`inertia` of `unsure`", "remove it"]);
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -1,5 +1,5 @@
 //! The declared values of what `[fit]` names are guesses: within a factor of three they change no answer,
-//! and far beyond it the answer says so.
+//! and far beyond it the answer says so, unless the machine file says that it may be so far off.
 
 use host_tests::gap::engine;
 use host_tests::gap::outcome::Outcome;
@@ -14,12 +14,25 @@ const SECONDS: f64 = 8.0;
 
 /// What `gap` says of a machine with these effects, declared as another one.
 fn trace(machine: &RigMachine, declared: &RigMachine, effects: &[Effect], seed: u64) -> Outcome {
+    trace_unsure(machine, declared, "{}", effects, seed)
+}
+
+/// The same of a declaration that says by what factors its numbers may be off.
+fn trace_unsure(
+    machine: &RigMachine,
+    declared: &RigMachine,
+    unsure: &str,
+    effects: &[Effect],
+    seed: u64,
+) -> Outcome {
     let recording = Experiment::tracking(machine.clone(), Trajectory::sweep(machine, SECONDS))
         .with_effects(effects)
         .lasting(SECONDS)
         .seeded(seed)
         .run();
-    let machine = Machine::of_bytes(Path::new("machine.toml"), declared.to_toml().into_bytes());
+    let text = declared.to_toml();
+    let text = text.replace("[fit]\n", &format!("[fit]\nunsure = {unsure}\n"));
+    let machine = Machine::of_bytes(Path::new("machine.toml"), text.into_bytes());
     let log = Log::of_bytes(Path::new("log.csv"), recording.to_csv().into_bytes());
     let report = engine::run(
         &machine.unwrap(),
@@ -81,4 +94,44 @@ fn a_number_that_had_to_go_where_no_data_sheet_would_let_it_is_named() {
         matches!(residual.implausible, Some("coulomb" | "static")),
         "{residual:?}"
     );
+}
+
+/// The same machine where the file says that the friction is a guess: then nothing speaks against where the logs have it.
+#[test]
+fn a_number_that_is_unsure_may_go_as_far_as_that() {
+    let machine = RigMachine::rotary_ema();
+    let declared = guessed(&machine, 1.0, 1.0, 0.05);
+    let unsure = "{ coulomb = 3.0, static = 3.0 }";
+    let outcome = trace_unsure(&machine, &declared, unsure, &[], 5109);
+    assert_eq!(outcome.verdict, Verdict::NoMissingEffect);
+    let mut fit = outcome.fit.iter();
+    let coulomb = fit.find(|number| number.name == "coulomb").unwrap();
+    let off = (coulomb.fitted - machine.coulomb).abs();
+    assert!(off < 4.0 * coulomb.std.unwrap(), "{coulomb:?}");
+    assert!(!coulomb.at_limit);
+    // And one that is sure may not go where one of which nothing is said may.
+    let declared = guessed(&machine, 0.4, 1.0, 1.0);
+    let outcome = trace(&machine, &declared, &[], 5109);
+    assert_eq!(outcome.verdict, Verdict::NoMissingEffect);
+    let outcome = trace_unsure(&machine, &declared, "{ inertia = 1.1 }", &[], 5109);
+    assert_eq!(outcome.verdict, Verdict::NothingProven);
+    assert_eq!(outcome.residual.unwrap().implausible, Some("inertia"));
+}
+
+/// A viscous friction that is none, declared as one that no log of such a machine shows: the fit stops where the file lets it
+/// be, for the logs are followed as well there, and that is no estimate of it.
+#[test]
+fn a_number_that_stopped_at_its_limit_is_said_to_have() {
+    let mut machine = RigMachine::rotary_ema();
+    let declared = guessed(&machine, 1.0, 1e-3, 1.0);
+    machine.viscous = 0.0;
+    let outcome = trace(&machine, &declared, &[], 5109);
+    assert_eq!(outcome.verdict, Verdict::NoMissingEffect);
+    for number in &outcome.fit {
+        assert_eq!(number.at_limit, number.name == "viscous", "{number:?}");
+    }
+    let viscous = outcome.fit.iter().find(|number| number.at_limit).unwrap();
+    let ratio = viscous.fitted / declared.viscous;
+    let off = [8.0, 1.0 / 8.0].map(|limit| (ratio / limit - 1.0).abs());
+    assert!(off.iter().any(|off| *off < 1e-5), "{viscous:?}");
 }

@@ -101,6 +101,7 @@ pub fn fitted(
         unit: unit.into(),
         freed: false,
         tolerance: None,
+        at_limit: false,
     }
 }
 
@@ -285,6 +286,12 @@ pub fn variants() -> Vec<(&'static str, Report)> {
     nothing_proven.outcome.verdict = Verdict::NothingProven;
     nothing_proven.outcome.unknown = None;
     variants.push(("nothing proven", nothing_proven.clone()));
+
+    let mut at_limit = nothing_proven.clone();
+    let mut numbers = at_limit.outcome.fit.iter_mut();
+    let viscous = numbers.find(|number| number.name == "viscous").unwrap();
+    (viscous.at_limit, viscous.std) = (true, Some(1.1));
+    variants.push(("at limit", at_limit));
 
     let residual = nothing_proven.outcome.residual.as_mut().unwrap();
     residual.implausible = Some("viscous");

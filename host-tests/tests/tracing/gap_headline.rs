@@ -324,10 +324,19 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
         (
             "implausible",
             &[
-                "`viscous` had to go where no data sheet would let it",
+                "`viscous` had to go farther than the machine file lets it be off",
                 "Next: if what the machine file says of viscous (",
                 ") is a guess, put ",
-                "at which the fit stopped, and run it again",
+                "which the logs ask for, and run it again",
+            ],
+        ),
+        (
+            "at limit",
+            &[
+                "The fit stopped at the limit of viscous (at ",
+                "): that is no estimate.",
+                "Next: if what the machine file says of viscous (",
+                ") is a guess, give viscous a larger factor in `unsure` of [fit]",
             ],
         ),
         (

@@ -161,9 +161,13 @@ fn the_verdicts_are_told_apart() {
         (
             "implausible",
             vec![
-                "slide: nothing is proven: to follow the logs, `viscous` had to go where no data sheet \
-                 would let it",
+                "slide: nothing is proven: to follow the logs, `viscous` had to go farther than the machine file \
+                 lets it be off",
             ],
+        ),
+        (
+            "at limit",
+            vec!["viscous 203.5 → 204 N·s/m (stopped at its limit) +0.4 %"],
         ),
         (
             "does not hold",
@@ -192,6 +196,17 @@ fn the_verdicts_are_told_apart() {
         .find(|(n, _)| *n == "no current")
         .unwrap();
     assert!(!verbose(&report).contains("current rms"));
+}
+
+#[test]
+fn the_page_says_which_number_stopped_at_its_limit() {
+    let (_, report) = variants()
+        .into_iter()
+        .find(|(n, _)| *n == "at limit")
+        .unwrap();
+    let page = page(&report);
+    assert!(page.contains("204 N·s/m (stopped at its limit)"));
+    assert!(page.contains("The fit stopped at the limit of viscous"));
 }
 
 #[test]

@@ -35,9 +35,12 @@ pub const LEAST_OFF: f32 = 0.02;
 /// is taken to be biased by what the model lacks.
 pub const BIASED: f32 = 2.0;
 
-/// Multiple of a declared number, or part of it, that no data sheet and no wear allow: three standard
-/// deviations of a guess, if a factor of two is one.
-pub const FARTHEST: f32 = 8.0;
+/// By what factor a number that is fitted may be off where nobody says so, a standard deviation of its logarithm.
+pub const UNSURE: f32 = 2.0;
+
+/// Multiple of a declared number, or part of it, that no fit is left beyond, however unsure the number is: just within the
+/// fifty that a fit is bounded to, so that a number which stops there is not taken for found.
+pub const FARTHEST: f32 = 45.0;
 
 // What a sensor leaves of any model.
 

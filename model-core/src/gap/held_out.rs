@@ -43,7 +43,7 @@ pub enum Refusal {
     NotNeeded,
     /// The fitted strength is within three standard deviations of zero.
     Uncertain,
-    /// A fitted number has gone with it where no data sheet would let it.
+    /// A fitted number has gone beyond its limits with it.
     Implausible,
     /// Over shorter or longer predictions the model is clearly worse with it.
     WorseElsewhere,

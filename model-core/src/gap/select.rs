@@ -122,7 +122,7 @@ pub(super) fn conclude(
 /// What the final model leaves.
 struct End {
     residual: Residual,
-    /// A number that is where no data sheet would let it be.
+    /// A number that the log has beyond its limits.
     farthest: Option<Base>,
 }
 
@@ -133,11 +133,11 @@ impl End {
     }
 }
 
-/// Puts the numbers of the final model where a data sheet would let them be, as far as the log does, and says what
+/// Puts the numbers of the final model within their limits, as far as the log lets them be there, and says what
 /// it leaves.
 #[inline(never)]
 fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option<End> {
-    let (after, farthest) = workbench.within_data_sheet(found.after.clone())?;
+    let (after, farthest) = workbench.within_limits(found.after.clone())?;
     found.after = after;
     let model = &found.after.model;
     let residual = Residual {

@@ -29,7 +29,7 @@ pub(super) fn stands(
         if !is_map && !found.is_more(workbench) {
             return Some(true);
         }
-        let (after, farthest) = workbench.within_data_sheet(found.after.clone())?;
+        let (after, farthest) = workbench.within_limits(found.after.clone())?;
         found.after = after;
         let uncertain = found.uncertain(workbench)?;
         let refusal = if uncertain.is_some() {

@@ -159,7 +159,7 @@ impl Residual {
 pub struct Trace {
     /// What is left.
     pub residual: Residual,
-    /// A fitted number that the log has where no data sheet would let it be.
+    /// A fitted number that the log has beyond its limits.
     pub farthest: Option<Base>,
     /// The base fit.
     pub before: Fit,

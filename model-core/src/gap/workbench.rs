@@ -2,7 +2,7 @@
 //! count of what was simulated.
 
 use super::covariance::Information;
-use super::criterion::{BLOCK, FLOOR_STROKE, GOOD_SENSOR};
+use super::criterion::{BLOCK, FARTHEST, FLOOR_STROKE, GOOD_SENSOR, UNSURE};
 use super::current_sensor::Readings;
 use super::fit::{self, Target, Variables};
 use super::held_out::windows_per_block;
@@ -14,6 +14,7 @@ use super::screen::{self, Candidate, Screening};
 use crate::effect::Scope;
 use crate::effect::learned_map::Ranges;
 use crate::plant::parameters::Drive;
+use crate::unit::Dimension;
 
 mod cross_validation;
 mod fits;
@@ -40,6 +41,8 @@ const LONG: usize = 10;
 pub struct Options<'a> {
     /// Parameters of the declared actuator that may be re-estimated.
     pub base: &'a [Base],
+    /// By what factor declared numbers may be off, a standard deviation of their logarithm; [`UNSURE`] of all others.
+    pub unsure: &'a [(Base, f32)],
     /// Sizes to scale by.
     pub scope: Scope,
     /// Ranges to lay learned maps over.
@@ -59,11 +62,22 @@ impl<'a> Options<'a> {
         let (scope, ranges) = scope(data, model, rotary)?;
         Some(Self {
             base,
+            unsure: &[],
             scope,
             ranges,
             screen_window: samples(SCREEN_WINDOW, scope.period, LEAST_SCREENED),
             block: samples(BLOCK, scope.period, 1),
         })
+    }
+
+    /// The least and the largest value that a fit may leave a number at, three standard deviations either way; `None` of one
+    /// that is declared as none, or that says where something is.
+    pub fn limits(&self, number: Base, declared: f32) -> Option<[f32; 2]> {
+        let stated = self.unsure.iter().find(|(own, _)| *own == number);
+        let factor = stated.map_or(UNSURE, |&(_, factor)| factor);
+        let farthest = (factor * factor * factor).min(FARTHEST);
+        let is_limited = declared > 0.0 && number.dimension() != Dimension::Position;
+        is_limited.then_some([declared / farthest, farthest * declared])
     }
 }
 

@@ -68,7 +68,9 @@ impl Allowed {
     fn number(machine: &Machine, name: &str) -> Self {
         let declared = machine.parameter(name).unwrap_or(0.0);
         if machine.fits(name) {
-            Self::within(declared, FITTED_FACTOR, FITTED_DEVIATION)
+            let stated = machine.unsure.get(name).copied().unwrap_or(1.0);
+            let deviation = FITTED_DEVIATION.max(stated.ln());
+            Self::within(declared, FITTED_FACTOR.max(stated), deviation)
         } else {
             Self::within(declared, STATED_FACTOR, STATED_DEVIATION)
         }

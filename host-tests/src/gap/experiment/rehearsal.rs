@@ -155,7 +155,10 @@ fn traced(bench: &Bench, logs: &[CoreLog]) -> Option<Trace> {
     let resolution = workbench.data.settings.resolution;
     let data = Data::new(logs, resolution)?;
     let declared = workbench.declared;
-    let options = Options::new(&data, declared, &workbench.base, known.scope.rotary)?;
+    let options = Options {
+        unsure: known.unsure,
+        ..Options::new(&data, declared, &workbench.base, known.scope.rotary)?
+    };
     lengths::trace(&data, &AllCores, declared, &options, |_| ())
 }
 

@@ -54,6 +54,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
                 false => (None, experiment),
             };
             steps.extend(found);
+            steps.extend(guessed(outcome));
             if !fails {
                 steps.extend(declare(outcome, is_final));
             }
@@ -71,6 +72,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             let mut steps = vec![said(&format!(
                 "see the learned law with --report DIR; {hint}"
             ))];
+            steps.extend(guessed(outcome));
             steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             steps.extend(declare(outcome, true));
@@ -199,21 +201,30 @@ fn mounted(outcome: &Outcome) -> Option<Step> {
     })
 }
 
-/// The number that had to go far from what the machine file says, which may be a guess: the friction of a gear that no data
-/// sheet gives. A fit goes no further than eight times it, so that what comes out is no estimate.
+/// What to do about a number that is farther from what the machine file says than that lets it be: it may be a guess, as the
+/// friction of a gear that no data sheet gives.
 fn guessed(outcome: &Outcome) -> Option<Step> {
-    let implausible = outcome.residual.as_ref()?.implausible?;
-    let number = outcome
-        .fit
-        .iter()
-        .find(|number| number.name == implausible)?;
+    let implausible = outcome.residual.as_ref().and_then(|it| it.implausible);
+    let mut numbers = outcome.fit.iter();
+    let number = match implausible {
+        Some(name) => numbers.find(|number| number.name == name)?,
+        None => numbers.find(|number| number.at_limit)?,
+    };
+    let (name, unit) = (&number.name, &number.unit);
+    let instead = match implausible {
+        // It was fitted without a limit, to see where the logs have it.
+        Some(_) => format!(
+            "put {} {unit} there, which the logs ask for",
+            significant(number.fitted, 2)
+        ),
+        None => {
+            format!("give {name} a larger factor in `unsure` of [fit] (without one it is 2)")
+        }
+    };
     Some(said(&format!(
-        "if what the machine file says of {} ({} {unit}) is a guess, put {} {unit} there, at which the fit stopped, and run it \
-         again",
-        implausible.replace('_', " "),
+        "if what the machine file says of {} ({} {unit}) is a guess, {instead}, and run it again",
+        name.replace('_', " "),
         significant(number.declared, 2),
-        significant(number.fitted, 2),
-        unit = number.unit
     )))
 }
 

@@ -1,13 +1,12 @@
 //! Fits of a model to all of the log, and which numbers they move.
 
 use super::Workbench;
-use crate::gap::criterion::{FARTHEST, LARGEST_RATIO};
+use crate::gap::criterion::LARGEST_RATIO;
 use crate::gap::fit::{self, Effort, Fit, Target};
 use crate::gap::model::{Base, Model, Numbers};
 use crate::gap::replay::{self, Fold, Schedule};
 use crate::numeric::random::Random;
 use crate::plant::parameters::Drive;
-use crate::unit::Dimension;
 
 /// Effort of a fit that is kept.
 pub(super) const FULL: Effort = Effort {
@@ -130,18 +129,18 @@ impl<S: Schedule> Workbench<'_, S> {
         beside
     }
 
-    /// A fit with every number where a data sheet would let it be, if the log is followed as well so, else the fit
-    /// as it is, with a number that the log has elsewhere.
+    /// A fit with every number within its [`limits`](super::Options::limits), if the log is followed as well so, else the
+    /// fit as it is, with a number that the log has elsewhere.
     ///
     /// A log that does not tell viscous friction from an effect leaves the number anywhere, at zero too.
     #[inline(never)]
-    pub fn within_data_sheet(&mut self, fit: Fit) -> Option<(Fit, Option<Base>)> {
-        let declared = self.declared;
+    pub fn within_limits(&mut self, fit: Fit) -> Option<(Fit, Option<Base>)> {
+        let (declared, options) = (self.declared, self.options);
         let limit = |model: &Model, number: Base| {
-            let (declared, fitted) = (declared.get(number), model.get(number));
-            let limit = fitted.max(declared / FARTHEST).min(FARTHEST * declared);
-            let is_checked = declared > 0.0 && number.dimension() != Dimension::Position;
-            (is_checked && limit != fitted).then_some(limit)
+            let [least, largest] = options.limits(number, declared.get(number))?;
+            let fitted = model.get(number);
+            let limit = fitted.max(least).min(largest);
+            (limit != fitted).then_some(limit)
         };
         let base = self.base.clone();
         let beyond = |model: &Model| {
