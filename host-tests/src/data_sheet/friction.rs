@@ -131,11 +131,46 @@ pub(super) fn of(
         }
         (None, None) => split(whole, speed, idle),
     };
+    let (coulomb, viscous) = match unsure_of_gear(point, resistance.value) {
+        Some(factor) => {
+            let is_told = sheet.viscous.is_some();
+            let viscous = if is_told {
+                viscous
+            } else {
+                without_gear(viscous, factor)
+            };
+            (without_gear(coulomb, factor), viscous)
+        }
+        None => (coulomb, viscous),
+    };
     Ok(Friction {
         breakaway: breakaway(point, &coulomb, lossy)?,
         viscous,
         coulomb,
     })
+}
+
+/// By what factor the friction behind a gear may be more than that of the no-load current, where this is a bare motor's.
+fn unsure_of_gear(point: &Point, resistance: f64) -> Option<f64> {
+    let sheet = point.sheet;
+    let is_without = sheet.gear.is_there && !sheet.gear.values_behind;
+    if !is_without || sheet.friction_torque.is_some() {
+        return None;
+    }
+    let idle = sheet.no_load_current.as_ref()?;
+    let stall = agreement::stall_current(point, resistance);
+    let factor = stall.map(|stall| rules::GEARMOTORS_NO_LOAD_SHARE * stall / idle.value);
+    Some(factor.unwrap_or(0.0).max(rules::FRICTION_FACTOR))
+}
+
+/// A friction of the bare motor for that behind the gear.
+fn without_gear(friction: Number, factor: f64) -> Number {
+    let why = format!(
+        "{}; without the gear's own friction: --friction-torque in its place gives both, or --values-of gearmotor with the \
+         gearmotor's numbers",
+        friction.why
+    );
+    Number::new(friction.value, why, Sure::Guess(factor))
 }
 
 /// What has to be overcome before it moves.

@@ -1,5 +1,7 @@
 //! Writes the machine file.
 
+use model_core::gap::criterion;
+
 use super::command::Args;
 use super::derive::{Derived, Number, Sure, significant};
 use super::measure::Measure;
@@ -99,6 +101,27 @@ fn fit(file: &mut File, sheet: &Sheet, derived: &Derived) {
         free.push("spring_preload");
     }
     file.lines.push(format!("parameters = {free:?}"));
+    let friction = &derived.friction;
+    let guessed: Vec<String> = [
+        ("inertia", &derived.inertia),
+        ("viscous", &friction.viscous),
+        ("coulomb", &friction.coulomb),
+        ("static", &friction.breakaway),
+    ]
+    .into_iter()
+    .filter_map(|(name, number)| match number.sure {
+        // What is surer is fitted within the limits of any number.
+        Sure::Guess(factor) if factor > f64::from(criterion::UNSURE) => {
+            Some(format!("{name} = {factor:.1}"))
+        }
+        _ => None,
+    })
+    .collect();
+    if !guessed.is_empty() {
+        file.comment("By what factor the guesses may be off; a fit goes no further than its cube.");
+        file.lines
+            .push(format!("unsure = {{ {} }}", guessed.join(", ")));
+    }
     match &derived.share {
         Some(share) if share.value > 0.0 => {
             file.comment(&format!(
