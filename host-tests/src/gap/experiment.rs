@@ -254,7 +254,9 @@ impl NextExperiment {
             let ids: Vec<String> = self.absorbed.iter().map(|one| one.id.clone()).collect();
             return format!("whether {} acts unseen", any_of(&ids));
         }
+        // Those among the equivalent ones that no experiment settles are no part of its question.
         let rivals = self.equivalent.iter().chain(&self.near);
+        let rivals = rivals.filter(|rival| self.candidates.contains(rival));
         let mut rivals: Vec<String> = rivals.map(|rival| self.in_words(rival)).collect();
         if rivals.is_empty() {
             rivals.push("fitted numbers that are off".to_owned());

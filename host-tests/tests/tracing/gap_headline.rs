@@ -222,6 +222,23 @@ fn what_else_it_could_be_is_said_in_the_words_of_the_coordinate() {
     }
 }
 
+/// No input brings back what acted once.
+#[test]
+fn a_load_that_acted_once_is_settled_by_the_same_motion_again() {
+    let mut report = example();
+    let advice = "record the same motion again and give it with another --train";
+    let says = |report: &Report| {
+        let mut steps = Headline::of(report).next.into_iter();
+        steps.any(|step| matches!(step, Step::Do(words) if words.contains(advice)))
+    };
+    assert!(!says(&report));
+    report.outcome.effects[0].equivalent = vec!["external_load".into()];
+    assert!(says(&report));
+    report.outcome.effects[0].equivalent.clear();
+    report.outcome.effects[0].id = "external_load".into();
+    assert!(says(&report));
+}
+
 /// Whatever else there is to say, up to three effects keep their sizes.
 #[test]
 fn the_sizes_of_what_was_found_find_room() {

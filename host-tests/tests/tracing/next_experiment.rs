@@ -545,6 +545,23 @@ fn turns_that_tell_are_followed_by_nothing() {
     }
 }
 
+/// A load that came and went is in the logs that are there, and no input brings it back.
+#[test]
+fn nothing_is_proposed_for_a_load_that_acted_once() {
+    let machine = with_stops(RigMachine::force_slide());
+    let bench = Bench::new(&machine, EffectKind::ExternalLoad);
+    for first in [slow_triangle(&machine), single_pass(&machine)] {
+        let log = bench.log("first.csv", &bench.record(first, 6651));
+        let (outcome, next) = bench.next(&log);
+        let named = outcome.effects.first().map(|effect| &*effect.id);
+        let candidates = next.map_or(Vec::new(), |next| next.candidates);
+        assert!(
+            !candidates.iter().any(|it| it == "external_load"),
+            "{named:?}: {candidates:?}"
+        );
+    }
+}
+
 /// A sweep tells a spring from everything else, and where nothing is missing there is no doubt.
 #[test]
 fn a_log_that_tells_is_followed_by_nothing() {

@@ -99,10 +99,25 @@ pub(super) fn doubt(trace: &Trace, looks: &[Consideration]) -> Option<Doubt> {
     if trace.accepted.is_empty() {
         return doubt_of_nothing(looks);
     }
-    let doubts = (0..trace.accepted.len()).map(|place| doubt_of_effect(trace, looks, place));
-    doubts
-        .into_iter()
-        .find(|doubt| doubt.nothing || !doubt.equivalent.is_empty() || !doubt.effects.is_empty())
+    let to_come = (0..trace.accepted.len())
+        .filter(|&place| !is_past(Subject::Effect(trace.accepted[place].candidate.effect.id)));
+    let doubts = to_come.map(|place| doubt_of_effect(trace, looks, place));
+    let may_be = |id: &Id| !is_past(Subject::Effect(*id));
+    doubts.into_iter().find(|doubt| {
+        doubt.nothing || doubt.equivalent.iter().any(may_be) || !doubt.effects.is_empty()
+    })
+}
+
+/// Whether it acted at a time of these logs, and so in no other one: no input settles anything about it.
+fn is_past(subject: Subject) -> bool {
+    match subject {
+        Subject::Effect(id) => {
+            let values = [0.0; MOST_PARAMETERS];
+            Active { id, values }.law().span().is_some()
+        }
+        Subject::Map(kind) => kind == Kind::TimeTorque,
+        Subject::Numbers | Subject::Sensor => false,
+    }
 }
 
 fn doubt_of_effect(trace: &Trace, looks: &[Consideration], place: usize) -> Doubt {
@@ -124,7 +139,8 @@ fn doubt_of_effect(trace: &Trace, looks: &[Consideration], place: usize) -> Doub
         return doubt;
     };
     let others = || {
-        looks.iter().filter_map(|look| match look.subject {
+        let to_come = looks.iter().filter(|look| !is_past(look.subject));
+        to_come.filter_map(|look| match look.subject {
             Subject::Effect(id)
                 if look.round == taken.round && id != own && !trace.after.model.has(id) =>
             {
@@ -164,7 +180,8 @@ fn doubt_of_effect(trace: &Trace, looks: &[Consideration], place: usize) -> Doub
 /// What the last round did not look at, for the fitted parameters do what it does.
 fn doubt_of_nothing(looks: &[Consideration]) -> Option<Doubt> {
     let last = looks.iter().map(|look| look.round).max()?;
-    let absorbed = looks.iter().filter_map(|look| match look.subject {
+    let to_come = looks.iter().filter(|look| !is_past(look.subject));
+    let absorbed = to_come.filter_map(|look| match look.subject {
         Subject::Effect(id) if look.round == last && look.decision == Decision::Absorbed => {
             Some(id)
         }
@@ -178,13 +195,18 @@ fn doubt_of_nothing(looks: &[Consideration]) -> Option<Doubt> {
 }
 
 fn doubt_of_map(kind: Kind, looks: &[Consideration]) -> Option<Doubt> {
+    if is_past(Subject::Map(kind)) {
+        return None;
+    }
     let ratio = |look: &Consideration| look.held_out.map(|held_out| held_out.ratio);
     let own = looks
         .iter()
         .find(|look| look.subject == Subject::Map(kind))
         .and_then(ratio)?;
     let mut doubt = Doubt::default();
-    let near = |look: &&Consideration| ratio(look).is_some_and(|other| other <= TOLD_APART * own);
+    let near = |look: &&Consideration| {
+        !is_past(look.subject) && ratio(look).is_some_and(|other| other <= TOLD_APART * own)
+    };
     for look in looks.iter().filter(near) {
         match look.subject {
             Subject::Map(other) if other != kind => doubt.maps.push(other),
@@ -228,7 +250,9 @@ pub(super) fn fitted(
     let screening = workbench.screen(&without, |_| ())?;
     for candidate in &screening.candidates {
         let id = candidate.effect.id;
-        let reason = if doubt.equivalent.contains(&id) {
+        let reason = if is_past(Subject::Effect(id)) {
+            continue;
+        } else if doubt.equivalent.contains(&id) {
             Reason::Equivalent
         } else if doubt.effects.contains(&id) {
             Reason::Near

@@ -1,12 +1,13 @@
 //! What to do next: the line to declare, the log to record, the experiment to play, the call to run.
 
+use model_core::effect::Id;
 use model_core::gap::verdict::Verdict;
 
 use super::gain::fails;
 use super::nearest;
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
-use crate::gap::outcome::{FreeMotor, MOTOR, NUMBERS, Outcome, Report};
+use crate::gap::outcome::{FoundEffect, FreeMotor, MOTOR, NUMBERS, Outcome, Report};
 use crate::quantity::{Scale, given, significant};
 
 /// Most remedies that the answer shows, so that it keeps to its lines.
@@ -48,6 +49,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             }
             let next = outcome.next_experiment.as_ref();
             let experiment = experiment(next, unit);
+            steps.extend(repeated(outcome));
             // An input that settles what the logs do not tell apart comes before what is kept.
             let (found, offered) = match next.is_some_and(|next| next.excitation.is_some()) {
                 true => (experiment, None),
@@ -157,6 +159,19 @@ fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
         "play {file} in open loop from rest at {start} ({seconds}), and give its log with another --train: \
          it {may} {doubt}",
     )))
+}
+
+/// What settles whether a load acted while the logs were recorded, which no input does.
+fn repeated(outcome: &Outcome) -> Option<Step> {
+    let load = Id::ExternalLoad.description().id;
+    let mut effects = outcome.effects.iter();
+    let may_be =
+        |effect: &FoundEffect| effect.id == load || effect.equivalent.iter().any(|id| id == load);
+    effects.any(may_be).then(|| {
+        said(
+            "record the same motion again and give it with another --train: a load that acted once is not in that log",
+        )
+    })
 }
 
 /// To free the motor's numbers, where an effect or an error that is left may stand for one of them that is off: with one
