@@ -125,6 +125,17 @@ pub struct DeclaredEffect {
     pub line: usize,
 }
 
+impl DeclaredEffect {
+    /// Its entry of `declared_effects`.
+    pub(crate) fn to_toml(&self) -> String {
+        let parameters = self.parameters.iter();
+        let parameters: String = parameters
+            .map(|(name, value)| format!(", {name} = {value:?}"))
+            .collect();
+        format!("{{ id = \"{}\"{parameters} }}", self.id)
+    }
+}
+
 /// One number of `[motor]`, `[mechanics]` or `[friction]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {

@@ -360,6 +360,7 @@ pub fn trace(
         coordinate: machine.coordinate.unit().to_owned(),
         load_unit: machine.coordinate.load_unit().to_owned(),
         demand,
+        declared: machine.declared_effects.clone(),
         free_motor: free_motor(machine, train),
         without_inductance: machine
             .motor

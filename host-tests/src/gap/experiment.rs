@@ -333,7 +333,7 @@ impl Quantity {
 }
 
 /// `a`, `a or b`, `a, b or c`
-fn any_of(names: &[String]) -> String {
+pub(super) fn any_of(names: &[String]) -> String {
     match names {
         [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
         _ => names.concat(),

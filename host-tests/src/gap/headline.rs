@@ -16,6 +16,7 @@ pub use self::next::Step;
 pub(super) use self::next::sentence as next_sentence;
 use super::answer::listed;
 use super::effect_words::{Workshop, sentence};
+use super::experiment::any_of;
 use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect, Outcome, Report};
 use crate::data_sheet::WITHIN;
 use crate::quantity::{Scale, change, probability, significant};
@@ -76,12 +77,28 @@ impl Headline {
 }
 
 fn finding(outcome: &Outcome) -> String {
-    let ids: Vec<&str> = outcome.effects.iter().map(|e| e.id.as_str()).collect();
-    let known = match ids.len() {
-        0 => String::new(),
-        1 => format!("one effect was missing, {}.", ids[0]),
-        count if count <= NAMED => format!("{count} effects were missing, {}.", listed(&ids)),
-        count => format!("{count} effects were missing."),
+    let known = match outcome.effects.as_slice() {
+        [] => String::new(),
+        [one] if one.equivalent.is_empty() => format!("one effect was missing, {}.", one.id),
+        [one] => {
+            let all = [vec![one.id.clone()], equivalent(one)].concat();
+            format!(
+                "one effect was missing, either {}: the logs cannot tell them apart.",
+                any_of(&all)
+            )
+        }
+        several if several.len() <= NAMED => {
+            let each = several.iter().map(|effect| match effect.equivalent.len() {
+                0 => effect.id.clone(),
+                _ => {
+                    let others = any_of(&equivalent(effect));
+                    format!("{} (or {others}: the logs cannot tell)", effect.id)
+                }
+            });
+            let each: Vec<String> = each.collect();
+            format!("{} effects were missing, {}.", several.len(), listed(&each))
+        }
+        several => format!("{} effects were missing.", several.len()),
     };
     let off = off(outcome);
     let next = outcome.next_experiment.as_ref();
@@ -125,6 +142,28 @@ fn finding(outcome: &Outcome) -> String {
             });
             format!("{known}{subject} that the catalogue does not name{variable}.")
         }
+    }
+}
+
+/// Whether the first sentence names all that the logs cannot tell from an effect.
+fn is_in_finding(outcome: &Outcome, effect: &FoundEffect) -> bool {
+    outcome.effects.len() <= NAMED && effect.equivalent.len() <= LISTED
+}
+
+/// Whether something is in doubt, and the first sentence says all of it.
+fn is_doubt_in_finding(outcome: &Outcome) -> bool {
+    let effects = &outcome.effects;
+    let next = outcome.next_experiment.as_ref();
+    effects.iter().any(|effect| !effect.equivalent.is_empty())
+        && effects.iter().all(|effect| is_in_finding(outcome, effect))
+        && next.is_none_or(|next| next.rivals().is_empty())
+}
+
+/// What the logs cannot tell from an effect; of many their number.
+fn equivalent(effect: &FoundEffect) -> Vec<String> {
+    match effect.equivalent.len() {
+        count if count > LISTED => vec![format!("one of {count} others")],
+        _ => effect.equivalent.clone(),
     }
 }
 
@@ -282,6 +321,17 @@ fn current_sensor(report: &Report) -> Option<(String, String)> {
     })
 }
 
+/// What the machine file declares and no fit changes.
+fn presumed(report: &Report) -> Option<String> {
+    let declared: Vec<&str> = report.declared.iter().map(|effect| &*effect.id).collect();
+    (!declared.is_empty()).then(|| {
+        format!(
+            "Presumed as declared, and not fitted: {}; what is not in `declared_effects` is looked for.",
+            listed(&declared)
+        )
+    })
+}
+
 /// How sure it is, and what else it could be.
 fn certainty(report: &Report) -> String {
     let outcome = &report.outcome;
@@ -297,13 +347,15 @@ fn certainty(report: &Report) -> String {
             let doubt = next
                 .map(|next| next.doubt())
                 .filter(|doubt| !doubt.is_empty());
-            let mut sentences = vec![best_refused(outcome)];
+            let mut sentences = Vec::from_iter(presumed(report));
+            sentences.push(best_refused(outcome));
             sentences.extend(doubt);
             sentences.join(" ")
         }
         Verdict::EffectsFound | Verdict::UnknownEffect => {
             let late = delay(outcome).map(|time| ("the motion", time));
-            let mut sentences = Vec::from_iter(late.and_then(|late| inductance(report, late)));
+            let mut sentences = Vec::from_iter(presumed(report));
+            sentences.extend(late.and_then(|late| inductance(report, late)));
             sentences.extend(chance(&outcome.effects));
             sentences.extend(alternatives(outcome, &report.coordinate));
             if outcome.verdict == Verdict::UnknownEffect {
@@ -380,7 +432,12 @@ fn alternatives(outcome: &Outcome, coordinate: &str) -> Option<String> {
     let mut sentences: Vec<String> = outcome
         .effects
         .iter()
-        .filter(|effect| !effect.equivalent.is_empty())
+        // One is said in words too.
+        .filter(|effect| match effect.equivalent.len() {
+            0 => false,
+            1 => true,
+            _ => !is_in_finding(outcome, effect),
+        })
         .map(|effect| {
             // One can be said in words too; of several the names are enough.
             let others = match effect.equivalent.as_slice() {

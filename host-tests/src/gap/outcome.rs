@@ -9,6 +9,7 @@ use super::disagreement::Disagreement;
 use super::experiment::NextExperiment;
 use crate::log::Log;
 use crate::log::resample::Resampling;
+use crate::machine::DeclaredEffect;
 
 /// The answer, serialised as it stands. Keys beyond the contract are additions.
 #[derive(Debug, Clone, Serialize)]
@@ -410,6 +411,8 @@ pub struct Report {
     pub load_unit: String,
     /// What the training logs ask of the machine.
     pub demand: Demand,
+    /// The effects that the machine file declares.
+    pub declared: Vec<DeclaredEffect>,
     /// Those of the motor's numbers that `[fit]` leaves out, where the training logs could tell them.
     pub free_motor: Option<FreeMotor>,
     /// Resistance of a motor for which the machine file has no inductance, Ω.

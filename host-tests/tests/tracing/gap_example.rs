@@ -240,6 +240,7 @@ pub fn example() -> Report {
             speed: 0.1,
             ..Demand::default()
         },
+        declared: Vec::new(),
         free_motor: None,
         without_inductance: None,
         train: vec![slide("train.csv", 12_000)],

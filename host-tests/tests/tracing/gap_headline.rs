@@ -10,6 +10,7 @@ use host_tests::gap::outcome::{FoundEffect, FreeMotor, Report, Resampled};
 use host_tests::gap::report;
 use host_tests::gap::table::{Detail, WIDTH, render};
 use host_tests::log::resample::Resampling;
+use host_tests::machine::DeclaredEffect;
 use model_core::effect::Id;
 use model_core::gap::verdict::Verdict;
 
@@ -222,6 +223,65 @@ fn what_else_it_could_be_is_said_in_the_words_of_the_coordinate() {
     }
 }
 
+/// What is named is one of those that the logs cannot tell apart, and the first sentence says so.
+#[test]
+fn the_first_sentence_says_what_the_effect_may_be_instead() {
+    let mut report = example();
+    report.outcome.effects.truncate(1);
+    let ids: Vec<String> = Id::ALL
+        .iter()
+        .map(|id| id.description().id.to_owned())
+        .collect();
+    for (equivalent, said) in [
+        (&[][..], "one effect was missing, asymmetric_viscous."),
+        (
+            &ids[..1],
+            "one effect was missing, either asymmetric_viscous or offset_torque: the logs cannot tell them apart.",
+        ),
+        (
+            &ids[..],
+            "one effect was missing, either asymmetric_viscous or one of 23 others: the logs cannot tell them apart.",
+        ),
+    ] {
+        report.outcome.effects[0].equivalent = equivalent.to_vec();
+        let finding = Headline::of(&report).finding;
+        assert_eq!(finding, said.replace("offset_torque", &ids[0]));
+    }
+}
+
+/// A file with a list of effects takes the line as it is printed in place of its own.
+#[test]
+fn the_line_that_declares_an_effect_keeps_what_is_declared() {
+    let mut report = example();
+    report.outcome.effects.truncate(1);
+    report.declared = vec![DeclaredEffect {
+        id: "load_dependent_friction".into(),
+        parameters: [("share".to_owned(), 0.3)].into(),
+        line: 1,
+    }];
+    let headline = Headline::of(&report);
+    let line = headline.next.iter().find_map(|step| match step {
+        Step::Copy(line) => Some(line.as_str()),
+        Step::Do(_) => None,
+    });
+    let line: toml::Table = line.unwrap().parse().unwrap();
+    let effects = line["declared_effects"].as_array().unwrap();
+    let ids: Vec<_> = effects
+        .iter()
+        .map(|effect| effect["id"].as_str().unwrap())
+        .collect();
+    assert_eq!(ids, ["load_dependent_friction", "asymmetric_viscous"]);
+    assert_eq!(effects[0]["share"].as_float(), Some(0.3));
+    // What no fit changes is said to be presumed.
+    let presumed = "Presumed as declared, and not fitted: load_dependent_friction;";
+    assert!(
+        headline.certainty.contains(presumed),
+        "{}",
+        headline.certainty
+    );
+    assert!(!Headline::of(&example()).certainty.contains("Presumed"));
+}
+
 /// No input brings back what acted once.
 #[test]
 fn a_load_that_acted_once_is_settled_by_the_same_motion_again() {
@@ -267,7 +327,8 @@ fn the_sizes_of_what_was_found_find_room() {
 fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
     let text = words(&example());
     for part in [
-        "slide: 2 effects were missing, asymmetric_viscous and sensor_delay.",
+        "slide: 2 effects were missing, asymmetric_viscous (or offset_torque or spring: the logs cannot tell) and \
+         sensor_delay.",
         // 0.1 m/s of 167.21 and 241.52 N·s/m.
         "asymmetric_viscous: Friction that grows with speed",
         "16.7 N forward and 24.2 N backward",
@@ -276,7 +337,6 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
          rms (-66 %), the unexplained force from 7.19 % to 3.68 % (-49 %)",
         // The larger of 1.04e-6 and 0.0042.
         "once in 240 logs for sensor_delay, the least sure of them (p 0.0042)",
-        "cannot tell asymmetric_viscous from offset_torque and spring.",
         "Next: to keep all of that, run it again with --machine-out FILE.",
     ] {
         assert!(text.contains(part), "no {part:?} in {text}");

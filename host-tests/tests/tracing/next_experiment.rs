@@ -613,7 +613,7 @@ fn the_command_leaves_it_as_a_file() {
     let text: Vec<&str> = text.split_whitespace().collect();
     let text = text.join(" ");
     assert!(
-        text.contains("The logs cannot tell asymmetric_viscous from"),
+        text.contains("one effect was missing, either asymmetric_viscous"),
         "{text}"
     );
     assert!(text.contains("next.csv"), "{text}");
@@ -658,7 +658,7 @@ fn the_command_names_a_doubt_and_looks_no_further_unless_asked() {
     let text = hil(directory, &["--json", "gap.json"]);
     let text: Vec<&str> = text.split_whitespace().collect();
     let text = text.join(" ");
-    let doubt = "The logs cannot tell asymmetric_viscous from";
+    let doubt = "one effect was missing, either asymmetric_viscous, ";
     assert!(text.contains(doubt), "{text}");
     let remedy = "run it again with --experiment FILE, which writes an input that settles whether it is asymmetric_viscous or";
     assert!(text.contains(remedy), "{text}");

@@ -80,6 +80,7 @@ pub(in crate::gap) fn report(
         coordinate: machine.coordinate.unit().to_owned(),
         load_unit: machine.coordinate.load_unit().to_owned(),
         demand: Demand::default(),
+        declared: machine.declared_effects.clone(),
         free_motor: None,
         without_inductance: None,
         train: Vec::new(),

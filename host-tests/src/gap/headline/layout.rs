@@ -1,7 +1,7 @@
 //! The answer for people as a terminal shows it.
 
 use super::next::{Step, sentence};
-use super::{Headline, NAMED};
+use super::{Headline, NAMED, is_doubt_in_finding};
 use crate::gap::answer::listed;
 use crate::gap::outcome::{Outcome, Report};
 use crate::gap::terminal::{Style, WIDTH, printable, wrapped};
@@ -33,6 +33,8 @@ struct Shown<'h> {
     detailed: usize,
     gain: Vec<&'h str>,
     certainty: Vec<&'h str>,
+    /// So many sentences of it stay as long as anything else can be left out: that of the doubt, which is the last.
+    least_certainty: usize,
     /// What to do, each with its lines to copy.
     next: Vec<&'h [Step]>,
     name: String,
@@ -47,6 +49,7 @@ impl<'h> Shown<'h> {
             detailed: headline.details.len(),
             gain: sentences(&headline.gain),
             certainty: sentences(&headline.certainty),
+            least_certainty: usize::from(!is_doubt_in_finding(&report.outcome)),
             next: headline
                 .next
                 .chunk_by(|_, step| matches!(step, Step::Copy(_)))
@@ -105,7 +108,7 @@ impl<'h> Shown<'h> {
     /// Leaves out the sentence, the step or the detail that is needed least; false if none can be left out. What the
     /// logs cannot tell apart is the end of the certainty, so that loses its beginning.
     fn leave_out(&mut self) -> bool {
-        if self.certainty.len() > 1 {
+        if self.certainty.len() > self.least_certainty {
             self.certainty.remove(0);
         } else if self.gain.len() > 1 {
             self.gain.pop();
@@ -119,10 +122,10 @@ impl<'h> Shown<'h> {
             self.next.remove(last);
         } else if self.certainty.pop().is_some() || self.note.take().is_some() {
             // One of them is out.
-        } else if self.detailed > 1 {
-            self.detailed -= 1;
         } else if self.gain.pop().is_some() {
             // It is out.
+        } else if self.detailed > 1 {
+            self.detailed -= 1;
         } else if self.finding.len() > 1 {
             self.finding.pop();
         } else if self.detailed > 0 {

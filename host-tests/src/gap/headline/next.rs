@@ -8,6 +8,7 @@ use super::nearest;
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
 use crate::gap::outcome::{FoundEffect, FreeMotor, MOTOR, NUMBERS, Outcome, Report};
+use crate::machine::DeclaredEffect;
 use crate::quantity::{Scale, given, significant};
 
 /// Most remedies that the answer shows, so that it keeps to its lines.
@@ -58,7 +59,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             steps.extend(found);
             steps.extend(guessed(outcome));
             if !fails {
-                steps.extend(declare(outcome, is_final));
+                steps.extend(declare(report, is_final));
             }
             steps.extend(offered);
             if steps.is_empty() {
@@ -77,7 +78,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             steps.extend(guessed(outcome));
             steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
-            steps.extend(declare(outcome, true));
+            steps.extend(declare(report, true));
             steps
         }
         Verdict::NothingProven => {
@@ -244,7 +245,8 @@ fn guessed(outcome: &Outcome) -> Option<Step> {
 }
 
 /// How the machine file takes what was found; the line to copy only where that is final.
-fn declare(outcome: &Outcome, is_final: bool) -> Vec<Step> {
+fn declare(report: &Report, is_final: bool) -> Vec<Step> {
+    let outcome = &report.outcome;
     let mut steps = Vec::new();
     if let Some(file) = &outcome.machine_out {
         steps.push(said(&match outcome.unknown {
@@ -270,10 +272,16 @@ fn declare(outcome: &Outcome, is_final: bool) -> Vec<Step> {
             listed(&freed)
         ))),
         ([one], 0) if is_final => {
+            // The whole line: a second one of its name would be an error.
+            let known = report.declared.iter().map(DeclaredEffect::to_toml);
+            let all: Vec<String> = known.chain([one.declare.clone()]).collect();
             steps.push(said(&format!(
-                "to keep it, {again}, or add `declared_effects` below to [fit]"
+                "to keep it, {again}, or have `declared_effects` in [fit] as below"
             )));
-            steps.push(Step::Copy(format!("declared_effects = [{}]", one.declare)));
+            steps.push(Step::Copy(format!(
+                "declared_effects = [{}]",
+                all.join(", ")
+            )));
         }
         (effects, count) => {
             let it = if effects.len() + count == 1 {
