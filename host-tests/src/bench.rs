@@ -430,6 +430,7 @@ fn refit(extent: Extent) -> Result<Refit, Failure> {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         },
         resolution: 0.0,
         present: EMA.coulomb.forward,

@@ -53,6 +53,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         },
         resolution: 0.0,
         present: declared.coulomb.forward,

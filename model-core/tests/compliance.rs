@@ -320,6 +320,7 @@ fn on_its_log(made: &Model, replayed: &Model) -> f64 {
         velocity: None,
         brake: None,
         load: None,
+        enabled: None,
     }];
     let settings = Settings {
         half_width: 4,

@@ -605,16 +605,16 @@ proptest! {
         values in [hostile(), hostile(), hostile()]
             .prop_filter("finite", |values| values.iter().all(|value| value.is_finite())),
         velocity in prop::sample::select(vec![0.0_f32, 3.0, -3.0]),
-        steps in prop::collection::vec((hostile(), hostile(), perhaps(0.0), perhaps(0.0)), 20),
+        steps in prop::collection::vec((hostile(), hostile(), perhaps(0.0), perhaps(0.0), any::<bool>()), 20),
     ) {
         let mut effects = Vec::new();
         effects.push(Active { id, values }).unwrap();
         let model = Model { plant: MOTOR, gravity_torque: 0.0, gravity_rest: 0.0, effects, map: None, current_sensor: Default::default() };
         let Ok(simulator) = model.build(1e-3) else { return Ok(()) };
         let mut course = Course::new(State::new(0.2, velocity));
-        for (index, (input, previous, brake, load)) in steps.into_iter().enumerate() {
+        for (index, (input, previous, brake, load, released)) in steps.into_iter().enumerate() {
             let before = course;
-            match simulator.step(&mut course, &Given { input, previous, external: External { brake, load }, index }) {
+            match simulator.step(&mut course, &Given { input, previous, external: External { brake, load, released }, index }) {
                 Ok(current) => {
                     prop_assert!(is_finite(&course.state), "{before:?} to {course:?}");
                     prop_assert!(current.is_finite());

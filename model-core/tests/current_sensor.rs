@@ -57,6 +57,7 @@ fn they_are_found_beside_a_wrong_inertia() {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         }];
         let mut data = Data::new(&logs, 0.0).unwrap();
         data.settings.half_width = 3;

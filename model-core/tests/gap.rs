@@ -9,9 +9,10 @@ use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Fold, InOrder, Settings};
 use model_core::gap::screen::{Candidate, screen};
+use model_core::gap::simulator::{Course, Given};
 use model_core::gap::workbench::Options;
-use model_core::plant::actuator::Actuator;
-use model_core::plant::parameters::Parameters;
+use model_core::plant::actuator::{Actuator, External};
+use model_core::plant::parameters::{Drive, Parameters};
 use model_core::plant::{Directional, State};
 use proptest::prelude::*;
 use tracing::{PERIOD, model, plant, winding};
@@ -49,6 +50,7 @@ fn on_a_log<R>(test: impl FnOnce(&Data) -> R) -> R {
         velocity: None,
         brake: None,
         load: None,
+        enabled: None,
     }];
     let data = Data {
         logs: &logs,
@@ -192,6 +194,7 @@ fn assert_ends_at(bound: f32, (input, position): &(Vec<f32>, Vec<f32>), effect: 
         velocity: None,
         brake: None,
         load: None,
+        enabled: None,
     }];
     let data = Data {
         logs: &logs,
@@ -294,6 +297,7 @@ fn a_short_log_is_cut_into_short_windows() {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         }];
         let data = Data::new(&logs, 0.0).unwrap();
         let length = data.settings.window as f32 * period;
@@ -303,4 +307,66 @@ fn a_short_log_is_cut_into_short_windows() {
         );
         assert!(data.windows() >= 24, "{} in {seconds} s", data.windows());
     }
+}
+
+/// While the drive lets go of the motor the rotor coasts: J v' = −F − B v, with v(0) = v₀, of which
+/// v(t) = (v₀ + F/B) exp(−B t/J) − F/B is the solution, whatever the input says and an effect adds to it.
+#[test]
+fn a_released_rotor_coasts() {
+    let voltage_lost = Active {
+        id: Id::BrushDrop,
+        values: [0.5, 0.0, 0.0],
+    };
+    let released = External {
+        released: true,
+        ..External::NONE
+    };
+    for (drive, effect) in [
+        (Drive::Torque, None),
+        (winding(0.0), None),
+        (winding(1e-3), None),
+        (winding(1e-3), Some(voltage_lost)),
+    ] {
+        let mut model = model(&plant(drive, false));
+        model.effects.extend(effect);
+        let simulator = model.build(PERIOD).unwrap();
+        let mut course = Course::new(State::new(-0.5, 8.0));
+        for index in 0..6 {
+            let given = Given {
+                input: 3.0,
+                previous: 3.0,
+                external: released,
+                index,
+            };
+            simulator.step(&mut course, &given).unwrap();
+        }
+        let (inertia, viscous, coulomb) = (1.2e-4_f64, 2e-4, 0.12);
+        let level = coulomb / viscous;
+        let truth = (8.0 + level) * (-viscous * 6e-3 / inertia).exp() - level;
+        let velocity = f64::from(course.state.velocity.value());
+        assert!(
+            (velocity - truth).abs() < 1e-4,
+            "{velocity}, {truth}: {model:?}"
+        );
+        assert!(course.state.current.abs() < 1e-4, "{course:?}");
+    }
+}
+
+/// What flowed when the drive lets go has gone with the step.
+#[test]
+fn a_released_winding_carries_no_current() {
+    let simulator = model(&plant(winding(4e-3), false)).build(PERIOD).unwrap();
+    let mut course = Course::new(State::new(0.0, 5.0));
+    course.state.current = 3.0;
+    let given = Given {
+        input: 6.0,
+        previous: 6.0,
+        external: External {
+            released: true,
+            ..External::NONE
+        },
+        index: 0,
+    };
+    simulator.step(&mut course, &given).unwrap();
+    assert!(course.state.current.abs() < 1e-4, "{course:?}");
 }

@@ -68,6 +68,7 @@ struct Recording {
     current: Vec<f32>,
     velocity: Vec<f32>,
     brake: Vec<f32>,
+    enabled: Vec<f32>,
 }
 
 impl Recording {
@@ -80,6 +81,7 @@ impl Recording {
             current: Vec::new(),
             velocity: Vec::new(),
             brake: Vec::new(),
+            enabled: Vec::new(),
         };
         for sample in 0..samples {
             let time = sample as f32 * PERIOD;
@@ -94,6 +96,8 @@ impl Recording {
             recording.velocity.push(state.velocity.value());
             let braked = (400..500).contains(&sample);
             recording.brake.push(if braked { 0.03 } else { 0.0 });
+            let released = (640..700).contains(&sample);
+            recording.enabled.push(if released { 0.0 } else { 1.0 });
             actuator.step(&mut state, input).unwrap();
         }
         recording
@@ -109,6 +113,7 @@ impl Recording {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         };
         [
             plain,
@@ -116,6 +121,7 @@ impl Recording {
                 current: Some(Channel::Values(&self.current)),
                 brake: Some(Channel::Values(&self.brake)),
                 load: Some(Channel::Values(&self.brake)),
+                enabled: Some(Channel::Values(&self.enabled)),
                 ..plain
             },
             Log {

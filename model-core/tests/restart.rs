@@ -87,6 +87,7 @@ fn replayed(noise: Option<f64>, start: u16, samples: u16) -> f64 {
         velocity: None,
         brake: None,
         load: None,
+        enabled: None,
     };
     let settings = Settings::new(PERIOD, 0.0);
     let mut runner = Runner::new(&simulator, &log, usize::from(start), &settings);

@@ -82,6 +82,7 @@ impl<const N: usize> Memory<N> {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         }
     }
 

@@ -101,6 +101,11 @@ pub fn torque_balance(
         let now = back(log.input, index, late);
         0.5 * (now + back(log.input, index.saturating_sub(1), late))
     };
+    // Share of the time around a sample in which the drive has the motor.
+    let driven = |index: usize| {
+        let has = |index: usize| f64::from(u8::from(!log.is_released(index)));
+        0.5 * (has(index) + has(index.saturating_sub(1)))
+    };
     let Winding {
         resistance,
         torque_constant,
@@ -110,7 +115,11 @@ pub fn torque_balance(
         for index in 1..samples {
             let current = match log.current {
                 Some(current) => simulator.current_sensor().current(current.at(index - 1)),
-                None => simulator.steady_current(velocity[index] as f32, held(index) as f32),
+                None => {
+                    let steady =
+                        simulator.steady_current(velocity[index] as f32, held(index) as f32);
+                    driven(index) as f32 * steady
+                }
             };
             warmth[index] = heating.after(warmth[index - 1], current, log.period);
         }
@@ -168,9 +177,9 @@ pub fn torque_balance(
                 let voltage = f64::from(plant.gain) * held(index) - constant * velocity[index];
                 let torque = constant * voltage / f64::from(resistance);
                 let added = simulator.voltage_at(&middle(torque as f32, index));
-                torque + constant * f64::from(added) / f64::from(resistance)
+                driven(index) * (torque + constant * f64::from(added) / f64::from(resistance))
             }
-            (Drive::Torque, _) => f64::from(plant.gain) * held(index),
+            (Drive::Torque, _) => driven(index) * f64::from(plant.gain) * held(index),
         })
         .collect();
     let rest = standstill(log, resolution);
@@ -181,6 +190,7 @@ pub fn torque_balance(
             let external = External {
                 brake: log.brake.map_or(0.0, |brake| brake.at(index)),
                 load: log.load.map_or(0.0, |load| load.at(index)),
+                released: log.is_released(index),
             };
             let load = simulator.load_at(&middle(per_current * current, index), external);
             let deflection = f64::from(position[index] as f32) - f64::from(plant.spring_rest);

@@ -15,6 +15,7 @@ pub(super) struct Series {
     pub velocity: Option<Vec<f32>>,
     pub brake: Option<Vec<f32>>,
     pub load: Option<Vec<f32>>,
+    pub enabled: Option<Vec<f32>>,
 }
 
 impl Series {
@@ -36,6 +37,7 @@ impl Series {
             velocity: log.velocity.as_deref().map(narrow),
             brake: log.brake.as_deref().map(narrow),
             load: log.load_torque.as_deref().map(narrow),
+            enabled: log.enabled.as_deref().map(narrow),
         }
     }
 
@@ -48,6 +50,7 @@ impl Series {
             velocity: self.velocity.as_deref().map(Channel::Values),
             brake: self.brake.as_deref().map(Channel::Values),
             load: self.load.as_deref().map(Channel::Values),
+            enabled: self.enabled.as_deref().map(Channel::Values),
         }
     }
 }

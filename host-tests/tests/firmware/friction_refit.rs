@@ -39,6 +39,7 @@ impl Recording {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         }
     }
 }

@@ -295,6 +295,7 @@ fn logs_and_commands_that_are_none_are_refused() {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         };
         let options = Options::default();
         let one = estimate::one(&calibration.after, &log, &options, 1).unwrap_err();

@@ -89,6 +89,7 @@ fn torque_residuals(logs: &[Log; 2], model: &Model) -> [f64; 2] {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         };
         let data = Data {
             logs: &[log],

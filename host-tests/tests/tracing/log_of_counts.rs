@@ -58,6 +58,7 @@ fn traced(
         velocity: None,
         brake: None,
         load: None,
+        enabled: None,
     };
     let model = declared::model(declared).unwrap();
     let logs = [log];

@@ -24,6 +24,7 @@ mod machine_out;
 mod next_experiment;
 mod pushed_slide;
 mod real_benchmark;
+mod released_drive;
 mod settled_fits;
 mod stepped;
 mod undeclared_effects;

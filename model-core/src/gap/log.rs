@@ -82,12 +82,21 @@ pub struct Log<'a> {
     /// Torque or force on the mechanism from outside, against positive motion, N·m or N, at its sample; as long as
     /// `input`.
     pub load: Option<Channel<'a>>,
+    /// 0 while the drive lets go of the motor, so that no current flows whatever `input` says, else 1; held from its
+    /// sample to the next; as long as `input`.
+    pub enabled: Option<Channel<'a>>,
 }
 
 impl Log<'_> {
     /// Samples that input and position both have.
     pub fn samples(&self) -> usize {
         self.input.len().min(self.position.len())
+    }
+
+    /// Whether the drive lets go of the motor from sample `index` to the next.
+    #[inline]
+    pub fn is_released(&self, index: usize) -> bool {
+        self.enabled.is_some_and(|enabled| enabled.at(index) == 0.0)
     }
 
     /// What acts from outside from sample `index`, not the last, to the next: of the load the mean.
@@ -97,6 +106,7 @@ impl Log<'_> {
         External {
             brake: self.brake.map_or(0.0, |brake| brake.at(index)),
             load: self.load.map_or(0.0, mean),
+            released: self.is_released(index),
         }
     }
 

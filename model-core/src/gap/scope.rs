@@ -41,6 +41,7 @@ fn looks<'a>(
                 let sum: f32 = around.map(|at| simulator.read(current, at)).sum();
                 sum / STRIDE as f32
             }
+            None if log.is_released(index) => 0.0,
             None => {
                 let late = simulator.input_lateness().whole;
                 let sum: f32 = around.map(|at| log.input.at(at.saturating_sub(late))).sum();

@@ -410,9 +410,28 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         bristles.filter(|bristles| bristles.compliance > 0.0)
     }
 
-    /// Advances by the share of a period that the actuator's modes are worked out for.
+    /// Advances by the share of a period that the actuator's modes are worked out for. While the drive lets go, no current
+    /// flows.
     #[inline]
     fn advance(
+        &self,
+        drive: (&Actuator<impl Borrow<Modes>>, f32),
+        course: &mut Course,
+        input: f32,
+        given: &Given,
+    ) -> Result<(), InputRefused> {
+        if given.external.released {
+            course.state.current = 0.0;
+        }
+        self.advance_parts(drive, course, input, given)?;
+        if given.external.released {
+            course.state.current = 0.0;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn advance_parts(
         &self,
         (actuator, share): (&Actuator<impl Borrow<Modes>>, f32),
         course: &mut Course,
@@ -426,7 +445,10 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             if given.external == External::NONE {
                 return actuator.step(state, input);
             }
-            return actuator.step_under(state, input, &actuator.load().under(given.external));
+            // Without held effects there is one part.
+            let load = actuator.load().under(given.external);
+            let fed = self.driven(drive, state, input, (&load, given.external));
+            return actuator.step_under(state, fed, &load);
         }
         for _ in 0..self.parts {
             let before = course.state.position.value();
@@ -487,7 +509,9 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
     ) -> Result<(), InputRefused> {
         let actuator = drive.0;
         let (fed, load) = if self.held.is_nothing() {
-            (input, actuator.load().under(given.external))
+            let load = actuator.load().under(given.external);
+            let fed = self.driven(drive, state, input, (&load, given.external));
+            (fed, load)
         } else {
             self.held_over(drive, (state, memory), input, given)
         };
@@ -513,14 +537,13 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         let actuator = drive.0;
         let mut start = self.start((state, memory), input, given);
         let load = self.load_at(&start, given.external);
-        start.excess = self.excess(actuator, state, input, &load);
-        let fed = self.fed(input, &start);
+        let fed = self.fed(drive, (state, input), (&load, given.external), &mut start);
         let load = self.twisted(drive, (state, memory), fed, load);
         let way = actuator.middle(state, fed, &load);
         let mut middle = self.behind(&start, way);
         let load = self.load_at(&middle, given.external);
-        middle.excess = self.excess(actuator, state, input, &load);
-        (self.fed(input, &middle), load)
+        let fed = self.fed(drive, (state, input), (&load, given.external), &mut middle);
+        (fed, load)
     }
 
     /// The load with the shaft's reaction to it, where there is a shaft.
@@ -562,22 +585,25 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             slide_on((actuator, bristles), (state, memory.friction), fed, &load)
         };
         let alone = self.held.is_nothing();
-        if alone && slides_on(state, input, &actuator.load().under(given.external)) {
-            return Ok(());
+        if alone {
+            let load = actuator.load().under(given.external);
+            let fed = self.driven(drive, state, input, (&load, given.external));
+            if slides_on(state, fed, &load) {
+                return Ok(());
+            }
         }
         let mut start = self.start((state, memory), input, given);
         let load = self
             .load_at(&start, given.external)
             .against(memory.friction);
-        start.excess = self.excess(actuator, state, input, &load);
-        let fed = self.fed(input, &start);
+        let fed = self.fed(drive, (state, input), (&load, given.external), &mut start);
         let load = self.twisted(drive, (state, memory), fed, load);
         actuator.wake(state, fed, &load);
         let mut middle = self.behind(&start, actuator.middle(state, fed, &load));
         let mut load = self.load_at(&middle, given.external);
         let against = load.against(memory.friction);
-        middle.excess = self.excess(actuator, state, input, &against);
-        let fed = self.fed(input, &middle);
+        let outside = (&against, given.external);
+        let fed = self.fed(drive, (state, input), outside, &mut middle);
         if !alone && slides_on(state, fed, &load) {
             return Ok(());
         }
@@ -634,30 +660,43 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         }
     }
 
-    /// The voltage beyond that which would end the current with the step.
+    /// The input, or where the drive lets go of the motor what leaves the rotor to itself.
     #[inline]
-    fn excess(
+    fn driven(
         &self,
-        actuator: &Actuator<impl Borrow<Modes>>,
+        (actuator, length): (&Actuator<impl Borrow<Modes>>, f32),
         state: &State,
         input: f32,
-        load: &Load,
+        (load, external): (&Load, External),
     ) -> f32 {
-        if self.electric {
-            self.gain * input - self.gain * actuator.input_that_ends_current(state, load)
+        if !external.released {
+            input
+        } else if self.winding.is_there() {
+            let inductance = self.electric_periods * self.period * self.winding.resistance;
+            actuator.input_of_no_mean_current(state, load, (inductance, self.gain, length))
         } else {
             0.0
         }
     }
 
-    /// The input with what effects add to its voltage.
+    /// What is driven, with what effects add to the input's voltage. Leaves in `middle` the voltage beyond that which
+    /// would end the current with the step.
     #[inline]
-    fn fed(&self, input: f32, middle: &Middle) -> f32 {
-        if self.electric {
-            input + self.held.voltage(middle) / self.gain
-        } else {
-            input
+    fn fed(
+        &self,
+        drive: (&Actuator<impl Borrow<Modes>>, f32),
+        (state, input): (&State, f32),
+        outside: (&Load, External),
+        middle: &mut Middle,
+    ) -> f32 {
+        let driven = self.driven(drive, state, input, outside);
+        middle.excess = 0.0;
+        if outside.1.released || !self.electric {
+            return driven;
         }
+        let ends = drive.0.input_that_ends_current(state, outside.0);
+        middle.excess = self.gain * input - self.gain * ends;
+        input + self.held.voltage(middle) / self.gain
     }
 
     /// Voltage that effects add to the input's.

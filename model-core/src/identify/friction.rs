@@ -165,7 +165,7 @@ impl core::error::Error for Refusal {}
 ///     worn.step(&mut state, input[sample])?;
 /// }
 /// let (input, position) = (Channel::Values(&input), Channel::Values(&position));
-/// let log = Log { period: 1e-3, input, position, current: None, velocity: None, brake: None, load: None };
+/// let log = Log { period: 1e-3, input, position, current: None, velocity: None, brake: None, load: None, enabled: None };
 ///
 /// let task = Task { declared, log, resolution: 0.0, present: 0.12, seed: 1 };
 /// let estimate = Refit::new(&task)?.run()?;
@@ -683,6 +683,7 @@ mod tests {
                 velocity: None,
                 brake: None,
                 load: None,
+                enabled: None,
             },
             resolution: 0.0,
             present: 0.12,

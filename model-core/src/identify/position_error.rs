@@ -57,7 +57,7 @@ pub struct Levels {
 /// let input = [3.0; 1017];
 /// let position: [f32; 1017] = core::array::from_fn(|i| (i as f32 * 1e-3) * (i as f32 * 1e-3));
 /// let (input, position) = (Channel::Values(&input), Channel::Values(&position));
-/// let log = Log { period: 1e-3, input, position, current: None, velocity: None, brake: None, load: None };
+/// let log = Log { period: 1e-3, input, position, current: None, velocity: None, brake: None, load: None, enabled: None };
 ///
 /// let mut error = PositionError::new(&declared, &log, 0.0, None)?;
 /// // 0.4 N more: after τ seconds 0.2 τ² behind, so E = 0.2²/5 after 1 s.
@@ -241,6 +241,7 @@ mod tests {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         };
         run(PositionError::new(&DECLARED, &log, 0.0, window).unwrap())
     }
@@ -305,6 +306,7 @@ mod tests {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         };
         let name = |declared: &Parameters, window| {
             PositionError::new(declared, &log, 0.0, window)

@@ -23,13 +23,15 @@ pub struct Load {
     pub breakaway: Directional,
 }
 
-/// What acts on the mechanism from outside, as a log has it: N·m or N.
+/// What acts on the machine from outside, as a log has it: N·m or N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct External {
     /// Friction that a brake adds, sliding and at rest, ≥ 0.
     pub brake: f32,
     /// Torque or force against positive motion.
     pub load: f32,
+    /// Whether the drive lets go of the motor: no current flows, whatever the input says.
+    pub released: bool,
 }
 
 impl External {
@@ -37,6 +39,7 @@ impl External {
     pub const NONE: Self = Self {
         brake: 0.0,
         load: 0.0,
+        released: false,
     };
 }
 
@@ -519,6 +522,24 @@ impl<M: Borrow<Modes>> Actuator<M> {
         let unfed = state.current + self.change(state, 0, 0.0, load).current;
         let fed = state.current + self.change(state, 0, 1.0, load).current;
         unfed / (unfed - fed)
+    }
+
+    /// The input under which the winding's current has no mean over a step of `length` seconds, with the mode as it is.
+    /// `inductance`, H; `gain`, V for one unit of input.
+    ///
+    /// Over a step u h = R ∫i dt + K Δx + L Δi, of which Δx and Δi are linear in u.
+    pub fn input_of_no_mean_current(
+        &self,
+        state: &State,
+        load: &Load,
+        (inductance, gain, length): (f32, f32, f32),
+    ) -> f32 {
+        let back = |input: f32| {
+            let change = self.change(state, 0, input, load);
+            self.torque_per_current * change.position + inductance * change.current
+        };
+        let unfed = back(0.0);
+        unfed / (gain * length - (back(1.0) - unfed))
     }
 
     /// What a rung adds to the state, without minding events.

@@ -232,6 +232,7 @@ fn band(log: &Channels, average: usize) -> Band {
     };
     let smooth = |series: &[f64]| filter(&BUTTERWORTH, &mean(series));
     let optional = |series: &Option<Vec<f64>>| series.as_deref().map_or(Vec::new(), smooth);
+    let optional_mean = |series: &Option<Vec<f64>>| series.as_deref().map_or(Vec::new(), mean);
     // An input that is held acts half a sample late.
     let held: Vec<f64> = (0..log.input.len())
         .map(|index| 0.5 * (log.input[index] + log.input[index.saturating_sub(1)]))
@@ -250,10 +251,17 @@ fn band(log: &Channels, average: usize) -> Band {
     let current = optional(&log.current);
     let slow = SLOW * mean_square(&velocity).sqrt();
     let last = position.len();
-    // Where the filter settles.
+    // Where the filter settles, and where the drive lets go of the motor or the filter has not forgotten it.
     let edge = 10;
+    let enabled = optional_mean(&log.enabled);
     let skip = (0..last)
-        .map(|index| index < edge || index + edge >= last || velocity[index].abs() <= slow)
+        .map(|index| {
+            let around = index.saturating_sub(edge)..(index + edge + 1).min(enabled.len());
+            let lets_go = enabled
+                .get(around)
+                .is_some_and(|around| around.iter().any(|it| *it < 1.0));
+            index < edge || index + edge >= last || velocity[index].abs() <= slow || lets_go
+        })
         .collect();
     Band {
         input: smooth(&held),
@@ -261,8 +269,8 @@ fn band(log: &Channels, average: usize) -> Band {
         current,
         measured: optional(&log.velocity),
         command: optional(&log.command),
-        brake: log.brake.as_deref().map_or(Vec::new(), mean),
-        load: log.load.as_deref().map_or(Vec::new(), mean),
+        brake: optional_mean(&log.brake),
+        load: optional_mean(&log.load),
         position,
         velocity,
         acceleration,

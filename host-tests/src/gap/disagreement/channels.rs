@@ -24,6 +24,8 @@ pub struct Channels {
     pub brake: Option<Vec<f64>>,
     /// Torque or force from outside, against positive motion.
     pub load: Option<Vec<f64>>,
+    /// 0 while the drive lets go of the motor, else 1.
+    pub enabled: Option<Vec<f64>>,
     /// Smallest step of the position, where it is made of such steps.
     pub step: Option<f64>,
 }
@@ -76,6 +78,7 @@ impl Channels {
             velocity: log.velocity.clone(),
             brake: log.brake.clone(),
             load: log.load_torque.clone(),
+            enabled: log.enabled.clone(),
             step: log.position_step(),
         }
     }

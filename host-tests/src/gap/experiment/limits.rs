@@ -287,6 +287,7 @@ impl Tryout<'_> {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         };
         let log = blank.log();
         let reading = simulator.current_match();

@@ -196,6 +196,7 @@ impl<'b, 'a> Bench<'b, 'a> {
             velocity,
             brake: None,
             load: None,
+            enabled: None,
         }
     }
 

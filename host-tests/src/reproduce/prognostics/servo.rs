@@ -82,6 +82,7 @@ impl Recorded {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         }
     }
 }

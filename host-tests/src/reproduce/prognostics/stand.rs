@@ -209,6 +209,7 @@ impl Recorded {
             velocity: None,
             brake: None,
             load: None,
+            enabled: None,
         }
     }
 

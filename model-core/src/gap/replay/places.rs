@@ -301,6 +301,7 @@ impl<'a, const N: usize> Places<'a, N> {
                 previous: [0.0; N],
                 brake: [0.0; N],
                 load: [0.0; N],
+                released: [false; N],
                 is_loaded: false,
                 index: [0; N],
                 sample: [0.0; N],
@@ -332,6 +333,7 @@ impl<'a, const N: usize> Places<'a, N> {
             let external = log.external(index);
             given.brake[lane] = external.brake;
             given.load[lane] = external.load;
+            given.released[lane] = external.released;
             given.is_loaded |= external != External::NONE;
             rows.next_position[lane] = log.position.at(index + 1);
             if let Some(current) = log.current {

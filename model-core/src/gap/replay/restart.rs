@@ -170,6 +170,7 @@ pub(super) fn warmth_at<M: Borrow<Modes>, H: Acting>(
         let middle = sample - stride / 2;
         let current = match log.current {
             Some(current) => simulator.current_sensor().current(current.at(middle)),
+            None if log.is_released(middle) => 0.0,
             None => {
                 let travel = log.position.at(sample) - log.position.at(sample - stride);
                 simulator.steady_current(travel / step, log.input.at(middle))
@@ -191,12 +192,17 @@ pub(super) fn current_at<M: Borrow<Modes>, H: Acting>(
     (state, half_width): (&State, usize),
 ) -> f32 {
     let late = simulator.input_lateness().whole;
-    let input = |sample: usize| log.input.at(sample.saturating_sub(late));
+    let steady = |sample: usize, velocity: f32| {
+        if log.is_released(sample) {
+            0.0
+        } else {
+            simulator.steady_current(velocity, log.input.at(sample.saturating_sub(late)))
+        }
+    };
     let measured = |sample: usize| log.current.map(|current| simulator.read(current, sample));
     let periods = simulator.electric_periods();
     if periods < FASTEST_WINDING || start <= half_width {
-        return measured(start)
-            .unwrap_or_else(|| simulator.steady_current(state.velocity.value(), input(start)));
+        return measured(start).unwrap_or_else(|| steady(start, state.velocity.value()));
     }
     let longest = samples(WINDOW, log.period, 1).min(start - half_width);
     let back = (FORGOTTEN * periods + 1.0).min(longest as f32) as usize;
@@ -207,9 +213,11 @@ pub(super) fn current_at<M: Borrow<Modes>, H: Acting>(
     for sample in start - back..start {
         let travel = log.position.at(sample + half_width) - log.position.at(sample - half_width);
         let velocity = travel / (2.0 * half_width as f32 * log.period);
-        let steady = simulator.steady_current(velocity, input(sample));
-        let before = current.unwrap_or(steady);
-        let mut after = before + share * (steady - before);
+        let last = steady(sample, velocity);
+        let before = current.unwrap_or(last);
+        // What flowed when the drive lets go has gone with the step.
+        let share = if log.is_released(sample) { 1.0 } else { share };
+        let mut after = before + share * (last - before);
         if let Some(measured) = measured(sample + 1) {
             seen = most.min(seen + 1.0);
             after += (measured - after) / seen;

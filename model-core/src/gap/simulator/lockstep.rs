@@ -34,6 +34,8 @@ pub(in crate::gap) struct Givens<const N: usize> {
     pub brake: Lanes<N>,
     /// And a torque or force.
     pub load: Lanes<N>,
+    /// And whether the drive lets go of the motor: such a lane is stepped alone.
+    pub released: [bool; N],
     /// Whether anything does in a lane.
     pub is_loaded: bool,
     /// As in [`Given`].
@@ -52,6 +54,7 @@ impl<const N: usize> Givens<N> {
         External {
             brake: self.brake[lane],
             load: self.load[lane],
+            released: self.released[lane],
         }
     }
 
@@ -254,6 +257,11 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             for lane in 0..N {
                 let near = states.numbers.position[lane] + memories.twist[lane];
                 memories.far[lane] = follow(memories.far[lane], near, half_play);
+            }
+        }
+        if given.is_loaded {
+            for lane in 0..N {
+                lasts[lane] &= !given.released[lane];
             }
         }
         if given.awake < N {
