@@ -49,7 +49,7 @@ pub struct Value {
     pub name: String,
     /// SI.
     pub value: f64,
-    /// Null where the log does not determine it.
+    /// Null where the log does not determine it, as where the fit stopped at its limit.
     pub std: Option<f64>,
     /// Its unit.
     pub unit: String,
@@ -133,7 +133,7 @@ impl From<FittedParameter> for Value {
         Self {
             name: fitted.name,
             value: fitted.fitted,
-            std: fitted.std,
+            std: fitted.std.filter(|_| !fitted.at_limit),
             unit: fitted.unit,
         }
     }
