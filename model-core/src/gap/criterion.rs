@@ -76,9 +76,13 @@ pub const UNEXPLAINED: f64 = 3.0;
 /// Length of a held-out block, s.
 pub const BLOCK: f32 = 0.5;
 
-/// Blocks that a log is cut into at least, where it is long enough: of 24 the four that differ least may lose, and
+/// Blocks that a log is cut into at least, if it has that many windows: where the machine rests in three fifths of them
+/// as many as [`FEW_BLOCKS`] still say something. With half as many ten would, of which all have to gain for a p of 2⁻¹⁰.
+pub const LEAST_BLOCKS: usize = 48;
+
+/// Windows under which a log is cut into shorter ones, one in each block: of 24 the four that differ least may lose, and
 /// the signed-rank p of 43/2²⁴ is still below what [`FEW_BLOCKS`] speaks of.
-pub const LEAST_BLOCKS: usize = 24;
+pub const FEW_WINDOWS: usize = 24;
 
 /// Blocks under which ranks alone may prove nothing: though all of n gain, the signed-rank p is 2⁻ⁿ, and of
 /// an effect that is tried at 128 periods, as all others are looked at too, 3.4e-6 is asked.

@@ -56,20 +56,33 @@ pub(super) fn trace_over<S: Schedule>(
         before = workbench.best_fit(&[&before.model, model])?;
         workbench.base = fitted;
     }
-    let mut unknown = look_beneath(&mut workbench, &before.model, &mut found, observe)?;
-    if let Some(learned) = &mut unknown {
-        found.outdone_by(learned, observe);
-        take_map(&mut workbench, learned, &mut found)?;
-        if look_again(&mut workbench, &mut found, observe)? {
-            observe(&learned.dropped());
-            unknown = None;
-        } else {
-            take_map_again(&mut workbench, learned, &mut found)?;
+    let mut unknown = None;
+    for challenged in [true, false] {
+        unknown = look_beneath(&mut workbench, &before.model, &mut found, observe)?;
+        if let Some(learned) = &mut unknown {
+            found.outdone_by(learned, observe);
+            take_map(&mut workbench, learned, &mut found)?;
+            if challenged && look_again(&mut workbench, &mut found, observe)? {
+                observe(&learned.dropped());
+                unknown = None;
+            } else if challenged {
+                take_map_again(&mut workbench, learned, &mut found)?;
+            }
         }
-    }
-    if !stands(&mut workbench, &before.model, &mut found, observe)? {
-        unknown = None;
-        found.after = before.clone();
+        let taken = found.accepted.len();
+        let stands = stands(&mut workbench, &before.model, &mut found, observe)?;
+        if !stands {
+            found.after = before.clone();
+            found.held_out = None;
+            found.left = 1.0;
+        }
+        if stands && found.accepted.len() == taken {
+            break;
+        }
+        // Effects that may not be said do not stand before a law: what lies beneath the rest is asked once more.
+        if unknown.take().is_some() {
+            break;
+        }
     }
     conclude(&mut workbench, before, found, unknown)
 }

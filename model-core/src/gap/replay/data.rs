@@ -1,6 +1,6 @@
 //! The logs, and how they are cut into windows and weighed.
 
-use crate::gap::criterion::LEAST_BLOCKS;
+use crate::gap::criterion::FEW_WINDOWS;
 use crate::gap::log::{Channel, Log};
 
 /// Most samples on either side of a restart that its state is smoothed over; windows keep this
@@ -92,8 +92,8 @@ pub struct Window {
 }
 
 impl<'a> Data<'a> {
-    /// The logs, cut into windows of [`WINDOW`] seconds, or shorter ones where these would be fewer than the blocks
-    /// by which models are told apart: a fast machine is recorded for a second.
+    /// The logs, cut into windows of [`WINDOW`] seconds, or shorter ones where these would be fewer than
+    /// models are told apart by: a fast machine is recorded for a second.
     /// `resolution`: that of the sensor, rad or m; 0 if unknown.
     ///
     /// `None` without a log.
@@ -101,7 +101,7 @@ impl<'a> Data<'a> {
         let mut settings = Settings::new(logs.first()?.period, resolution);
         let whole = |log: &Log| log.samples().saturating_sub(2 * MARGIN + 1);
         let samples: usize = logs.iter().map(whole).sum();
-        let shorter = (samples / LEAST_BLOCKS).max(LEAST_SAMPLES);
+        let shorter = (samples / FEW_WINDOWS).max(LEAST_SAMPLES);
         settings.window = settings.window.min(shorter);
         Some(Self { logs, settings })
     }
