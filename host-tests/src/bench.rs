@@ -423,14 +423,12 @@ fn refit(extent: Extent) -> Result<Refit, Failure> {
     let task = friction::Task {
         declared: EMA,
         log: CoreLog {
-            period: SAMPLING_S as f32,
-            input: Channel::Values(&input),
-            position: Channel::Values(&position),
             current: Some(Channel::Values(&current)),
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
+            ..CoreLog::new(
+                SAMPLING_S as f32,
+                Channel::Values(&input),
+                Channel::Values(&position),
+            )
         },
         resolution: 0.0,
         present: EMA.coulomb.forward,

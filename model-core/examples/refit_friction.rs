@@ -46,14 +46,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     let task = Task {
         declared,
         log: Log {
-            period: PERIOD,
-            input: Channel::Values(&input),
-            position: Channel::Values(&position),
             current: Some(Channel::Values(&current)),
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
+            ..Log::new(PERIOD, Channel::Values(&input), Channel::Values(&position))
         },
         resolution: 0.0,
         present: declared.coulomb.forward,

@@ -311,17 +311,12 @@ fn it_trails_behind_by_the_acceleration() {
 fn on_its_log(made: &Model, replayed: &Model) -> f64 {
     let inputs = pushes();
     let position = simulate(made, &inputs);
-    let logs = [Log {
-        period: PERIOD,
-        // The input acts from its row to the next, at the end of which the position is.
-        input: Channel::Values(&inputs[1..]),
-        position: Channel::Values(&position),
-        current: None,
-        velocity: None,
-        brake: None,
-        load: None,
-        enabled: None,
-    }];
+    // The input acts from its row to the next, at the end of which the position is.
+    let logs = [Log::new(
+        PERIOD,
+        Channel::Values(&inputs[1..]),
+        Channel::Values(&position),
+    )];
     let settings = Settings {
         half_width: 4,
         ..Settings::new(PERIOD, 0.0)

@@ -50,14 +50,8 @@ fn they_are_found_beside_a_wrong_inertia() {
         let offset = share * rms;
         let measured = read(&current, gain, offset, late);
         let logs = [Log {
-            period: PERIOD,
-            input: Channel::Values(&input),
-            position: Channel::Values(&position),
             current: Some(Channel::Values(&measured)),
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
+            ..Log::new(PERIOD, Channel::Values(&input), Channel::Values(&position))
         }];
         let mut data = Data::new(&logs, 0.0).unwrap();
         data.settings.half_width = 3;

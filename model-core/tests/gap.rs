@@ -42,16 +42,11 @@ fn on_a_log<R>(test: impl FnOnce(&Data) -> R) -> R {
     let position: Vec<f32> = (0..300_u16)
         .map(|k| 0.5 - 0.5 * (f32::from(k) / 48.0).cos())
         .collect();
-    let logs = [Log {
-        period: PERIOD,
-        input: Channel::Values(&input),
-        position: Channel::Values(&position),
-        current: None,
-        velocity: None,
-        brake: None,
-        load: None,
-        enabled: None,
-    }];
+    let logs = [Log::new(
+        PERIOD,
+        Channel::Values(&input),
+        Channel::Values(&position),
+    )];
     let data = Data {
         logs: &logs,
         settings: Settings::new(PERIOD, 1e-3),
@@ -186,16 +181,11 @@ fn swept(plant: &Parameters, late: usize) -> (Vec<f32>, Vec<f32>) {
 /// An effect fitted to a log of what it may not be ends at its bound.
 #[track_caller]
 fn assert_ends_at(bound: f32, (input, position): &(Vec<f32>, Vec<f32>), effect: Active) {
-    let logs = [Log {
-        period: PERIOD,
-        input: Channel::Values(input),
-        position: Channel::Values(position),
-        current: None,
-        velocity: None,
-        brake: None,
-        load: None,
-        enabled: None,
-    }];
+    let logs = [Log::new(
+        PERIOD,
+        Channel::Values(input),
+        Channel::Values(position),
+    )];
     let data = Data {
         logs: &logs,
         settings: Settings::new(PERIOD, 1e-4),
@@ -289,16 +279,7 @@ fn a_short_log_is_cut_into_short_windows() {
     ] {
         let values = vec![0.0; (seconds / period) as usize];
         let channel = Channel::Values(&values);
-        let logs = [Log {
-            period,
-            input: channel,
-            position: channel,
-            current: None,
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
-        }];
+        let logs = [Log::new(period, channel, channel)];
         let data = Data::new(&logs, 0.0).unwrap();
         let length = data.settings.window as f32 * period;
         assert!(

@@ -105,16 +105,11 @@ impl Recording {
 
     /// With no more than the position, with a current and a brake, and with a velocity.
     fn logs(&self) -> [Log<'_>; 3] {
-        let plain = Log {
-            period: PERIOD,
-            input: Channel::Values(&self.input),
-            position: Channel::Values(&self.position),
-            current: None,
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
-        };
+        let plain = Log::new(
+            PERIOD,
+            Channel::Values(&self.input),
+            Channel::Values(&self.position),
+        );
         [
             plain,
             Log {

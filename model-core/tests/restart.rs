@@ -80,14 +80,8 @@ fn replayed(noise: Option<f64>, start: u16, samples: u16) -> f64 {
         (0..SAMPLES).map(one).collect()
     });
     let log = Log {
-        period: PERIOD,
-        input: Channel::Values(&input),
-        position: Channel::Values(&positions),
         current: currents.as_deref().map(Channel::Values),
-        velocity: None,
-        brake: None,
-        load: None,
-        enabled: None,
+        ..Log::new(PERIOD, Channel::Values(&input), Channel::Values(&positions))
     };
     let settings = Settings::new(PERIOD, 0.0);
     let mut runner = Runner::new(&simulator, &log, usize::from(start), &settings);

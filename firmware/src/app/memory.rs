@@ -75,14 +75,12 @@ impl<const N: usize> Memory<N> {
     /// The log, oldest sample first.
     pub fn log(&self, converters: &Converters) -> Log<'_> {
         Log {
-            period: CONTROL_PERIOD,
-            input: self.channel(&self.duty, converters.bridge.unit()),
-            position: self.channel(&self.position, converters.position.unit()),
             current: Some(self.channel(&self.current, converters.current.unit())),
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
+            ..Log::new(
+                CONTROL_PERIOD,
+                self.channel(&self.duty, converters.bridge.unit()),
+                self.channel(&self.position, converters.position.unit()),
+            )
         }
     }
 

@@ -32,14 +32,12 @@ struct Recording {
 impl Recording {
     fn log(&self) -> Log<'_> {
         Log {
-            period: PERIOD as f32,
-            input: Channel::Values(&self.input),
-            position: Channel::Values(&self.position),
             current: Some(Channel::Values(&self.current)),
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
+            ..Log::new(
+                PERIOD as f32,
+                Channel::Values(&self.input),
+                Channel::Values(&self.position),
+            )
         }
     }
 }

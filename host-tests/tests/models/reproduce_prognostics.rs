@@ -287,16 +287,7 @@ fn in_windows_every_search_but_annealing_alone_agrees_and_in_a_free_run_some_fai
 fn logs_and_commands_that_are_none_are_refused() {
     let (_, calibration) = calibrated();
     let refused = |input: &[f32], position: &[f32]| {
-        let log = Log {
-            period: 1e-3,
-            input: Channel::Values(input),
-            position: Channel::Values(position),
-            current: None,
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
-        };
+        let log = Log::new(1e-3, Channel::Values(input), Channel::Values(position));
         let options = Options::default();
         let one = estimate::one(&calibration.after, &log, &options, 1).unwrap_err();
         let two = estimate::two(&calibration.after, &log, &options, 1).unwrap_err();

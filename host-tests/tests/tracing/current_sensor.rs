@@ -1,38 +1,11 @@
 //! A log whose current column errs: its gain, offset and lag are said, and nothing else is made of them.
 
-use std::path::Path;
-
 use host_tests::gap::engine;
 use host_tests::gap::headline::Headline;
 use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
-use host_tests::machine::Machine;
 
-use crate::stepped::{GEARMOTOR, Stepped};
-
-/// The machine file: its motor is as declared, and so are its friction's laws.
-const DECLARED: &str = r#"
-name = "gearmotor"
-coordinate = "rad"
-[input]
-kind = "voltage"
-gain = 1.0
-[motor]
-resistance = 4.0
-inductance = 0.016
-torque_constant = 1.4
-[mechanics]
-inertia = 0.08
-viscous = 0.02
-[friction]
-coulomb = 0.3
-static = 0.35
-[sensor]
-resolution = 1.122e-4
-[fit]
-parameters = ["inertia", "viscous", "coulomb", "static"]
-declared_effects = []
-"#;
+use crate::stepped::{COUNTS, GEARMOTOR, Stepped, gearmotor};
 
 const RESISTANCE: f64 = 4.0;
 const TORQUE_CONSTANT: f64 = 1.4;
@@ -76,7 +49,7 @@ fn log_with(inductance: f64, sensor: &Sensor, weight: f64, phases: [f64; 4]) -> 
 }
 
 fn trace(sensor: &Sensor, weight: f64) -> Outcome {
-    let machine = Machine::of_bytes(Path::new("gearmotor.toml"), DECLARED.into()).unwrap();
+    let machine = gearmotor([4.0, 0.016, 1.4], COUNTS, "");
     let train = log(sensor, weight, [0.3, 1.9, 4.0, 5.5]);
     let other = log(sensor, weight, [2.2, 0.4, 5.1, 1.0]);
     let report = engine::run(&machine, &[train], || Ok(vec![other]), |_| ()).unwrap();
@@ -136,8 +109,7 @@ fn nothing_is_said_of_a_good_one() {
 /// inductance has none of that. The answer says which one it is.
 #[test]
 fn the_lag_of_a_winding_that_the_machine_file_neglects_is_said_to_be_that() {
-    let declared = DECLARED.replace("inductance = 0.016", "inductance = 0");
-    let machine = Machine::of_bytes(Path::new("gearmotor.toml"), declared.into()).unwrap();
+    let machine = gearmotor([4.0, 0.0, 1.4], COUNTS, "");
     for lag in [1.5e-3, 3e-3, 5e-3] {
         let good = Sensor {
             gain: 1.0,

@@ -81,16 +81,11 @@ fn torque_residuals(logs: &[Log; 2], model: &Model) -> [f64; 2] {
         let narrow =
             |series: &[f64]| -> Vec<f32> { series.iter().map(|&value| value as f32).collect() };
         let (input, position) = (narrow(&log.input), narrow(&log.position));
-        let log = CoreLog {
-            period: log.period_s as f32,
-            input: Channel::Values(&input),
-            position: Channel::Values(&position),
-            current: None,
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
-        };
+        let log = CoreLog::new(
+            log.period_s as f32,
+            Channel::Values(&input),
+            Channel::Values(&position),
+        );
         let data = Data {
             logs: &[log],
             settings: Settings {

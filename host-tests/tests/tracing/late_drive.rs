@@ -1,41 +1,10 @@
 //! A geared motor whose drive acts late, its resistance and torque constant as far off as a data sheet's may be: the
 //! numbers that are fitted without the delay bend to it until a small delay makes the error larger.
 
-use std::path::Path;
-
 use host_tests::gap::engine;
 use host_tests::log::Log;
-use host_tests::machine::Machine;
 
-use crate::stepped::GEARMOTOR;
-
-/// The machine file: what a data sheet says.
-const DECLARED: &str = r#"
-name = "gearmotor"
-coordinate = "rad"
-[input]
-kind = "voltage"
-gain = 1.0
-[motor]
-resistance = 4.0
-inductance = 0.0
-torque_constant = 1.482
-[mechanics]
-inertia = 0.08
-viscous = 0.02
-[friction]
-coulomb = 0.3
-static = 0.35
-[sensor]
-resolution = 1.122e-4
-[fit]
-parameters = ["resistance", "torque_constant", "inertia", "viscous", "coulomb", "static"]
-declared_effects = []
-"#;
-
-fn gearmotor() -> Machine {
-    Machine::of_bytes(Path::new("gearmotor.toml"), DECLARED.into()).unwrap()
-}
+use crate::stepped::{COUNTS, GEARMOTOR, gearmotor};
 
 const RESISTANCE: f64 = 4.7;
 const TORQUE_CONSTANT: f64 = 1.316;
@@ -57,7 +26,11 @@ fn log(delay: f64, phases: [f64; 4], current: bool) -> Log {
 
 #[test]
 fn a_late_drive_is_named_beside_a_motor_with_wrong_numbers() {
-    let machine = gearmotor();
+    let machine = gearmotor(
+        [4.0, 0.0, 1.482],
+        COUNTS,
+        r#""resistance", "torque_constant", "#,
+    );
     for (delay, current) in [(6e-3, true), (6e-3, false), (12e-3, true), (20e-3, true)] {
         let train = log(delay, [0.3, 1.9, 4.0, 5.5], current);
         let other = log(delay, [2.2, 0.4, 5.1, 1.0], current);
@@ -81,7 +54,11 @@ fn a_late_drive_is_named_beside_a_motor_with_wrong_numbers() {
 
 #[test]
 fn a_drive_in_time_is_not_called_late() {
-    let machine = gearmotor();
+    let machine = gearmotor(
+        [4.0, 0.0, 1.482],
+        COUNTS,
+        r#""resistance", "torque_constant", "#,
+    );
     let train = log(0.0, [0.3, 1.9, 4.0, 5.5], true);
     let report = engine::run(&machine, &[train], || Ok(Vec::new()), |_| ()).unwrap();
     assert!(report.outcome.effects.is_empty(), "{:?}", report.outcome);

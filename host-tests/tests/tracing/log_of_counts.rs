@@ -51,14 +51,8 @@ fn traced(
     schedule: &impl Schedule,
 ) -> Found {
     let log = CoreLog {
-        period: PERIOD,
-        input,
-        position,
         current: Some(current),
-        velocity: None,
-        brake: None,
-        load: None,
-        enabled: None,
+        ..CoreLog::new(PERIOD, input, position)
     };
     let model = declared::model(declared).unwrap();
     let logs = [log];

@@ -3,38 +3,12 @@
 //! encoder measures.
 
 use std::f64::consts::PI;
-use std::path::Path;
 
 use host_tests::gap::engine;
 use host_tests::log::Log;
-use host_tests::machine::Machine;
 use model_core::gap::verdict::Verdict;
 
-use crate::stepped::{GEARMOTOR, Stepped};
-
-const DECLARED: &str = r#"
-name = "gearmotor"
-coordinate = "rad"
-[input]
-kind = "voltage"
-gain = 1.0
-[motor]
-resistance = 4.0
-inductance = 0.0
-torque_constant = 1.4
-[mechanics]
-inertia = 0.08
-viscous = 0.02
-[friction]
-coulomb = 0.3
-static = 0.3
-[sensor]
-resolution = 1.309e-3
-side = "motor"
-[fit]
-parameters = ["inertia", "viscous", "coulomb", "static"]
-declared_effects = []
-"#;
+use crate::stepped::{GEARMOTOR, Stepped, gearmotor};
 
 const RESISTANCE: f64 = 4.0;
 const TORQUE_CONSTANT: f64 = 1.4;
@@ -76,7 +50,11 @@ fn log(width: f64, phases: [f64; 4]) -> Log {
 }
 
 fn verdict(width: f64) -> Verdict {
-    let machine = Machine::of_bytes(Path::new("gearmotor.toml"), DECLARED.into()).unwrap();
+    let machine = gearmotor(
+        [4.0, 0.0, 1.4],
+        "resolution = 1.309e-3\nside = \"motor\"",
+        "",
+    );
     let train = log(width, [0.3, 1.9, 4.0, 5.5]);
     let other = log(width, [2.2, 0.4, 5.1, 1.0]);
     let report = engine::run(&machine, &[train], || Ok(vec![other]), |_| ()).unwrap();

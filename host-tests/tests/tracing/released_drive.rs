@@ -1,39 +1,12 @@
 //! A drive that lets go of a geared motor now and then, as drives do on a fault or between two jobs: the machine coasts,
 //! whatever the logged input says.
 
-use std::path::Path;
-
 use host_tests::gap::engine;
 use host_tests::gap::outcome::Outcome;
 use host_tests::log::Log;
-use host_tests::machine::Machine;
 use model_core::gap::verdict::Verdict;
 
-use crate::stepped::GEARMOTOR;
-
-/// The machine as it is, but for its friction, which a data sheet does not have.
-const DECLARED: &str = r#"
-name = "gearmotor"
-coordinate = "rad"
-[input]
-kind = "voltage"
-gain = 1.0
-[motor]
-resistance = 4.7
-inductance = 0.0
-torque_constant = 1.316
-[mechanics]
-inertia = 0.08
-viscous = 0.03
-[friction]
-coulomb = 0.25
-static = 0.30
-[sensor]
-resolution = 1.122e-4
-[fit]
-parameters = ["inertia", "viscous", "coulomb", "static"]
-declared_effects = []
-"#;
+use crate::stepped::{COUNTS, GEARMOTOR, gearmotor};
 
 const RESISTANCE: f64 = 4.7;
 const TORQUE_CONSTANT: f64 = 1.316;
@@ -63,7 +36,7 @@ fn log(phases: [f64; 4]) -> Log {
 }
 
 fn trace(log: Log) -> Outcome {
-    let machine = Machine::of_bytes(Path::new("gearmotor.toml"), DECLARED.into()).unwrap();
+    let machine = gearmotor([RESISTANCE, 0.0, TORQUE_CONSTANT], COUNTS, "");
     engine::run(&machine, &[log], || Ok(Vec::new()), |_| ())
         .unwrap()
         .outcome

@@ -1,8 +1,10 @@
 //! Machines whose laws no rig has, in explicit steps: a PID moves them over sines, and a logger takes down every row.
 
 use std::f64::consts::PI;
+use std::path::Path;
 
 use host_tests::log::Log;
+use host_tests::machine::Machine;
 
 /// What moves, and how it is driven. SI units.
 pub struct Stepped<const WAVES: usize> {
@@ -40,6 +42,40 @@ pub const GEARMOTOR: Stepped<4> = Stepped {
     gains: [40.0, 30.0, 0.8],
     limit: 24.0,
 };
+
+/// A geared motor as a machine file has it, its friction and inertia not quite those of [`GEARMOTOR`]. `motor`: resistance,
+/// inductance and torque constant; `sensor`: the lines of `[sensor]`; `fit`: what is fitted beside the mechanics.
+pub fn gearmotor(motor: [f64; 3], sensor: &str, fit: &str) -> Machine {
+    let [resistance, inductance, torque_constant] = motor;
+    let text = format!(
+        r#"
+name = "gearmotor"
+coordinate = "rad"
+[input]
+kind = "voltage"
+gain = 1.0
+[motor]
+resistance = {resistance}
+inductance = {inductance}
+torque_constant = {torque_constant}
+[mechanics]
+inertia = 0.08
+viscous = 0.02
+[friction]
+coulomb = 0.3
+static = 0.35
+[sensor]
+{sensor}
+[fit]
+parameters = [{fit}"inertia", "viscous", "coulomb", "static"]
+declared_effects = []
+"#
+    );
+    Machine::of_bytes(Path::new("gearmotor.toml"), text.into()).unwrap()
+}
+
+/// The line of a machine file that says what a count of [`GEARMOTOR`]'s encoder is.
+pub const COUNTS: &str = "resolution = 1.122e-4";
 
 impl<const WAVES: usize> Stepped<WAVES> {
     /// Length of a step.

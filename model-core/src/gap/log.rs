@@ -87,7 +87,21 @@ pub struct Log<'a> {
     pub enabled: Option<Channel<'a>>,
 }
 
-impl Log<'_> {
+impl<'a> Log<'a> {
+    /// Of input and position alone. `period`: s.
+    pub fn new(period: f32, input: Channel<'a>, position: Channel<'a>) -> Self {
+        Self {
+            period,
+            input,
+            position,
+            current: None,
+            velocity: None,
+            brake: None,
+            load: None,
+            enabled: None,
+        }
+    }
+
     /// Samples that input and position both have.
     pub fn samples(&self) -> usize {
         self.input.len().min(self.position.len())

@@ -165,7 +165,7 @@ impl core::error::Error for Refusal {}
 ///     worn.step(&mut state, input[sample])?;
 /// }
 /// let (input, position) = (Channel::Values(&input), Channel::Values(&position));
-/// let log = Log { period: 1e-3, input, position, current: None, velocity: None, brake: None, load: None, enabled: None };
+/// let log = Log::new(1e-3, input, position);
 ///
 /// let task = Task { declared, log, resolution: 0.0, present: 0.12, seed: 1 };
 /// let estimate = Refit::new(&task)?.run()?;
@@ -676,14 +676,12 @@ mod tests {
         Task {
             declared: DECLARED,
             log: Log {
-                period: 1e-3,
-                input: Channel::Values(&channels[0]),
-                position: Channel::Values(&channels[1]),
                 current: Some(Channel::Values(&channels[2])),
-                velocity: None,
-                brake: None,
-                load: None,
-                enabled: None,
+                ..Log::new(
+                    1e-3,
+                    Channel::Values(&channels[0]),
+                    Channel::Values(&channels[1]),
+                )
             },
             resolution: 0.0,
             present: 0.12,

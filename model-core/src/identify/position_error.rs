@@ -57,7 +57,7 @@ pub struct Levels {
 /// let input = [3.0; 1017];
 /// let position: [f32; 1017] = core::array::from_fn(|i| (i as f32 * 1e-3) * (i as f32 * 1e-3));
 /// let (input, position) = (Channel::Values(&input), Channel::Values(&position));
-/// let log = Log { period: 1e-3, input, position, current: None, velocity: None, brake: None, load: None, enabled: None };
+/// let log = Log::new(1e-3, input, position);
 ///
 /// let mut error = PositionError::new(&declared, &log, 0.0, None)?;
 /// // 0.4 N more: after τ seconds 0.2 τ² behind, so E = 0.2²/5 after 1 s.
@@ -233,16 +233,7 @@ mod tests {
 
     fn with_error<R>(window: Option<f32>, run: impl FnOnce(PositionError) -> R) -> R {
         let (input, position) = record();
-        let log = Log {
-            period: PERIOD,
-            input: Channel::Values(&input),
-            position: Channel::Values(&position),
-            current: None,
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
-        };
+        let log = Log::new(PERIOD, Channel::Values(&input), Channel::Values(&position));
         run(PositionError::new(&DECLARED, &log, 0.0, window).unwrap())
     }
 
@@ -298,16 +289,7 @@ mod tests {
     #[test]
     fn what_cannot_be_replayed_is_refused() {
         let values = [0.0; 100];
-        let log = Log {
-            period: PERIOD,
-            input: Channel::Values(&values),
-            position: Channel::Values(&values),
-            current: None,
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
-        };
+        let log = Log::new(PERIOD, Channel::Values(&values), Channel::Values(&values));
         let name = |declared: &Parameters, window| {
             PositionError::new(declared, &log, 0.0, window)
                 .unwrap_err()

@@ -74,16 +74,11 @@ pub fn record(friction: Friction) -> Result<Recorded, InvalidParameter> {
 impl Recorded {
     /// For the core.
     pub fn log(&self) -> Log<'_> {
-        Log {
-            period: SERVO.drive.period,
-            input: Channel::Values(&self.input),
-            position: Channel::Values(&self.position),
-            current: None,
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
-        }
+        Log::new(
+            SERVO.drive.period,
+            Channel::Values(&self.input),
+            Channel::Values(&self.position),
+        )
     }
 }
 

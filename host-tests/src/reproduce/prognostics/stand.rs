@@ -202,14 +202,12 @@ impl Recorded {
     /// For the core. With a current only where it is asked for.
     pub fn log(&self, with_current: bool) -> CoreLog<'_> {
         CoreLog {
-            period: (1.0 / SAMPLE_RATE) as f32,
-            input: Channel::Values(&self.input),
-            position: Channel::Values(&self.position),
             current: with_current.then_some(Channel::Values(&self.current)),
-            velocity: None,
-            brake: None,
-            load: None,
-            enabled: None,
+            ..CoreLog::new(
+                (1.0 / SAMPLE_RATE) as f32,
+                Channel::Values(&self.input),
+                Channel::Values(&self.position),
+            )
         }
     }
 
