@@ -7,6 +7,7 @@ mod layout;
 mod next;
 
 use model_core::effect::Id;
+use model_core::gap::criterion::UNEXPLAINED;
 use model_core::gap::verdict::Verdict;
 
 use self::gain::{gain, rises};
@@ -56,7 +57,8 @@ impl Headline {
         let outcome = &report.outcome;
         let workshop = Workshop::of(report);
         let mut finding = finding(outcome);
-        for sentence in at_limit(outcome).into_iter().chain(rises(report)) {
+        let beside = [left(outcome), at_limit(outcome)].into_iter().flatten();
+        for sentence in beside.chain(rises(report)) {
             finding += " ";
             finding += &sentence;
         }
@@ -367,6 +369,22 @@ fn certainty(report: &Report) -> String {
             sentences.join(" ")
         }
     }
+}
+
+/// How much what was found leaves, where that is more than a sensor makes.
+fn left(outcome: &Outcome) -> Option<String> {
+    let residual = outcome.residual.as_ref()?;
+    let ratio = residual.position_rms / residual.floor;
+    let found = matches!(
+        outcome.verdict,
+        Verdict::EffectsFound | Verdict::UnknownEffect
+    );
+    (found && ratio > UNEXPLAINED).then(|| {
+        format!(
+            "It leaves {} times what the sensor's noise does: more than this is missing, or something else.",
+            significant(ratio, 2)
+        )
+    })
 }
 
 /// Which fitted numbers stopped at the limit of what the machine file lets them be off: they are no estimates.

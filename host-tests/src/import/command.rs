@@ -136,7 +136,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|fault| refusal(args, path, &raw, &recipe, fault))?;
     let doubt = |fault: &Fault| InputError::new(path, Some(fault.line), &fault.message);
     warn(&converted.doubts.iter().map(doubt).collect::<Vec<_>>());
-    let suspicions = suspicions(&raw, &sources, &converted.columns);
+    // A machine file with a gain takes the input in its own unit: the comparison below says whether that is it.
+    let has_own_input = machine.as_ref().is_some_and(|machine| machine.gain != 1.0);
+    let suspicions = suspicions(&raw, &sources, &converted.columns, has_own_input);
     let mut text = summary::render(&name, &raw, &sources, &converted, &suspicions, &args.out);
     if let Some(machine) = &machine {
         // The log as it will lie there: what is printed is a call that imports it.

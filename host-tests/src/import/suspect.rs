@@ -17,7 +17,12 @@ const STRONG: f64 = 200.0;
 const ALIKE: f64 = 0.1;
 
 /// What to look at again, one sentence each: the column and the option that would read it otherwise.
-pub(super) fn suspicions(raw: &Raw, sources: &[(usize, Source)], columns: &Columns) -> Vec<String> {
+pub(super) fn suspicions(
+    raw: &Raw,
+    sources: &[(usize, Source)],
+    columns: &Columns,
+    has_own_input: bool,
+) -> Vec<String> {
     let mut said = Vec::new();
     for (index, source) in sources {
         let Some(values) = &columns[*index] else {
@@ -30,7 +35,8 @@ pub(super) fn suspicions(raw: &Raw, sources: &[(usize, Source)], columns: &Colum
             );
         }
         let is_stamp = raw.columns[source.column].first_stamp.is_some();
-        if source.unit.is_some() || !source.is_plain() || is_stamp {
+        let is_own = *index == INPUT && has_own_input;
+        if source.unit.is_some() || !source.is_plain() || is_stamp || is_own {
             continue;
         }
         let name = raw.name(source.column);

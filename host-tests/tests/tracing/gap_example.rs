@@ -126,7 +126,7 @@ pub fn example() -> Report {
         verdict: Verdict::EffectsFound,
         disagreement: Vec::new(),
         residual: Some(Residual {
-            position_rms: 4e-6,
+            position_rms: 2e-6,
             floor: 1e-6,
             implausible: None,
             unconfirmed: false,
@@ -286,11 +286,18 @@ pub fn variants() -> Vec<(&'static str, Report)> {
     let mut nothing_proven = report.clone();
     nothing_proven.outcome.verdict = Verdict::NothingProven;
     nothing_proven.outcome.unknown = None;
+    nothing_proven
+        .outcome
+        .residual
+        .as_mut()
+        .unwrap()
+        .position_rms = 4e-6;
     variants.push(("nothing proven", nothing_proven.clone()));
 
     let mut at_limit = nothing_proven.clone();
     let mut numbers = at_limit.outcome.fit.iter_mut();
     let viscous = numbers.find(|number| number.name == "viscous").unwrap();
+    viscous.fitted = 27.0 * viscous.declared;
     (viscous.at_limit, viscous.std) = (true, Some(1.1));
     variants.push(("at limit", at_limit));
 

@@ -362,6 +362,49 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
     assert!(!text.contains("from now on"), "{text}");
 }
 
+/// A number that has gone as far as any factor lets it is not asked to be more unsure.
+#[test]
+fn no_factor_is_asked_for_that_would_change_nothing() {
+    let mut report = variant("at limit");
+    let mut numbers = report.outcome.fit.iter_mut();
+    let viscous = numbers.find(|number| number.at_limit).unwrap();
+    viscous.fitted = viscous.declared / 45.0;
+    let text = words(&report);
+    assert!(text.contains("stopped at the limit of viscous"), "{text}");
+    assert!(!text.contains("larger factor"), "{text}");
+}
+
+/// What was found may not be all, or stand in for something else.
+#[test]
+fn an_effect_that_leaves_more_than_the_sensor_does_is_said_to() {
+    let mut report = example();
+    let leaves = "It leaves 10 times what the sensor's noise does";
+    assert!(!words(&report).contains("It leaves"));
+    report.outcome.residual.as_mut().unwrap().position_rms = 1e-5;
+    let text = words(&report);
+    assert!(text.contains(leaves), "{text}");
+}
+
+/// What is declared is not fitted, and other effects make up for a share that a data sheet has too large.
+#[test]
+fn what_is_declared_may_be_what_is_wrong() {
+    let advice = "if load_dependent_friction in `declared_effects` comes from a data sheet, leave it out there";
+    for (name, advised) in [
+        ("unknown", true),
+        ("nothing proven", true),
+        ("no effect", false),
+    ] {
+        let mut report = variant(name);
+        report.declared = vec![DeclaredEffect {
+            id: "load_dependent_friction".into(),
+            parameters: [("share".to_owned(), 0.25)].into(),
+            line: 1,
+        }];
+        let text = words(&report);
+        assert_eq!(text.contains(advice), advised, "{name}: {text}");
+    }
+}
+
 #[test]
 fn the_other_verdicts_say_what_they_are_and_what_to_do() {
     for (name, parts) in [
@@ -413,7 +456,7 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
                 "The fit stopped at the limit of viscous (at ",
                 "): that is no estimate.",
                 "Next: if what the machine file says of viscous (",
-                ") is a guess, give viscous a larger factor in `unsure` of [fit]",
+                ") is a guess, give viscous a larger factor than 3.0 in `unsure` of [fit]",
             ],
         ),
         (

@@ -1,6 +1,7 @@
 //! What to do next: the line to declare, the log to record, the experiment to play, the call to run.
 
 use model_core::effect::Id;
+use model_core::gap::criterion::FARTHEST;
 use model_core::gap::verdict::Verdict;
 
 use super::gain::fails;
@@ -39,6 +40,9 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
                      another --train",
                 ));
             }
+            if outcome.verdict == Verdict::EffectsFound {
+                steps.extend(presumed(report));
+            }
             let motor = free_motor(report);
             // Then the line that declares an effect is not yet the last word on it.
             let is_final = motor.is_empty();
@@ -72,9 +76,10 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
         Verdict::UnknownEffect => {
             let variable = outcome.unknown.as_ref();
             let hint = hint(variable.map_or("", |unknown| unknown.depends_on.as_str()));
-            let mut steps = vec![said(&format!(
+            let mut steps = Vec::from_iter(presumed(report));
+            steps.push(said(&format!(
                 "see the learned law with --report DIR; {hint}"
-            ))];
+            )));
             steps.extend(guessed(outcome));
             steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
@@ -82,7 +87,8 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             steps
         }
         Verdict::NothingProven => {
-            let mut steps = Vec::from_iter(mounted(outcome).or_else(|| guessed(outcome)));
+            let mut steps = Vec::from_iter(presumed(report));
+            steps.extend(mounted(outcome).or_else(|| guessed(outcome)));
             steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             // A current that is there shows where an input is written late or early; one that is not is missed.
@@ -175,6 +181,19 @@ fn repeated(outcome: &Outcome) -> Option<Step> {
     })
 }
 
+/// To take out what is declared and may not be so: no fit changes it, and other effects make up for it.
+fn presumed(report: &Report) -> Option<Step> {
+    let declared: Vec<&str> = report.declared.iter().map(|effect| &*effect.id).collect();
+    (!declared.is_empty()).then(|| {
+        said(&format!(
+            "if {} in `declared_effects` {} from a data sheet, leave it out there and run it again: it is looked for \
+             and fitted then",
+            listed(&declared),
+            if declared.len() == 1 { "comes" } else { "come" }
+        ))
+    })
+}
+
 /// To free the motor's numbers, where an effect or an error that is left may stand for one of them that is off: with one
 /// that is 3 % off, a load that hangs was taken for a disc off its centre and a cogging. Where the tracing freed both itself,
 /// it says their values.
@@ -234,7 +253,15 @@ fn guessed(outcome: &Outcome) -> Option<Step> {
             significant(number.fitted, 2)
         ),
         None => {
-            format!("give {name} a larger factor in `unsure` of [fit] (without one it is 2)")
+            let off = (number.fitted / number.declared).max(number.declared / number.fitted);
+            // Farther than that no factor lets it go.
+            if off > 0.99 * f64::from(FARTHEST) {
+                return None;
+            }
+            format!(
+                "give {name} a larger factor than {} in `unsure` of [fit]",
+                significant(off.cbrt(), 2)
+            )
         }
     };
     Some(said(&format!(

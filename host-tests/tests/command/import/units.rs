@@ -226,6 +226,31 @@ fn a_log_is_checked_against_the_machine() {
         said.ends_with("Not compared with m.toml before that.\n"),
         "{said}"
     );
+    // A file that makes volts of per cent takes the per cent as they are.
+    let mut lines = log.lines();
+    let head = lines.next().unwrap();
+    let input = head.split(',').position(|name| name == "input").unwrap();
+    let percent = lines.map(|line| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let volts: f64 = fields[input].parse().unwrap();
+        fields[input] = (volts / 0.24).to_string();
+        fields.join(",") + "\n"
+    });
+    let head = head.replace("input", "duty_pct");
+    place.write(
+        "percent.csv",
+        format!("{head}\n{}", percent.collect::<String>()),
+    );
+    let own = machine.to_toml().replace("gain = 1.0", "gain = 0.24");
+    assert!(own.contains("gain = 0.24"), "{own}");
+    place.write("percent.toml", own);
+    let (_, said) = place.import(
+        "percent.csv --position position --input duty_pct --time time_s --current current_a --machine percent.toml",
+    );
+    assert!(
+        said.ends_with("Nothing in the log contradicts percent.toml.\n"),
+        "{said}"
+    );
     for (spoilt, what, mended) in [
         (
             "--position position*0.25 --input input",
