@@ -371,20 +371,23 @@ fn certainty(report: &Report) -> String {
     }
 }
 
-/// How much what was found leaves, where that is more than a sensor makes.
-fn left(outcome: &Outcome) -> Option<String> {
+/// How many times what a sensor leaves what was found does, where that is more than a sensor makes.
+fn times_left(outcome: &Outcome) -> Option<f64> {
     let residual = outcome.residual.as_ref()?;
     let ratio = residual.position_rms / residual.floor;
     let found = matches!(
         outcome.verdict,
         Verdict::EffectsFound | Verdict::UnknownEffect
     );
-    (found && ratio > UNEXPLAINED).then(|| {
-        format!(
-            "It leaves {} times what the sensor's noise does: more than this is missing, or something else.",
-            significant(ratio, 2)
-        )
-    })
+    (found && ratio > UNEXPLAINED).then_some(ratio)
+}
+
+/// The same in words.
+fn left(outcome: &Outcome) -> Option<String> {
+    let times = significant(times_left(outcome)?, 2);
+    Some(format!(
+        "It leaves {times} times what the sensor's noise does: more than this is missing, or something else."
+    ))
 }
 
 /// Which fitted numbers stopped at the limit of what the machine file lets them be off: they are no estimates.

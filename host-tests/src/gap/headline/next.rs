@@ -5,7 +5,7 @@ use model_core::gap::criterion::FARTHEST;
 use model_core::gap::verdict::Verdict;
 
 use super::gain::fails;
-use super::nearest;
+use super::{nearest, times_left};
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
 use crate::gap::outcome::{FoundEffect, FreeMotor, MOTOR, NUMBERS, Outcome, Report};
@@ -40,7 +40,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
                      another --train",
                 ));
             }
-            if outcome.verdict == Verdict::EffectsFound {
+            if times_left(outcome).is_some() {
                 steps.extend(presumed(report));
             }
             let motor = free_motor(report);
