@@ -221,7 +221,7 @@ fn nothing_proven(outcome: &Outcome) -> String {
         None => format!(
             "nothing is proven: the position error is {} times what the sensor's noise leaves to any \
              model, and nothing that was tried predicts the rest of it",
-            significant(residual.position_rms / residual.floor, 2)
+            significant(residual.times_floor(), 2)
         ),
     }
 }
@@ -323,9 +323,14 @@ fn current_sensor(report: &Report) -> Option<(String, String)> {
     })
 }
 
+/// The effects that the machine file declares, by their names.
+fn declared(report: &Report) -> Vec<&str> {
+    report.declared.iter().map(|effect| &*effect.id).collect()
+}
+
 /// What the machine file declares and no fit changes.
 fn presumed(report: &Report) -> Option<String> {
-    let declared: Vec<&str> = report.declared.iter().map(|effect| &*effect.id).collect();
+    let declared = declared(report);
     (!declared.is_empty()).then(|| {
         format!(
             "Presumed as declared, and not fitted: {}; what is not in `declared_effects` is looked for.",
@@ -373,13 +378,12 @@ fn certainty(report: &Report) -> String {
 
 /// How many times what a sensor leaves what was found does, where that is more than a sensor makes.
 fn times_left(outcome: &Outcome) -> Option<f64> {
-    let residual = outcome.residual.as_ref()?;
-    let ratio = residual.position_rms / residual.floor;
+    let times = outcome.residual.as_ref()?.times_floor();
     let found = matches!(
         outcome.verdict,
         Verdict::EffectsFound | Verdict::UnknownEffect
     );
-    (found && ratio > UNEXPLAINED).then_some(ratio)
+    (found && times > UNEXPLAINED).then_some(times)
 }
 
 /// The same in words.

@@ -99,6 +99,13 @@ pub struct Residual {
     pub unconfirmed: bool,
 }
 
+impl Residual {
+    /// How many times what the sensor and the restarts leave is left.
+    pub fn times_floor(&self) -> f64 {
+        self.position_rms / self.floor
+    }
+}
+
 /// A verdict is its name.
 fn name<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(verdict.name())

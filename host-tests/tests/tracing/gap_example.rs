@@ -248,6 +248,12 @@ pub fn example() -> Report {
     }
 }
 
+/// The report of this name among the variants.
+pub fn variant(name: &str) -> Report {
+    let found = variants().into_iter().find(|(known, _)| *known == name);
+    found.expect(name).1
+}
+
 /// The reports that a user may meet beside the usual one.
 pub fn variants() -> Vec<(&'static str, Report)> {
     let mut variants = vec![("usual", example())];

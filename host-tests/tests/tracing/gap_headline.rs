@@ -2,7 +2,7 @@
 //! that is and what to do next, for each verdict and however much was found; an error that has risen is said; and
 //! the page begins with the same words.
 
-use crate::gap_example::{estimate, example, fitted, variants};
+use crate::gap_example::{estimate, example, fitted, variant, variants};
 use host_tests::gap::demand::Demand;
 use host_tests::gap::disagreement::Disagreement;
 use host_tests::gap::headline::{Headline, LINES, Step};
@@ -37,11 +37,6 @@ fn free_motor(fixed: &[&'static str]) -> Option<FreeMotor> {
 fn words(report: &Report) -> String {
     let [text, _] = brief(report);
     text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-fn variant(name: &str) -> Report {
-    let found = variants().into_iter().find(|(known, _)| *known == name);
-    found.expect(name).1
 }
 
 /// Logs and machine file that disagree in three things, each with a remedy of its own.

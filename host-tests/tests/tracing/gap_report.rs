@@ -1,7 +1,7 @@
 //! What `cargo hil gap` shows: every number of the outcome, readable in a pipe and as one page
 //! that stands alone.
 
-use crate::gap_example::{example, slide, variants};
+use crate::gap_example::{example, slide, variant, variants};
 use host_tests::gap::outcome::Report;
 use host_tests::gap::table::Detail;
 use host_tests::gap::{report, table};
@@ -183,25 +183,19 @@ fn the_verdicts_are_told_apart() {
         ),
         ("diverged", vec!["diverged", "167.2 ± not determined N·s/m"]),
     ] {
-        let (_, report) = variants().into_iter().find(|(n, _)| *n == name).unwrap();
+        let report = variant(name);
         let text = fields(&verbose(&report));
         for part in expected {
             assert!(text.contains(part), "{name}: no {part:?} in {text}");
         }
     }
-    let (_, report) = variants()
-        .into_iter()
-        .find(|(n, _)| *n == "no current")
-        .unwrap();
+    let report = variant("no current");
     assert!(!verbose(&report).contains("current rms"));
 }
 
 #[test]
 fn the_page_says_which_number_stopped_at_its_limit() {
-    let (_, report) = variants()
-        .into_iter()
-        .find(|(n, _)| *n == "at limit")
-        .unwrap();
+    let report = variant("at limit");
     let page = page(&report);
     assert!(page.contains("5494 N·s/m (stopped at its limit)"));
     assert!(page.contains("The fit stopped at the limit of viscous"));
@@ -245,7 +239,7 @@ fn the_page_names_the_model_that_errs_most() {
         ("unknown", "without the learned map"),
         ("no validation", "without the effects"),
     ] {
-        let (_, report) = variants().into_iter().find(|(n, _)| *n == name).unwrap();
+        let report = variant(name);
         let page = page(&report);
         assert!(
             page.contains(&format!("the model {model} errs most.")),
@@ -278,7 +272,7 @@ fn the_page_draws_both_logs_and_says_so_where_it_cannot() {
         // A constant residual has no autocorrelation.
         ("standstill", (8, false)),
     ] {
-        let (_, report) = variants().into_iter().find(|(n, _)| *n == name).unwrap();
+        let report = variant(name);
         assert_eq!(drawings(&report), expected, "{name}");
     }
     let mut report = example();
@@ -322,10 +316,7 @@ fn the_page_holds_the_numbers_of_the_table() {
 
 #[test]
 fn further_logs_are_listed_with_their_numbers() {
-    let (_, report) = variants()
-        .into_iter()
-        .find(|(n, _)| *n == "more logs")
-        .unwrap();
+    let report = variant("more logs");
     let page = page(&report);
     for part in [
         "All training logs",

@@ -22,6 +22,16 @@ pub(super) struct Found {
 }
 
 impl Found {
+    /// Nothing: the fit of the base.
+    pub fn nothing(base: &Fit) -> Self {
+        Self {
+            after: base.clone(),
+            accepted: Vec::new(),
+            held_out: None,
+            left: 1.0,
+        }
+    }
+
     /// Fits the model without the effect in a slot.
     #[inline(never)]
     pub fn do_without(

@@ -24,7 +24,6 @@ use super::unknown::Unknown;
 use super::verdict::{Consideration, Decision, ROUNDS, Residual, Subject, Trace};
 use super::workbench::{Options, Workbench};
 use crate::effect::Id;
-use heapless::Vec;
 
 /// Fewest windows that a model can be chosen and fitted on.
 pub const LEAST_WINDOWS: usize = 4;
@@ -43,12 +42,7 @@ pub(super) fn trace_over<S: Schedule>(
 ) -> Option<Trace> {
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
     let mut before = fit_base(&mut workbench)?;
-    let mut found = Found {
-        after: before.clone(),
-        accepted: Vec::new(),
-        held_out: None,
-        left: 1.0,
-    };
+    let mut found = Found::nothing(&before);
     found.search(&mut workbench, 1, observe)?;
     if found.is_more(&workbench) || !workbench.readings.is_empty() {
         // Both models are judged on the same restarts, so the first is fitted to these too.
@@ -62,19 +56,19 @@ pub(super) fn trace_over<S: Schedule>(
         if let Some(learned) = &mut unknown {
             found.outdone_by(learned, observe);
             take_map(&mut workbench, learned, &mut found)?;
-            if challenged && look_again(&mut workbench, &mut found, observe)? {
-                observe(&learned.dropped());
-                unknown = None;
-            } else if challenged {
-                take_map_again(&mut workbench, learned, &mut found)?;
+            if challenged {
+                if look_again(&mut workbench, &mut found, observe)? {
+                    observe(&learned.dropped());
+                    unknown = None;
+                } else {
+                    take_map_again(&mut workbench, learned, &mut found)?;
+                }
             }
         }
         let taken = found.accepted.len();
         let stands = stands(&mut workbench, &before.model, &mut found, observe)?;
         if !stands {
-            found.after = before.clone();
-            found.held_out = None;
-            found.left = 1.0;
+            found = Found::nothing(&before);
         }
         if stands && found.accepted.len() == taken {
             break;

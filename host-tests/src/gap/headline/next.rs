@@ -5,7 +5,7 @@ use model_core::gap::criterion::FARTHEST;
 use model_core::gap::verdict::Verdict;
 
 use super::gain::fails;
-use super::{nearest, times_left};
+use super::{declared, nearest, times_left};
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
 use crate::gap::outcome::{FoundEffect, FreeMotor, MOTOR, NUMBERS, Outcome, Report};
@@ -41,7 +41,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
                 ));
             }
             if times_left(outcome).is_some() {
-                steps.extend(presumed(report));
+                steps.extend(without_declared(report));
             }
             let motor = free_motor(report);
             // Then the line that declares an effect is not yet the last word on it.
@@ -76,7 +76,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
         Verdict::UnknownEffect => {
             let variable = outcome.unknown.as_ref();
             let hint = hint(variable.map_or("", |unknown| unknown.depends_on.as_str()));
-            let mut steps = Vec::from_iter(presumed(report));
+            let mut steps = Vec::from_iter(without_declared(report));
             steps.push(said(&format!(
                 "see the learned law with --report DIR; {hint}"
             )));
@@ -87,7 +87,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             steps
         }
         Verdict::NothingProven => {
-            let mut steps = Vec::from_iter(presumed(report));
+            let mut steps = Vec::from_iter(without_declared(report));
             steps.extend(mounted(outcome).or_else(|| guessed(outcome)));
             steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
@@ -182,8 +182,8 @@ fn repeated(outcome: &Outcome) -> Option<Step> {
 }
 
 /// To take out what is declared and may not be so: no fit changes it, and other effects make up for it.
-fn presumed(report: &Report) -> Option<Step> {
-    let declared: Vec<&str> = report.declared.iter().map(|effect| &*effect.id).collect();
+fn without_declared(report: &Report) -> Option<Step> {
+    let declared = declared(report);
     (!declared.is_empty()).then(|| {
         said(&format!(
             "if {} in `declared_effects` {} from a data sheet, leave it out there and run it again: it is looked for \

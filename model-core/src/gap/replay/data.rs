@@ -93,7 +93,7 @@ pub struct Window {
 
 impl<'a> Data<'a> {
     /// The logs, cut into windows of [`WINDOW`] seconds, or shorter ones where these would be fewer than
-    /// models are told apart by: a fast machine is recorded for a second.
+    /// [`FEW_WINDOWS`]: a fast machine is recorded for a second.
     /// `resolution`: that of the sensor, rad or m; 0 if unknown.
     ///
     /// `None` without a log.
