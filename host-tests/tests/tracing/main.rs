@@ -22,6 +22,7 @@ mod loose_gear;
 mod lost_motion;
 mod machine_out;
 mod next_experiment;
+mod other_law;
 mod pushed_slide;
 mod real_benchmark;
 mod released_drive;

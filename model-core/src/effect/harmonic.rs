@@ -1,6 +1,6 @@
 //! One harmonic over the position, which several effects add to what they act on.
 
-use super::{Bounds, MOST_PARAMETERS, Parameter, Role};
+use super::{Active, Bounds, Id, MOST_PARAMETERS, Parameter, Role};
 use crate::numeric::sine::ripple;
 use crate::unit::Dimension;
 use core::f32::consts::TAU;
@@ -10,6 +10,29 @@ const LEAST_PERIOD: f32 = 1e-9;
 
 /// Beyond so many cycles a phase has long lost its meaning; it stays a number.
 const MOST_CYCLES: f32 = 1e30;
+
+/// Share of the fundamental that its overtones start from in a fit: not none, for the period of nothing has no slope.
+const OVERTONE: f32 = 0.05;
+
+/// Where a fit of the second and the third harmonic of an effect starts, beside the first, which it has; `None` if it is
+/// not a periodic torque or friction.
+///
+/// ```
+/// use model_core::effect::{Active, Id, harmonic::overtones};
+/// let cogging = Active { id: Id::Cogging, values: [0.2, 0.0, 0.6] };
+/// let [second, third] = overtones(&cogging).unwrap();
+/// assert!((second.values[2] - 0.3).abs() < 1e-6 && (third.values[2] - 0.2).abs() < 1e-6);
+/// assert!(overtones(&Active { id: Id::Spring, values: [0.5, 0.1, 0.0] }).is_none());
+/// ```
+pub fn overtones(effect: &Active) -> Option<[Active; 2]> {
+    let [sine, cosine, period] = effect.values;
+    let overtone = |order: f32| Active {
+        id: effect.id,
+        values: [OVERTONE * sine, OVERTONE * cosine, period / order],
+    };
+    matches!(effect.id, Id::Cogging | Id::PositionDependentFriction)
+        .then(|| [overtone(2.0), overtone(3.0)])
+}
 
 /// a sin(2π θ / P) + b cos(2π θ / P).
 ///

@@ -4,14 +4,16 @@ use super::criterion::{
     EQUALLY_GOOD, LARGEST_RATIO, LEAST_CERTAINTY, POOR_EXPLANATION, TOLD_APART,
 };
 use super::found::Found;
-use super::held_out::Refusal;
+use super::held_out::{HeldOut, Refusal, compare};
 use super::judging::is_rounding;
 use super::model::Model;
 use super::replay::Schedule;
 use super::verdict::{Accepted, Decision};
 use super::workbench::Workbench;
-use crate::effect::Id;
+use crate::effect::harmonic::overtones;
+use crate::effect::learned_map::LearnedMap;
 use crate::effect::twins::twins;
+use crate::effect::{Active, Id};
 
 /// Most exchanges of an effect for a twin of it.
 const MOST_EXCHANGES: usize = 2;
@@ -75,6 +77,61 @@ pub(super) fn exchange_for_twin(
         }
     }
     Some(false)
+}
+
+/// An effect that was found before the last one of a model, if the log does not tell the last one from a freer law of
+/// that effect: the same mechanism with knots over its variable, or, if it is periodic, with overtones. A mechanism hardly
+/// has the very law of the catalogue, and what another law leaves goes by the name of some second effect then.
+/// `with`: the fit with all of them.
+#[inline(never)]
+pub(super) fn other_law(
+    workbench: &mut Workbench<impl Schedule>,
+    with: &Model,
+    found: &Found,
+) -> Option<Option<Id>> {
+    if found.accepted.is_empty() {
+        return Some(None);
+    }
+    let held_out = workbench.held_out(with)?;
+    let first = workbench.declared.effects.len();
+    for known in &found.after.model.effects[first..] {
+        let Some(start) = with_freer_law(workbench, &found.after.model, known) else {
+            continue;
+        };
+        let freer = held_out_once_fitted(workbench, start)?;
+        if compare(&held_out, &freer).ratio <= TOLD_APART {
+            return Some(Some(known.id));
+        }
+    }
+    Some(None)
+}
+
+/// A model in which the law of one of its effects is freer: with overtones if it is periodic, else with knots.
+///
+/// `None` if there is no map that acts as it does, or no room.
+fn with_freer_law(
+    workbench: &Workbench<impl Schedule>,
+    model: &Model,
+    effect: &Active,
+) -> Option<Model> {
+    let mut freer = model.clone();
+    if let Some(overtones) = overtones(effect) {
+        freer.effects.extend_from_slice(&overtones).ok()?;
+    } else {
+        let kind = effect.id.map()?;
+        freer.map = LearnedMap::trials(kind, &workbench.options.ranges).next();
+    }
+    Some(freer)
+}
+
+/// Held-out errors of a model once it is fitted to all blocks, from where each fit to a half of them starts.
+#[inline(never)]
+fn held_out_once_fitted(
+    workbench: &mut Workbench<impl Schedule>,
+    mut model: Model,
+) -> Option<HeldOut> {
+    model = workbench.fit(&model)?.model;
+    workbench.held_out(&model)
 }
 
 /// Whether a model lacks an effect that its coordinate may have.

@@ -1,6 +1,6 @@
 //! One round: every effect is screened, the best are refitted and judged, and one is taken.
 
-use super::alternatives::{ask_twins, doubt, exchange_for_twin};
+use super::alternatives::{ask_twins, doubt, exchange_for_twin, other_law};
 use super::criterion::{
     CONTESTED, EQUALLY_GOOD, EQUIVALENT, FAR_BEHIND, IDENTICAL, LEAST_IDENTIFIABILITY, LEAST_SCORE,
     LOCAL_MINIMUM, NOTHING_LEFT, SHORTLIST, TOLD_APART,
@@ -91,6 +91,15 @@ pub(super) fn take_winner(
         let decision = Decision::Refused(Refusal::NotNeeded);
         observe(&winner.candidate.look(round.number, decision));
         return Some(true);
+    }
+    if let Some(other) = other_law(workbench, &after.model, found)? {
+        workbench.data = chosen;
+        observe(
+            &winner
+                .candidate
+                .look(round.number, Decision::LawOf { other }),
+        );
+        return Some(false);
     }
     found.left *= winner.ratio;
     let _ = found.accepted.push(winner);

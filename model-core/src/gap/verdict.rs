@@ -25,6 +25,11 @@ pub enum Decision {
         /// What was accepted.
         other: Id,
     },
+    /// Passed, but another law of what was found before it does about as well.
+    LawOf {
+        /// What was found before it.
+        other: Id,
+    },
     /// Passed, but something else explains the residual better.
     Outdone {
         /// What was taken.
