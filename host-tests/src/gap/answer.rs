@@ -83,12 +83,10 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
                 id(other)
             )
         }
-        (Decision::LawOf { other }, _) => {
-            format!(
-                "another law of the same {} follows the log about as well",
-                id(other)
-            )
-        }
+        (Decision::LawOf { other }, _) => format!(
+            "{} by another law follows the log about as well without it",
+            id(other)
+        ),
         (Decision::Refused(Refusal::Implausible), _) => {
             "with it a fitted number goes farther than the machine file lets it be off (`unsure` in [fit])"
                 .to_owned()

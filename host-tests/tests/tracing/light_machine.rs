@@ -2,33 +2,12 @@
 //! Restarted every 0.2 s the model without the spring is a third of the stroke off, and its fit is lost; over a
 //! shorter time what is missing is plain.
 
-use std::path::Path;
-
 use host_tests::gap::engine;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
 use model_core::gap::verdict::Verdict;
 
-use crate::stepped::Stepped;
-
-const DECLARED: &str = r#"
-name = "light"
-coordinate = "rad"
-[input]
-kind = "torque"
-gain = 1.0
-[mechanics]
-inertia = 3.0e-6
-viscous = 3.0e-5
-[friction]
-coulomb = 3.3e-4
-static = 3.3e-4
-[sensor]
-resolution = 9.6e-5
-[fit]
-parameters = ["viscous", "coulomb", "static"]
-declared_effects = []
-"#;
+use crate::stepped::{Stepped, torque_driven};
 
 /// The rotor that it is, in steps of 20 µs.
 const ROTOR: Stepped<3> = Stepped {
@@ -49,18 +28,12 @@ const ROTOR: Stepped<3> = Stepped {
 /// `spring`: its torque at 1 rad, N·m.
 fn log(spring: f64, phases: [f64; 3]) -> Log {
     let torque = |acting: f64, position: f64, _: f64| acting - spring * position.powi(3);
-    let (input, position) = ROTOR.drive(phases, torque);
-    Log {
-        path: format!("spring of {spring} N·m").into(),
-        period_s: ROTOR.period,
-        input,
-        position,
-        ..Log::default()
-    }
+    ROTOR.log_of_position(&format!("spring of {spring} N·m"), phases, torque)
 }
 
 fn light() -> Machine {
-    Machine::of_bytes(Path::new("light.toml"), DECLARED.into()).unwrap()
+    let fit = ["viscous", "coulomb", "static"];
+    torque_driven([3.0e-6, 3.0e-5], [3.3e-4, 3.3e-4], ROTOR.count, &fit)
 }
 
 #[test]

@@ -2,32 +2,11 @@
 //! leaves repeats twice and three times a tooth and reads like a second effect, an encoder that is not centred; it is none.
 
 use std::f64::consts::PI;
-use std::path::Path;
 
 use host_tests::gap::engine;
 use host_tests::log::Log;
-use host_tests::machine::Machine;
 
-use crate::stepped::Stepped;
-
-const DECLARED: &str = r#"
-name = "teeth"
-coordinate = "rad"
-[input]
-kind = "torque"
-gain = 1.0
-[mechanics]
-inertia = 4.5e-3
-viscous = 1.1e-2
-[friction]
-coulomb = 1.0e-3
-static = 2.0e-3
-[sensor]
-resolution = 6.0e-6
-[fit]
-parameters = ["inertia", "viscous", "coulomb", "static"]
-declared_effects = []
-"#;
+use crate::stepped::{Stepped, torque_driven};
 
 /// The machine that it is, in steps of 0.5 ms.
 const TOOTHED: Stepped<4> = Stepped {
@@ -52,23 +31,17 @@ const AMPLITUDE: f64 = 8.4e-3;
 /// `harmonics`: amplitudes of the second and the third one, as shares of the first; `spring`: N·m/rad.
 fn log(harmonics: [f64; 2], spring: f64, phases: [f64; 4]) -> Log {
     let [second, third] = harmonics;
-    let (input, position) = TOOTHED.drive(phases, |acting, position, _| {
+    TOOTHED.log_of_position("teeth.csv", phases, |acting, position, _| {
         let tooth = TEETH * position;
         let law = tooth.sin() + second * (2.0 * tooth + 0.9).sin() + third * (3.0 * tooth).sin();
         acting - AMPLITUDE * law - spring * position
-    });
-    Log {
-        path: "teeth.csv".into(),
-        period_s: TOOTHED.period,
-        input,
-        position,
-        ..Log::default()
-    }
+    })
 }
 
 /// Names of what is found, in alphabetical order, and the periods among their numbers.
 fn found(harmonics: [f64; 2], spring: f64) -> (Vec<String>, Vec<f64>) {
-    let machine = Machine::of_bytes(Path::new("teeth.toml"), DECLARED.into()).unwrap();
+    let fit = ["inertia", "viscous", "coulomb", "static"];
+    let machine = torque_driven([4.5e-3, 1.1e-2], [1.0e-3, 2.0e-3], TOOTHED.count, &fit);
     let train = log(harmonics, spring, [0.3, 1.9, 4.0, 5.5]);
     let other = log(harmonics, spring, [2.2, 0.4, 5.1, 1.0]);
     let outcome = engine::run(&machine, &[train], || Ok(vec![other]), |_| ())

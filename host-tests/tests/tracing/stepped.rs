@@ -74,6 +74,39 @@ declared_effects = []
     Machine::of_bytes(Path::new("gearmotor.toml"), text.into()).unwrap()
 }
 
+/// A machine that a torque drives, as a machine file has it. `mechanics`: inertia and viscous friction; `friction`: Coulomb
+/// and breakaway level; `fit`: the names of what is fitted.
+pub fn torque_driven(
+    mechanics: [f64; 2],
+    friction: [f64; 2],
+    resolution: f64,
+    fit: &[&str],
+) -> Machine {
+    let [inertia, viscous] = mechanics;
+    let [coulomb, breakaway] = friction;
+    let text = format!(
+        r#"
+name = "torque-driven"
+coordinate = "rad"
+[input]
+kind = "torque"
+gain = 1.0
+[mechanics]
+inertia = {inertia:e}
+viscous = {viscous:e}
+[friction]
+coulomb = {coulomb:e}
+static = {breakaway:e}
+[sensor]
+resolution = {resolution:e}
+[fit]
+parameters = {fit:?}
+declared_effects = []
+"#
+    );
+    Machine::of_bytes(Path::new("torque-driven.toml"), text.into()).unwrap()
+}
+
 /// The line of a machine file that says what a count of [`GEARMOTOR`]'s encoder is.
 pub const COUNTS: &str = "resolution = 1.122e-4";
 
@@ -127,6 +160,23 @@ impl<const WAVES: usize> Stepped<WAVES> {
         (input, positions)
     }
 
+    /// As [`Stepped::drive`], as a log without a current.
+    pub fn log_of_position(
+        &self,
+        path: &str,
+        phases: [f64; WAVES],
+        torque: impl FnMut(f64, f64, f64) -> f64,
+    ) -> Log {
+        let (input, position) = self.drive(phases, torque);
+        Log {
+            path: path.into(),
+            period_s: self.period,
+            input,
+            position,
+            ..Log::default()
+        }
+    }
+
     /// As [`Stepped::drive`], with the current as it was so many steps before each row. `acts`: the torque, and the current
     /// that flows behind the step.
     pub fn log(
@@ -143,15 +193,11 @@ impl<const WAVES: usize> Stepped<WAVES> {
             amperes.push(flow);
             torque
         };
-        let (input, position) = self.drive(phases, torque);
+        let log = self.log_of_position(path, phases, torque);
         let current = amperes.into_iter().step_by(self.steps).take(self.rows);
         Log {
-            path: path.into(),
-            period_s: self.period,
-            input,
-            position,
             current: Some(current.collect()),
-            ..Log::default()
+            ..log
         }
     }
 }

@@ -60,6 +60,7 @@ impl Effect for Cogging {
     };
     const MAP: Option<Kind> = Some(Kind::PositionTorque);
     const HELD: bool = true;
+    const OVERTONES: bool = true;
 
     fn new(values: [f32; MOST_PARAMETERS]) -> Self {
         Self(Harmonic::new(values))

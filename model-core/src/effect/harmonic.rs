@@ -1,6 +1,6 @@
 //! One harmonic over the position, which several effects add to what they act on.
 
-use super::{Active, Bounds, Id, MOST_PARAMETERS, Parameter, Role};
+use super::{Active, Bounds, MOST_PARAMETERS, Parameter, Role};
 use crate::numeric::sine::ripple;
 use crate::unit::Dimension;
 use core::f32::consts::TAU;
@@ -30,7 +30,9 @@ pub fn overtones(effect: &Active) -> Option<[Active; 2]> {
         id: effect.id,
         values: [OVERTONE * sine, OVERTONE * cosine, period / order],
     };
-    matches!(effect.id, Id::Cogging | Id::PositionDependentFriction)
+    effect
+        .id
+        .has_overtones()
         .then(|| [overtone(2.0), overtone(3.0)])
 }
 

@@ -234,6 +234,9 @@ pub trait Effect: Copy {
     /// better answer.
     const EXPANSION: bool = false;
 
+    /// Whether a model may hold it once more at a part of its period: it is periodic, and adds to others of its kind.
+    const OVERTONES: bool = false;
+
     /// The learned map that has its variable and acts as it does, where there is one.
     const MAP: Option<Kind> = None;
 
@@ -360,6 +363,11 @@ macro_rules! catalogue {
             /// Whether it is the first terms of any law of its variable.
             pub fn is_expansion(self) -> bool {
                 match self { $(Self::$name => $module::$name::EXPANSION),* }
+            }
+
+            /// Whether a model may hold it once more at a part of its period.
+            pub fn has_overtones(self) -> bool {
+                match self { $(Self::$name => $module::$name::OVERTONES),* }
             }
 
             /// The learned map that has its variable and acts as it does, where there is one.

@@ -53,6 +53,7 @@ impl Effect for PositionDependentFriction {
     };
     const MAP: Option<Kind> = Some(Kind::PositionFriction);
     const HELD: bool = true;
+    const OVERTONES: bool = true;
     const EXPANSION: bool = true;
 
     fn new(values: [f32; MOST_PARAMETERS]) -> Self {

@@ -1,11 +1,12 @@
-//! What else an effect that was found could be: twins of it, or only the way out of a local minimum.
+//! What else an effect that was found could be: a twin of it, only the way out of a local minimum, or another law of what
+//! was found before it.
 
 use super::criterion::{
     EQUALLY_GOOD, LARGEST_RATIO, LEAST_CERTAINTY, POOR_EXPLANATION, TOLD_APART,
 };
 use super::found::Found;
 use super::held_out::{HeldOut, Refusal, compare};
-use super::judging::is_rounding;
+use super::judging::{is_rounding, judge};
 use super::model::Model;
 use super::replay::Schedule;
 use super::verdict::{Accepted, Decision};
@@ -89,17 +90,15 @@ pub(super) fn other_law(
     with: &Model,
     found: &Found,
 ) -> Option<Option<Id>> {
-    if found.accepted.is_empty() {
-        return Some(None);
-    }
-    let held_out = workbench.held_out(with)?;
+    let mut held_out = None;
     let first = workbench.declared.effects.len();
     for known in &found.after.model.effects[first..] {
         let Some(start) = with_freer_law(workbench, &found.after.model, known) else {
             continue;
         };
         let freer = held_out_once_fitted(workbench, start)?;
-        if compare(&held_out, &freer).ratio <= TOLD_APART {
+        let with = judge(workbench, &mut held_out, with)?;
+        if compare(with, &freer).ratio <= TOLD_APART {
             return Some(Some(known.id));
         }
     }

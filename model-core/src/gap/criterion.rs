@@ -155,7 +155,7 @@ pub const IDENTICAL: f32 = 0.9995;
 pub const EQUIVALENT: f32 = 0.9;
 
 /// An effect whose held-out error is beyond this multiple of the accepted one's is told from it,
-/// however alike the two sensitivities are.
+/// however alike the two sensitivities are. So is one from another law of what was found before it.
 pub const TOLD_APART: f64 = 1.5;
 
 /// An effect with a memory whose held-out error is within this ratio of the best one's may still be
