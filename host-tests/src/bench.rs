@@ -516,10 +516,7 @@ fn machine() -> Machine {
 fn position_loop(machine: &Machine, seconds: f64) -> Result<Log, Failure> {
     let mut model = declared::model(machine)?;
     let difference = 0.6 * model.plant.viscous.forward;
-    let effect = Active {
-        id: Id::AsymmetricViscous,
-        values: [difference, 0.0, 0.0],
-    };
+    let effect = Active::new(Id::AsymmetricViscous, [difference]);
     if model.effects.push(effect).is_err() {
         return Err(fault("it has no room for an effect"));
     }

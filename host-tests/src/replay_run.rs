@@ -132,7 +132,7 @@ pub fn checked_tape() -> Result<Vec<u8>, Failure> {
         gravity_rest: 0.0,
         effects: effects
             .into_iter()
-            .map(|(id, values)| Active { id, values })
+            .map(|(id, values)| Active::new(id, values))
             .collect(),
         map: None,
         current_sensor: Default::default(),

@@ -34,7 +34,7 @@ fn rubbing() -> Parameters {
 }
 
 fn model(plant: Parameters, effects: &[(Id, [f32; 3])]) -> Model {
-    let active = |&(id, values)| Active { id, values };
+    let active = |&(id, values)| Active::new(id, values);
     Model {
         plant,
         gravity_torque: 0.0,

@@ -608,7 +608,7 @@ proptest! {
         steps in prop::collection::vec((hostile(), hostile(), perhaps(0.0), perhaps(0.0), any::<bool>()), 20),
     ) {
         let mut effects = Vec::new();
-        effects.push(Active { id, values }).unwrap();
+        effects.push(Active::new(id, values)).unwrap();
         let model = Model { plant: MOTOR, gravity_torque: 0.0, gravity_rest: 0.0, effects, map: None, current_sensor: Default::default() };
         let Ok(simulator) = model.build(1e-3) else { return Ok(()) };
         let mut course = Course::new(State::new(0.2, velocity));

@@ -29,7 +29,7 @@ fn declared() -> Model {
 fn with(effects: &[(Id, [f32; 3])]) -> Model {
     let mut model = declared();
     for &(id, values) in effects {
-        model.effects.push(Active { id, values }).unwrap();
+        model.effects.push(Active::new(id, values)).unwrap();
     }
     model
 }
@@ -213,19 +213,13 @@ fn a_friction_that_falls_with_the_load_is_fitted_as_none() {
         breakaway: Directional::both(0.8 * declared.breakaway.forward),
         ..declared
     };
-    let effect = Active {
-        id: Id::LoadDependentFriction,
-        values: [0.1, 0.0, 0.0],
-    };
+    let effect = Active::new(Id::LoadDependentFriction, [0.1]);
     assert_ends_at(0.0, &swept(&easier, 0), effect);
 }
 
 #[test]
 fn a_delay_beyond_the_longest_is_fitted_as_the_longest() {
-    let effect = Active {
-        id: Id::SensorDelay,
-        values: [0.2, 0.0, 0.0],
-    };
+    let effect = Active::new(Id::SensorDelay, [0.2]);
     assert_ends_at(0.25, &swept(&plant(winding(1e-3), false), 270), effect);
 }
 
@@ -294,10 +288,7 @@ fn a_short_log_is_cut_into_short_windows() {
 /// v(t) = (v₀ + F/B) exp(−B t/J) − F/B is the solution, whatever the input says and an effect adds to it.
 #[test]
 fn a_released_rotor_coasts() {
-    let voltage_lost = Active {
-        id: Id::BrushDrop,
-        values: [0.5, 0.0, 0.0],
-    };
+    let voltage_lost = Active::new(Id::BrushDrop, [0.5]);
     let released = External {
         released: true,
         ..External::NONE

@@ -2,7 +2,7 @@
 //! the model, the log and the number of lanes.
 
 use model_core::effect::learned_map::{Kind, LearnedMap, Ranges};
-use model_core::effect::{Active, Id, Scope};
+use model_core::effect::{Active, Id, MOST_PARAMETERS, Scope};
 use model_core::gap::covariance::Information;
 use model_core::gap::current_sensor::{CurrentSensor, Reading};
 use model_core::gap::fit::variables;
@@ -133,7 +133,7 @@ fn models(plant: &Parameters) -> Vec<(String, Model)> {
         let trial = id.trial(&SCOPE, 4).or(id.trial(&SCOPE, 1));
         let values = trial.unwrap_or_else(|| {
             let shapes = id.shapes(&SCOPE, 1).or(id.shapes(&SCOPE, 0));
-            let mut values = [0.0; 3];
+            let mut values = [0.0; MOST_PARAMETERS];
             for index in 0..id.strengths() {
                 values[index] = 0.6 * id.scale(&SCOPE, index);
             }

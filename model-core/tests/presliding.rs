@@ -22,12 +22,7 @@ fn model(breakaway: f32, effect: [f32; 3]) -> Model {
         },
         gravity_torque: 0.0,
         gravity_rest: 0.0,
-        effects: [Active {
-            id: Id::Presliding,
-            values: effect,
-        }]
-        .into_iter()
-        .collect(),
+        effects: [Active::new(Id::Presliding, effect)].into_iter().collect(),
         map: None,
         current_sensor: Default::default(),
     }

@@ -199,7 +199,7 @@ pub enum Effect {
     /// A rubber mount beside the friction: a load z with dz/dx = −(torque + sign(v) z) / reach, that
     /// remembers where the motion last turned (P. R. Dahl, *A Solid Friction Model*, 1968). No entry
     /// of the catalogue gives way over so long a way.
-    HystereticSpring {
+    Hysteresis {
         /// What it comes to far from the last turn, N·m or N.
         torque: f64,
         /// Way in which it comes near to that, rad or m, positive.
@@ -260,8 +260,8 @@ pub enum EffectKind {
     RoughSpot,
     /// [`Effect::Presliding`]
     Presliding,
-    /// [`Effect::HystereticSpring`]
-    HystereticSpring,
+    /// [`Effect::Hysteresis`]
+    Hysteresis,
 }
 
 impl EffectKind {
@@ -292,11 +292,11 @@ impl EffectKind {
         Self::SpeedBand,
         Self::RoughSpot,
         Self::Presliding,
-        Self::HystereticSpring,
+        Self::Hysteresis,
     ];
 
-    /// The id in the catalogue of effects. `None` for [`EffectKind::SpeedBand`],
-    /// [`EffectKind::RoughSpot`] and [`EffectKind::HystereticSpring`], which are there to be unknown.
+    /// The id in the catalogue of effects. `None` for [`EffectKind::SpeedBand`] and [`EffectKind::RoughSpot`], which are
+    /// there to be unknown.
     pub fn id(self) -> Option<&'static str> {
         match self {
             Self::AsymmetricCoulomb => Some("asymmetric_coulomb"),
@@ -322,7 +322,8 @@ impl EffectKind {
             Self::ThermalDrift => Some("thermal_drift"),
             Self::EncoderEccentricity => Some("encoder_eccentricity"),
             Self::Presliding => Some("presliding"),
-            Self::SpeedBand | Self::RoughSpot | Self::HystereticSpring => None,
+            Self::Hysteresis => Some("hysteresis"),
+            Self::SpeedBand | Self::RoughSpot => None,
         }
     }
 
@@ -465,7 +466,7 @@ impl Effect {
                     speed: 5e-3 * machine.speed,
                 }
             }
-            EffectKind::HystereticSpring => Self::HystereticSpring {
+            EffectKind::Hysteresis => Self::Hysteresis {
                 torque: 0.4 * coulomb,
                 reach: 0.2 * machine.amplitude(),
             },
@@ -529,7 +530,7 @@ impl Effect {
             | Self::RoughSpot {
                 torque: strength, ..
             }
-            | Self::HystereticSpring {
+            | Self::Hysteresis {
                 torque: strength, ..
             }
             | Self::Presliding {
@@ -604,7 +605,7 @@ impl Effect {
             Self::SpeedBand { .. } => EffectKind::SpeedBand,
             Self::RoughSpot { .. } => EffectKind::RoughSpot,
             Self::Presliding { .. } => EffectKind::Presliding,
-            Self::HystereticSpring { .. } => EffectKind::HystereticSpring,
+            Self::Hysteresis { .. } => EffectKind::Hysteresis,
         }
     }
 }

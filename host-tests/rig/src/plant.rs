@@ -78,7 +78,7 @@ impl Shaft {
 
 /// A load that remembers where the motion last turned.
 #[derive(Debug, Clone, Copy)]
-struct HystereticSpring {
+struct Hysteresis {
     /// N·m or N.
     torque: f64,
     /// rad or m.
@@ -87,7 +87,7 @@ struct HystereticSpring {
     load: f64,
 }
 
-impl HystereticSpring {
+impl Hysteresis {
     /// Lets the machine pass a way (exact: its direction does not change within that).
     fn follow(&mut self, way: f64) {
         let end = -self.torque * way.signum();
@@ -161,7 +161,7 @@ pub struct Plant {
     warmth: Option<Warmth>,
     /// What is behind an elastic shaft.
     shaft: Option<Shaft>,
-    hysteretic_spring: Option<HystereticSpring>,
+    hysteresis: Option<Hysteresis>,
     inertia: f64,
     viscous_forward: f64,
     viscous_backward: f64,
@@ -208,7 +208,7 @@ impl Plant {
             dead_time: (0.0, 1.0),
             warmth: None,
             shaft: None,
-            hysteretic_spring: None,
+            hysteresis: None,
             inertia: machine.inertia,
             viscous_forward: machine.viscous,
             viscous_backward: machine.viscous,
@@ -272,8 +272,8 @@ impl Plant {
                         speed,
                     });
                 }
-                Effect::HystereticSpring { torque, reach } => {
-                    plant.hysteretic_spring = Some(HystereticSpring {
+                Effect::Hysteresis { torque, reach } => {
+                    plant.hysteresis = Some(Hysteresis {
                         torque,
                         reach,
                         load: 0.0,
@@ -370,7 +370,7 @@ impl Plant {
         if let Some(shaft) = &mut self.shaft {
             (shaft.position, shaft.velocity) = (position, velocity);
         }
-        if let Some(spring) = &mut self.hysteretic_spring {
+        if let Some(spring) = &mut self.hysteresis {
             spring.load = 0.0;
         }
         self.motion = if velocity == 0.0 {
@@ -427,7 +427,7 @@ impl Plant {
             let before = self.state.position;
             self.step_by(input, length);
             self.time += length;
-            if let Some(spring) = &mut self.hysteretic_spring {
+            if let Some(spring) = &mut self.hysteresis {
                 spring.follow(self.state.position - before);
             }
             if let Some(shaft) = &mut self.shaft {
@@ -812,7 +812,7 @@ impl Plant {
             - self.stiffness * state.position
             - self.preload * self.side
             + self.shaft.map_or(0.0, |shaft| shaft.load(state))
-            + self.hysteretic_spring.map_or(0.0, |spring| spring.load)
+            + self.hysteresis.map_or(0.0, |spring| spring.load)
             - self.drag * state.velocity * state.velocity.abs();
         for effect in &self.shaped {
             load += match effect {

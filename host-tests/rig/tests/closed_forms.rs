@@ -482,9 +482,9 @@ fn a_rough_spot_takes_the_work_of_its_bell() {
 /// A slide that is thrown forward and pulled back loses what the spring takes either way, from where it
 /// turned on.
 #[test]
-fn a_hysteretic_spring_remembers_where_it_turned() {
+fn a_hysteresis_remembers_where_it_turned() {
     let (torque, reach) = (3.0, 0.2);
-    let mut plant = Plant::new(&bare_slide(), &[Effect::HystereticSpring { torque, reach }]);
+    let mut plant = Plant::new(&bare_slide(), &[Effect::Hysteresis { torque, reach }]);
     plant.place(0.0, 2.0);
     let decay = |way: f64| (-way / reach).exp();
     let mut turn: f64 = 0.0;

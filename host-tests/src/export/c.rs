@@ -28,6 +28,7 @@ fn why_not(id: Id) -> Option<&'static str> {
         Id::InputDelay => Some("feed the input so much later"),
         Id::SensorDelay => Some("read the position so much later"),
         Id::Presliding => Some("friction is rigid here"),
+        Id::Hysteresis => Some("nothing remembers where the motion turned here"),
         Id::Compliance => {
             Some("the shaft is rigid here, with all of the inertia on the drive's side")
         }
@@ -233,13 +234,13 @@ fn values(source: &Source, id: Id) -> [f32; MOST_PARAMETERS] {
 /// What effects make of the winding, its supply, time and the sensor.
 fn of_effects(source: &Source) -> Vec<Constant> {
     let first = |id| values(source, id)[0];
-    let [rate, time_constant, _] = values(source, Id::ThermalDrift);
+    let [rate, time_constant, ..] = values(source, Id::ThermalDrift);
     let cooling = if time_constant > 0.0 {
         1.0 / time_constant
     } else {
         0.0
     };
-    let [_, load_end, duration] = values(source, Id::ExternalLoad);
+    let [_, load_end, duration, ..] = values(source, Id::ExternalLoad);
     vec![
         constant(
             "SATURATION",
@@ -283,9 +284,23 @@ fn laws(source: &Source) -> String {
 
 /// The statements of an effect; `None` where it is no law of torque or friction.
 fn law(effect: &Active) -> Option<String> {
-    let [a, b, c] = effect.values.map(number);
+    let [a, b, c, overtones @ ..] = effect.values.map(number);
+    let waves = |order: &str, a: &str, b: &str| {
+        let phase = format!("{order}6.283185307179586 * x / {c}");
+        format!("{a} * sin({phase}) + {b} * cos({phase})")
+    };
     let harmonic = || {
-        format!("{a} * sin(6.283185307179586 * x / {c}) + {b} * cos(6.283185307179586 * x / {c})")
+        let [sine_2, cosine_2, sine_3, cosine_3] = &overtones;
+        let mut sum = waves("", &a, &b);
+        for (index, order, sine, cosine) in [
+            (3, "2.0 * ", sine_2, cosine_2),
+            (5, "3.0 * ", sine_3, cosine_3),
+        ] {
+            if effect.values[index] != 0.0 || effect.values[index + 1] != 0.0 {
+                sum += &format!("\n        + {}", waves(order, sine, cosine));
+            }
+        }
+        sum
     };
     let on_both = |value: &str| {
         format!(

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use model_core::effect::Id;
 use model_core::effect::learned_map::Kind;
-use model_core::effect::{Id, MOST_PARAMETERS};
 use model_core::gap::covariance::{Covariance, Information};
 use model_core::gap::current_sensor::Reading;
 use model_core::gap::fit::{Variables, variables};
@@ -179,14 +179,14 @@ fn map_name(kind: Kind) -> String {
 
 /// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
 /// `dimensions`: what the functions measure.
-fn propagate(
+fn propagate<const N: usize>(
     model: &Model,
     spread: &Spread,
     dimensions: &[Dimension],
-    quantity: impl Fn(&Model) -> [f32; MOST_PARAMETERS],
-) -> [f64; MOST_PARAMETERS] {
+    quantity: impl Fn(&Model) -> [f32; N],
+) -> [f64; N] {
     let start = quantity(model);
-    let slopes: Vec<[f64; MOST_PARAMETERS]> = spread
+    let slopes: Vec<[f64; N]> = spread
         .variables
         .iter()
         .map(|variable| {
@@ -272,9 +272,10 @@ pub(super) fn found(
             let values = report(&trace.after.model);
             let description = accepted.candidate.effect.id.description();
             let mut declare = format!("{{ id = \"{}\"", description.id);
-            let parameters = description.parameters.iter();
-            for (parameter, value) in parameters.zip(trace.after.model.effects[slot].values) {
-                declare += &format!(", {} = {}", parameter.name, decimal(value));
+            let fitted = &trace.after.model.effects[slot];
+            let parameters = description.parameters.iter().enumerate();
+            for (index, parameter) in parameters.filter(|(index, _)| fitted.has(*index)) {
+                declare += &format!(", {} = {}", parameter.name, decimal(fitted.values[index]));
             }
             declare += " }";
             let dimensions: Vec<Dimension> = description
@@ -295,6 +296,8 @@ pub(super) fn found(
                         std,
                         unit: dimension.unit(rotary).to_owned(),
                     })
+                    // Overtones that are no part of the fit.
+                    .filter(|estimate| estimate.value != 0.0 || estimate.std != 0.0)
                     .collect(),
                 declare,
                 score: decimal(accepted.candidate.score),
@@ -326,7 +329,6 @@ pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
         score: decimal(unknown.score),
         map: UnknownMap {
             acts_as: kind.acts_as().to_owned(),
-            over: kind.over().to_owned(),
             at: knots.map(|knot| decimal(map.place(knot))).collect(),
             at_unit: kind.dimension().unit(rotary).to_owned(),
             values: map.knots.iter().map(|&value| decimal(value)).collect(),
@@ -346,9 +348,9 @@ pub(super) fn fitted(
     let rotary = machine.coordinate == Coordinate::Radian;
     base.iter()
         .map(|&parameter| {
-            let value = |model: &Model| [model.get(parameter), 0.0, 0.0];
+            let value = |model: &Model| [model.get(parameter)];
             let dimensions = [parameter.dimension()];
-            let std = propagate(model, spread, &dimensions, value)[0];
+            let [std] = propagate(model, spread, &dimensions, value);
             let fitted = model.get(parameter);
             let limits = options.limits(parameter, declared.get(parameter));
             FittedParameter {
@@ -413,12 +415,8 @@ mod tests {
         };
         let amplitude = 40.0_f32;
         for phase in [-3.139, -1.0, 0.0, 2.0, 3.139_f32] {
-            model.effects = [Active {
-                id: Id::Cogging,
-                values: [amplitude * phase.cos(), amplitude * phase.sin(), 0.05],
-            }]
-            .into_iter()
-            .collect();
+            let values = [amplitude * phase.cos(), amplitude * phase.sin(), 0.05];
+            model.effects = [Active::new(Id::Cogging, values)].into_iter().collect();
             let dimensions = [Dimension::Torque, Dimension::Phase, Dimension::Position];
             let report = |model: &Model| model.effects[0].report(&model.plant);
             let variables = variables(&declared, &model, (&[], &[]), &scope);
@@ -431,7 +429,7 @@ mod tests {
                 variables,
                 covariance,
             };
-            let [of_amplitude, of_phase, _] = propagate(&model, &spread, &dimensions, report);
+            let [of_amplitude, of_phase, ..] = propagate(&model, &spread, &dimensions, report);
             assert!(
                 (of_amplitude / 20.0 - 1.0).abs() < 0.02,
                 "{phase}: {of_amplitude} N"

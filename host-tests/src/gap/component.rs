@@ -94,6 +94,7 @@ fn view(id: Id) -> (Variable, Quantity) {
         Id::EncoderEccentricity => (Variable::Position, Quantity::Reading),
         Id::Backlash => (Variable::TravelSinceTurn, Quantity::LostMotion),
         Id::Compliance => (Variable::Acceleration, Quantity::Twist),
+        Id::Hysteresis => (Variable::Deflection, Quantity::Torque),
     }
 }
 
@@ -101,7 +102,6 @@ fn view(id: Id) -> (Variable, Quantity) {
 fn view_of_map(kind: Kind) -> (Variable, Quantity) {
     let variable = match kind {
         Kind::PositionTorque | Kind::PositionFriction => Variable::Position,
-        Kind::PositionHysteresis => Variable::Deflection,
         Kind::VelocityTorque | Kind::SpeedFriction => Variable::Velocity,
         Kind::CurrentTorque | Kind::LoadFriction => Variable::MotorTorque,
         Kind::TimeTorque | Kind::TimeFriction => Variable::Time,

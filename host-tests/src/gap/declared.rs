@@ -1,6 +1,6 @@
 //! The core's model of what a machine file declares.
 
-use model_core::effect::{Active, Id, MOST_PARAMETERS};
+use model_core::effect::{Active, Id, MOST_PARAMETERS, Role};
 use model_core::gap::model::{Base, Model};
 use model_core::plant::Directional;
 use model_core::plant::parameters::{Drive, Parameters};
@@ -119,10 +119,10 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
                 return Err(machine.error_at(declared.line, message));
             }
         }
-        if let Some(missing) = parameters
-            .iter()
-            .find(|parameter| !declared.parameters.contains_key(parameter.name))
-        {
+        if let Some(missing) = parameters.iter().find(|parameter| {
+            let given = declared.parameters.contains_key(parameter.name);
+            parameter.role != Role::Overtone && !given
+        }) {
             let message = format!(
                 "effect `{}` lacks its parameter `{}`; expected {}",
                 declared.id,
@@ -198,7 +198,7 @@ mod tests {
 
     /// Every parameter of the catalogue with a sound value, and the values next to it that physics does
     /// not let be, with the words that say what it does.
-    const PARAMETERS: [(&str, &str, f64, &[f64], &str); 38] = [
+    const PARAMETERS: [(&str, &str, f64, &[f64], &str); 44] = [
         ("offset_torque", "torque", 0.01, &[], ""),
         ("asymmetric_coulomb", "difference", 0.01, &[], ""),
         ("asymmetric_viscous", "difference", 1e-4, &[], ""),
@@ -243,6 +243,10 @@ mod tests {
             &[0.0, -0.5],
             "more than 0, in rad",
         ),
+        ("cogging", "sine_2", 0.01, &[], ""),
+        ("cogging", "cosine_2", 0.01, &[], ""),
+        ("cogging", "sine_3", 0.01, &[], ""),
+        ("cogging", "cosine_3", 0.01, &[], ""),
         (
             "input_delay",
             "delay",
@@ -345,6 +349,14 @@ mod tests {
             "0 or more and below 1",
         ),
         ("compliance", "damping", 0.1, &[-0.1], "0 or more"),
+        ("hysteresis", "torque", 0.01, &[-1e-9], "0 or more, in N·m"),
+        (
+            "hysteresis",
+            "reach",
+            0.1,
+            &[0.0, -0.1],
+            "more than 0, in rad",
+        ),
     ];
 
     /// The model of a machine whose file declares one effect with these values, on its line 3.
@@ -386,6 +398,21 @@ mod tests {
                 assert!(error.ends_with(&words), "{error}");
             }
         }
+    }
+
+    #[test]
+    fn overtones_may_be_left_out_and_nothing_else() {
+        let cogging = [("sine", 0.01), ("cosine", 0.02), ("period", 0.5)];
+        let model = declaring("cogging", cogging.into_iter()).unwrap();
+        assert_eq!(
+            model.effects[0],
+            Active::new(Id::Cogging, [0.01, 0.02, 0.5])
+        );
+        let third = cogging.into_iter().chain([("cosine_3", 0.001)]);
+        let model = declaring("cogging", third).unwrap();
+        assert_eq!(model.effects[0].values[6], 0.001);
+        let error = declaring("cogging", cogging.into_iter().take(2)).unwrap_err();
+        assert!(error.contains("lacks its parameter `period`"), "{error}");
     }
 
     #[test]

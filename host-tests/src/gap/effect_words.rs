@@ -149,6 +149,7 @@ impl Words<'_> {
             Id::Backlash => self.backlash(),
             Id::Compliance => self.compliance(),
             Id::EncoderEccentricity => self.encoder_eccentricity(),
+            Id::Hysteresis => self.hysteresis(),
         }
     }
 
@@ -371,9 +372,23 @@ impl Words<'_> {
             self.recurrence(period)
         };
         format!(
-            "The drive cogs, as motor slots or gear teeth do: {} either way, {recurrence}.",
-            self.torque(self.span("amplitude"))
+            "The drive cogs, as motor slots or gear teeth do: {} either way, {recurrence}{}.",
+            self.torque(self.span("amplitude")),
+            self.overtones()
         )
+    }
+
+    /// What a cogging has besides the first harmonic.
+    fn overtones(&self) -> String {
+        let of = |name: &str| self.parameter(name).map(|it| it.value);
+        match (of("second_harmonic"), of("third_harmonic")) {
+            (Some(second), Some(third)) => format!(
+                ", with {} at twice and {} at three times that",
+                self.plain_torque(second),
+                self.plain_torque(third)
+            ),
+            _ => String::new(),
+        }
     }
 
     fn external_load(&self) -> String {
@@ -478,6 +493,15 @@ impl Words<'_> {
              drive is held.",
             significant(100.0 * self.value("share"), 3),
             frequency.in_words("Hz")
+        )
+    }
+
+    fn hysteresis(&self) -> String {
+        format!(
+            "Something elastic that loses energy pulls back, as a rubber mount or a cable does: with up to {}, most of \
+             it within {} from where the motion turned.",
+            self.torque(self.span("torque")),
+            self.place(self.span("reach"))
         )
     }
 

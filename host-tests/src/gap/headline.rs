@@ -254,15 +254,12 @@ fn learned(report: &Report) -> Vec<(String, String)> {
             let scale = Scale::of(unit, [low, high]);
             format!("{} to {}", scale.number(low), scale.quantity(high))
         };
-        let acts_as = match map.acts_as.as_str() {
-            "hysteresis" => "torque that remembers where the motion turned",
-            other => other,
-        };
+        let acts_as = &map.acts_as;
         let sentence = format!(
             "A {acts_as} of {} over a {} of {}, learned from the logs, explains {} of what the fitted model \
              leaves.",
             range(&map.values, &map.unit),
-            map.over,
+            unknown.depends_on,
             range(&map.at, &map.at_unit),
             Scale::percent().quantity(unknown.score)
         );

@@ -213,17 +213,12 @@ pub struct Unknown {
     pub map: UnknownMap,
 }
 
-/// A torque or a friction level that was learned over a variable, or over a deflection that follows it:
-/// linear between its points, constant beyond them.
+/// A torque or a friction level that was learned over a variable: linear between its points, constant beyond them.
 #[derive(Debug, Clone, Serialize)]
 pub struct UnknownMap {
-    /// `torque`, positive forwards, or `friction`, which opposes motion and holds at rest, or
-    /// `hysteresis`: a torque over a deflection that follows the position within the map's ends, each
-    /// time from where it was (Dahl).
+    /// `torque`, positive forwards, or `friction`, which opposes motion and holds at rest.
     pub acts_as: String,
-    /// What the map is over: the variable, or `deflection`.
-    pub over: String,
-    /// Its values, SI: of a friction over velocity, current or load its magnitude, of a
+    /// Values of the variable, SI: of a friction over velocity, current or load its magnitude, of a
     /// current the torque that it makes.
     pub at: Vec<f64>,
     /// Unit of `at`.

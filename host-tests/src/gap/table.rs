@@ -354,17 +354,8 @@ fn effects(page: &mut Page, outcome: &Outcome) {
 fn learned(page: &mut Page, unknown: &Unknown) {
     let map = &unknown.map;
     for (name, unit, values) in [
-        (map.over.as_str(), &map.at_unit, &map.at),
-        (
-            // A hysteresis is one of torque.
-            if map.acts_as == "friction" {
-                "friction"
-            } else {
-                "torque"
-            },
-            &map.unit,
-            &map.values,
-        ),
+        (unknown.depends_on.as_str(), &map.at_unit, &map.at),
+        (map.acts_as.as_str(), &map.unit, &map.values),
     ] {
         let largest = values
             .iter()

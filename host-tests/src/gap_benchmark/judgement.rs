@@ -169,7 +169,7 @@ pub fn judge(truth: &Truth, answer: &Answer) -> Judgement {
 fn carrier(kind: EffectKind) -> Option<&'static str> {
     match kind {
         EffectKind::SpeedBand => Some("velocity"),
-        EffectKind::RoughSpot | EffectKind::HystereticSpring => Some("position"),
+        EffectKind::RoughSpot => Some("position"),
         _ => None,
     }
 }

@@ -17,7 +17,8 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
         Effect::QuadraticDrag { coefficient } => [coefficient, 0.0, 0.0],
         Effect::Spring { stiffness, rest } => [stiffness, stiffness * rest, 0.0],
         Effect::Gravity { torque, rest } => {
-            Gravity::values(torque as f32, rest as f32).map(f64::from)
+            let [sine, cosine, ..] = Gravity::values(torque as f32, rest as f32);
+            [f64::from(sine), f64::from(cosine), 0.0]
         }
         Effect::Cogging {
             amplitude,
@@ -65,12 +66,10 @@ pub fn active(effect: &Effect, rig: &Machine) -> Option<Active> {
             period,
             phase,
         } => [amplitude * phase.cos(), amplitude * phase.sin(), period],
+        Effect::Hysteresis { torque, reach } => [torque, reach, 0.0],
         _ => return None,
     };
-    Some(Active {
-        id,
-        values: values.map(|value| value as f32),
-    })
+    Some(Active::new(id, values.map(|value| value as f32)))
 }
 
 /// Numbers that an answer may estimate, by the names that it gives them, whichever of equivalent effects

@@ -5,7 +5,7 @@ use firmware::app::replay::{Replay, Row};
 use firmware::app::tape::{self, Driven, Tape, TapeError};
 use firmware::app::timing::{PLANT_PERIOD, TICKS_PER_CONTROL};
 use model_core::effect::cogging::Cogging;
-use model_core::effect::{Active, Effect, Id};
+use model_core::effect::{Active, Effect, Id, padded};
 use model_core::gap::model::Model;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
@@ -31,7 +31,7 @@ fn throttle() -> Model {
 
 fn with_effect(id: Id, values: [f32; 3]) -> Model {
     let mut model = throttle();
-    model.effects.push(Active { id, values }).unwrap();
+    model.effects.push(Active::new(id, values)).unwrap();
     model
 }
 
@@ -62,7 +62,7 @@ fn a_tape_gives_back_what_was_written_whatever_lies_behind_it() {
         panic!("another kind of model");
     };
     assert_eq!(model.plant, THROTTLE.plant);
-    assert_eq!(model.effects[0].values, [0.01, 0.02, 0.3]);
+    assert_eq!(model.effects[0].values, padded([0.01, 0.02, 0.3]));
     assert_eq!(tape.head.start, THROTTLE.rest);
     assert_eq!(tape.len(), inputs.len());
     let read: Vec<f32> = (0..tape.len()).map(|index| tape.input(index)).collect();

@@ -146,6 +146,22 @@ fn torques_are_said_with_their_direction() {
         ("period", 0.012, 0.001),
     ];
     says(&linear("cogging", &values), &["40.0 N", "every 12.0 mm"]);
+    let overtones = [("second_harmonic", 12.0, 0.1), ("third_harmonic", 3.0, 0.1)];
+    let values: Vec<_> = values.into_iter().chain(overtones).collect();
+    says(
+        &linear("cogging", &values),
+        &["12.0 N at twice", "3.00 N at three times that"],
+    );
+}
+
+#[test]
+fn a_hysteresis_is_said_with_its_torque_and_its_way() {
+    // 0.1 · 180/π.
+    let values = [("torque", 0.05, 0.001), ("reach", 0.1, 0.01)];
+    says(
+        &rotary("hysteresis", &values),
+        &["50.0 mN·m (95 %: 48.0 to 52.0)", "5.73°"],
+    );
 }
 
 #[test]

@@ -117,10 +117,7 @@ fn the_torque_residual_is_that_of_scipy() {
         model
     };
     let with = |mut model: Model, id: Id, value: f32| {
-        let effect = Active {
-            id,
-            values: [value, 0.0, 0.0],
-        };
+        let effect = Active::new(id, [value]);
         model.effects.push(effect).unwrap();
         model
     };

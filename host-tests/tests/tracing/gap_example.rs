@@ -280,7 +280,6 @@ pub fn variants() -> Vec<(&'static str, Report)> {
         score: 0.4063,
         map: UnknownMap {
             acts_as: "friction".into(),
-            over: "velocity".into(),
             at: vec![0.0, 0.05, 0.1, 0.15],
             at_unit: "m/s".into(),
             values: vec![1.25, -0.5, 0.0, 3.75],

@@ -199,7 +199,7 @@ fn what_finds_no_room_is_counted() {
         let is_whole = text.contains(sentence.as_str());
         assert_eq!(text.contains(&format!("{id}: ")), is_whole, "{id}: {text}");
     }
-    assert!(text.contains("23 effects were missing."), "{text}");
+    assert!(text.contains("24 effects were missing."), "{text}");
 }
 
 /// Along a stroke what else it could be is a force too.
@@ -235,7 +235,7 @@ fn the_first_sentence_says_what_the_effect_may_be_instead() {
         ),
         (
             &ids[..],
-            "one effect was missing, either asymmetric_viscous or one of 23 others: the logs cannot tell them apart.",
+            "one effect was missing, either asymmetric_viscous or one of 24 others: the logs cannot tell them apart.",
         ),
     ] {
         report.outcome.effects[0].equivalent = equivalent.to_vec();

@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use host_tests::gap::engine;
+use host_tests::gap::outcome::{Estimate, FoundEffect};
 use host_tests::log::Log;
 
 use crate::stepped::{Stepped, torque_driven};
@@ -38,39 +39,75 @@ fn log(harmonics: [f64; 2], spring: f64, phases: [f64; 4]) -> Log {
     })
 }
 
-/// Names of what is found, in alphabetical order, and the periods among their numbers.
-fn found(harmonics: [f64; 2], spring: f64) -> (Vec<String>, Vec<f64>) {
+/// What is found, in the alphabetical order of the names.
+fn found(harmonics: [f64; 2], spring: f64) -> Vec<FoundEffect> {
     let fit = ["inertia", "viscous", "coulomb", "static"];
     let machine = torque_driven([4.5e-3, 1.1e-2], [1.0e-3, 2.0e-3], TOOTHED.count, &fit);
     let train = log(harmonics, spring, [0.3, 1.9, 4.0, 5.5]);
     let other = log(harmonics, spring, [2.2, 0.4, 5.1, 1.0]);
-    let outcome = engine::run(&machine, &[train], || Ok(vec![other]), |_| ())
-        .unwrap()
-        .outcome;
-    let mut names: Vec<String> = outcome.effects.iter().map(|it| it.id.clone()).collect();
-    names.sort();
-    let numbers = outcome.effects.iter().flat_map(|it| &it.parameters);
-    let periods = numbers.filter(|it| it.name == "period");
-    (names, periods.map(|it| it.value).collect())
+    let report = engine::run(&machine, &[train], || Ok(vec![other]), |_| ()).unwrap();
+    let mut effects = report.outcome.effects;
+    effects.sort_by(|a, b| a.id.cmp(&b.id));
+    effects
+}
+
+fn names(effects: &[FoundEffect]) -> Vec<&str> {
+    effects.iter().map(|effect| &*effect.id).collect()
+}
+
+/// A number of a found effect.
+fn number(effect: &FoundEffect, name: &str) -> Estimate {
+    let mut parameters = effect.parameters.iter();
+    parameters.find(|it| it.name == name).unwrap().clone()
 }
 
 #[test]
-fn overtones_of_a_cogging_are_no_second_effect() {
-    for harmonics in [[0.24, 0.09], [0.35, 0.0], [0.5, 0.2]] {
-        let (names, periods) = found(harmonics, 0.0);
-        assert_eq!(names, ["cogging"], "{harmonics:?}");
+fn overtones_of_a_cogging_are_no_second_effect_and_are_found() {
+    for harmonics in [[0.24, 0.09], [0.35, 0.12], [0.5, 0.2]] {
+        let effects = found(harmonics, 0.0);
+        assert_eq!(names(&effects), ["cogging"], "{harmonics:?}");
         let tooth = 2.0 * PI / TEETH;
-        assert!((periods[0] / tooth - 1.0).abs() < 0.01, "{periods:?}");
+        let period = number(&effects[0], "period").value;
+        assert!((period / tooth - 1.0).abs() < 0.01, "{period}");
+        let overtones = ["second_harmonic", "third_harmonic"];
+        for (name, share) in overtones.into_iter().zip(harmonics) {
+            let (found, there) = (number(&effects[0], name), share * AMPLITUDE);
+            // Four standard deviations, which one estimate in sixteen thousand is beyond.
+            assert!(
+                (found.value - there).abs() < 4.0 * found.std,
+                "{name}: {} ± {} N·m where there are {there}",
+                found.value,
+                found.std
+            );
+            assert!(found.std < 0.1 * there, "{name}: ± {} N·m", found.std);
+        }
     }
 }
 
 #[test]
+fn a_cogging_without_overtones_has_none() {
+    let effects = found([0.0; 2], 0.0);
+    assert_eq!(names(&effects), ["cogging"]);
+    assert_eq!(
+        effects[0].parameters.len(),
+        3,
+        "{:?}",
+        effects[0].parameters
+    );
+    assert!(
+        !effects[0].declare.contains("sine_2"),
+        "{}",
+        effects[0].declare
+    );
+}
+
+#[test]
 fn a_spring_beside_them_is() {
-    let (names, _) = found([0.24, 0.09], 0.02);
+    let effects = found([0.24, 0.09], 0.02);
     // Over 0.6 rad either way a load that hangs pulls all but as a spring does.
-    let [cogging, returning] = &names[..] else {
-        panic!("{names:?}");
+    let [cogging, returning] = names(&effects)[..] else {
+        panic!("{:?}", names(&effects));
     };
     assert_eq!(cogging, "cogging");
-    assert!(["gravity", "spring"].contains(&&**returning), "{names:?}");
+    assert!(["gravity", "spring"].contains(&returning), "{returning}");
 }

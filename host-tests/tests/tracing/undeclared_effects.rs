@@ -765,33 +765,32 @@ fn behind_a_soft_loop_a_load_that_comes_and_goes_is_found() {
     }
 }
 
-/// A spring that remembers where the motion has turned, over a short way and over a long one. Its loop
-/// is as wide as it is, but for what the fitted friction takes of it: between two turns these are alike.
+/// A torque that remembers where the motion has turned, over a short way and over a long one. Its torque is known as far as
+/// friction is: between two turns these are alike.
 #[test]
-fn a_hysteresis_is_called_unknown_and_its_loop_is_learned() {
+fn a_hysteresis_is_found_with_its_torque_and_its_reach() {
     for (index, machine) in machines().iter().enumerate() {
-        let nominal = Effect::nominal(EffectKind::HystereticSpring, machine);
-        let Effect::HystereticSpring { torque, reach } = nominal else {
+        let nominal = Effect::nominal(EffectKind::Hysteresis, machine);
+        let Effect::Hysteresis { torque, reach } = nominal else {
             panic!("{nominal:?}");
         };
         for share in [0.4, 2.0] {
             let reach = share * reach;
-            let effect = Effect::HystereticSpring { torque, reach };
+            let effect = Effect::Hysteresis { torque, reach };
             let seed = 3401 + index as u64;
             let outcome = trace(machine, machine, sweep(machine), &[effect], seed);
             let case = format!("{effect:?} on {}: {:?}", machine.name, outcome.effects);
-            assert_eq!(outcome.verdict, Verdict::UnknownEffect, "{case}");
-            let unknown = outcome.unknown.unwrap();
-            assert_eq!(unknown.depends_on, "position", "{case}");
-            let errors = &outcome.errors.train;
-            let ratio = errors.remaining();
-            assert!(ratio < 0.3, "the map leaves {ratio} of the error: {case}");
-            let values = &unknown.map.values;
-            let loop_width = values[0] - values[values.len() - 1];
-            let coulomb = outcome.fit.iter().find(|it| it.name == "coulomb").unwrap();
-            let width = loop_width + 2.0 * (coulomb.fitted - machine.coulomb);
-            let share = width / (2.0 * torque);
-            assert!((share - 1.0).abs() < 0.1, "{share} of its width: {case}");
+            let [found] = &outcome.effects[..] else {
+                panic!("{case}");
+            };
+            assert_eq!(found.id, "hysteresis", "{case}");
+            for (number, there) in found.parameters.iter().zip([torque, reach]) {
+                let off = number.value - there;
+                // Four standard deviations, and two percent for what the steps of the model leave.
+                assert!(off.abs() < 4.0 * number.std + 0.02 * there, "{case}");
+            }
+            let ratio = outcome.errors.train.remaining();
+            assert!(ratio < 0.3, "it leaves {ratio} of the error: {case}");
         }
     }
 }

@@ -10,17 +10,17 @@
 //! every motion.
 
 use super::learned_map::Kind;
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Half the difference between the two directions' Coulomb levels.
 ///
 /// ```
-/// use model_core::effect::{Chain, Effect, asymmetric_coulomb::AsymmetricCoulomb};
+/// use model_core::effect::{Chain, Effect, asymmetric_coulomb::AsymmetricCoulomb, padded};
 /// use model_core::plant::{Directional, parameters::Parameters};
 /// let mut plant = Parameters { coulomb: Directional::both(0.5), ..Parameters::free(1e-4) };
-/// AsymmetricCoulomb::new([0.125, 0.0, 0.0]).bind(&mut plant, &mut Chain::default());
+/// AsymmetricCoulomb::new(padded([0.125])).bind(&mut plant, &mut Chain::default());
 /// assert_eq!(plant.coulomb, Directional { forward: 0.625, backward: 0.375 });
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,10 +63,9 @@ impl Effect for AsymmetricCoulomb {
     }
 
     fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [
+        padded([
             plant.coulomb.forward + self.difference,
             plant.coulomb.backward - self.difference,
-            0.0,
-        ]
+        ])
     }
 }

@@ -9,17 +9,17 @@
 //! motion at several speeds; at one speed the two are the same.
 
 use super::learned_map::Kind;
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Half the difference between the two directions' viscous coefficients.
 ///
 /// ```
-/// use model_core::effect::{Chain, Effect, asymmetric_viscous::AsymmetricViscous};
+/// use model_core::effect::{Chain, Effect, asymmetric_viscous::AsymmetricViscous, padded};
 /// use model_core::plant::{Directional, parameters::Parameters};
 /// let mut plant = Parameters { viscous: Directional::both(0.5), ..Parameters::free(1e-4) };
-/// AsymmetricViscous::new([0.75, 0.0, 0.0]).bind(&mut plant, &mut Chain::default());
+/// AsymmetricViscous::new(padded([0.75])).bind(&mut plant, &mut Chain::default());
 /// // Friction never drives: the smaller one ends at nothing.
 /// assert_eq!(plant.viscous, Directional { forward: 1.25, backward: 0.0 });
 /// ```
@@ -62,10 +62,9 @@ impl Effect for AsymmetricViscous {
     }
 
     fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [
+        padded([
             plant.viscous.forward + self.difference,
             plant.viscous.backward - self.difference,
-            0.0,
-        ]
+        ])
     }
 }

@@ -18,7 +18,7 @@
 //! clear motion: moving forward it leads by w/2, backward it trails by w/2; on the plateau behind a
 //! reversal it is on its way, and is simulated from the end of that motion on.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -75,7 +75,7 @@ impl Effect for Backlash {
     }
 
     fn trial(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
-        TRIALS.get(index).map(|share| [share * scope.stroke, 0.0, 0.0])
+        TRIALS.get(index).map(|share| padded([share * scope.stroke]))
     }
 
     fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {
@@ -83,6 +83,6 @@ impl Effect for Backlash {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.width, 0.0, 0.0]
+        padded([self.width])
     }
 }

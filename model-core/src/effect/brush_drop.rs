@@ -14,15 +14,15 @@
 //! of k V / R while the motor drives, and only motions that the motor brakes tell the two apart. Told
 //! from a [`dead_time`](super::dead_time) by a motor that generates under hardly any voltage.
 
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Voltage of all brushes in series.
 ///
 /// ```
-/// use model_core::effect::{Effect, brush_drop::BrushDrop};
-/// let effect = BrushDrop::new([1.5, 0.0, 0.0]);
+/// use model_core::effect::{Effect, brush_drop::BrushDrop, padded};
+/// let effect = BrushDrop::new(padded([1.5]));
 /// // 4 V more than would leave no current: the whole drop, either way.
 /// assert_eq!((effect.against(4.0), effect.against(-4.0)), (-1.5, 1.5));
 /// // Half a volt does not drive a current through the brushes.
@@ -72,6 +72,6 @@ impl Effect for BrushDrop {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.drop, 0.0, 0.0]
+        padded([self.drop])
     }
 }

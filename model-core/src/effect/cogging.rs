@@ -1,11 +1,12 @@
 //! `cogging`: a torque periodic in position, as of a slotted motor or of gear teeth.
 //!
 //! ```text
-//! J dω/dt = … + a sin(2π θ / P) + b cos(2π θ / P)
+//! J dω/dt = … + Σ aₙ sin(2π n θ / P) + bₙ cos(2π n θ / P),   n = 1, 2, 3
 //! ```
 //!
-//! Source: the fundamental of a cogging torque (J. R. Hendershot, T. J. E. Miller, *Design of
-//! brushless permanent-magnet motors*, 1994). The period is scanned: in cycles a stroke, and on a
+//! Source: the harmonics of a cogging torque (J. R. Hendershot, T. J. E. Miller, *Design of
+//! brushless permanent-magnet motors*, 1994). The second and the third are 0 unless a log that has been found to have the
+//! first is followed clearly better with them. The period is scanned: in cycles a stroke, and on a
 //! rotary actuator in whole cycles a turn too.
 //!
 //! Told from a friction over position by passes in both directions, with which a friction turns and a
@@ -33,10 +34,10 @@ const TURN_TRIES: usize = 48;
 /// The torque.
 ///
 /// ```
-/// use model_core::effect::{Effect, Middle, cogging::Cogging};
+/// use model_core::effect::{Effect, Middle, cogging::Cogging, padded};
 /// use model_core::plant::actuator::Load;
 /// // 0.02 N·m at a quarter of the period of 0.8 rad, and as much the other way half a period on.
-/// let effect = Cogging::new([0.02, 0.0, 0.8]);
+/// let effect = Cogging::new(padded([0.02, 0.0, 0.8]));
 /// for (position, torque) in [(0.2, 0.02), (0.6, -0.02)] {
 ///     let mut load = Load::default();
 ///     effect.hold(&Middle { position, ..Middle::default() }, &mut load);
@@ -54,13 +55,12 @@ impl Effect for Cogging {
             length: "a force periodic in position",
         },
         source: "Hendershot, Miller 1994",
-        parameters: &Harmonic::parameters(Dimension::Torque),
-        reported: &Harmonic::reported(Dimension::Torque),
+        parameters: &Harmonic::parameters_with_overtones(Dimension::Torque),
+        reported: &Harmonic::reported_with_overtones(Dimension::Torque),
         rotary_only: false,
     };
     const MAP: Option<Kind> = Some(Kind::PositionTorque);
     const HELD: bool = true;
-    const OVERTONES: bool = true;
 
     fn new(values: [f32; MOST_PARAMETERS]) -> Self {
         Self(Harmonic::new(values))

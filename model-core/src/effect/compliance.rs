@@ -21,7 +21,7 @@
 //! large is a swing, not a line, so that it is screened at several sizes. Replays start from the far
 //! side, which is measured, and with the twist of a run-in, in which a wrong one dies out.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::{ParameterError, Parameters};
 use crate::unit::Dimension;
 
@@ -203,7 +203,7 @@ impl Effect for Compliance {
         rotary_only: false,
     };
 
-    fn new([trailing, share, damping]: [f32; MOST_PARAMETERS]) -> Self {
+    fn new([trailing, share, damping, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self {
             trailing,
             share,
@@ -218,7 +218,7 @@ impl Effect for Compliance {
 
     fn trial(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
         let trailing = TRIALS.get(index)? * scope.period * scope.period;
-        Some([trailing, SHARE, DAMPING])
+        Some(padded([trailing, SHARE, DAMPING]))
     }
 
     fn bind(&self, plant: &mut Parameters, chain: &mut Chain) {
@@ -231,6 +231,6 @@ impl Effect for Compliance {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.trailing, self.share, self.damping]
+        padded([self.trailing, self.share, self.damping])
     }
 }

@@ -16,16 +16,16 @@
 //! and the two are then equivalent.
 
 use super::brush_drop::BrushDrop;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Mean voltage of the dead time.
 ///
 /// ```
-/// use model_core::effect::{Effect, dead_time::DeadTime};
+/// use model_core::effect::{Effect, dead_time::DeadTime, padded};
 /// // 1 µs of each 50 µs, from 24 V.
-/// let effect = DeadTime::new([24.0 / 50.0, 0.0, 0.0]);
+/// let effect = DeadTime::new(padded([24.0 / 50.0]));
 /// assert_eq!(effect.against(12.0, 5.0), -0.48);
 /// // Braking at 12 V: the current flows against the voltage, which the dead time raises.
 /// assert_eq!(effect.against(12.0, -5.0), 0.48);
@@ -41,7 +41,7 @@ impl DeadTime {
     /// What the bridge adds to a voltage that is so much beyond the one without current, V.
     #[inline(always)]
     pub fn against(&self, voltage: f32, excess: f32) -> f32 {
-        BrushDrop::new([self.loss.min(voltage.abs()), 0.0, 0.0]).against(excess)
+        BrushDrop::new(padded([self.loss.min(voltage.abs())])).against(excess)
     }
 }
 
@@ -76,6 +76,6 @@ impl Effect for DeadTime {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.loss, 0.0, 0.0]
+        padded([self.loss])
     }
 }

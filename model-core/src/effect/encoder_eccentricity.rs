@@ -59,9 +59,9 @@ impl EncoderEccentricity {
     /// The true position behind a reported one.
     ///
     /// ```
-    /// use model_core::effect::{Effect, encoder_eccentricity::EncoderEccentricity};
+    /// use model_core::effect::{Effect, encoder_eccentricity::EncoderEccentricity, padded};
     /// let turn = core::f32::consts::TAU;
-    /// let effect = EncoderEccentricity::new([0.02, 0.01, turn]);
+    /// let effect = EncoderEccentricity::new(padded([0.02, 0.01, turn]));
     /// // The sine errs most a quarter turn from zero, the cosine at zero.
     /// assert!((effect.error(0.25 * turn) - 0.02).abs() < 1e-6);
     /// assert!((effect.error(0.0) - 0.01).abs() < 1e-6);

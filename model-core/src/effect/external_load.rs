@@ -16,7 +16,7 @@
 //! about a second of it, at rest throughout, stays unseen.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, MOST_SHAPES, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -28,9 +28,9 @@ const PARTS: [usize; 4] = [2, 4, 8, 16];
 /// The torque, when it ends and how long it lasts. When it begins may be before the log.
 ///
 /// ```
-/// use model_core::effect::{Effect, external_load::ExternalLoad};
+/// use model_core::effect::{Effect, external_load::ExternalLoad, padded};
 /// // 0.3 N·m from 2 s to 5 s; of a step from 4.999 s to 5.003 s it acts in a quarter.
-/// let effect = ExternalLoad::new([0.3, 5.0, 3.0]);
+/// let effect = ExternalLoad::new(padded([0.3, 5.0, 3.0]));
 /// assert_eq!((effect.mean(1.0, 0.5), effect.mean(4.0, 0.5)), (0.0, 0.3));
 /// assert!((effect.mean(4.999, 0.004) - 0.075).abs() < 1e-4);
 /// ```
@@ -91,7 +91,7 @@ impl Effect for ExternalLoad {
     const MAP: Option<Kind> = Some(Kind::TimeTorque);
     const HELD: bool = true;
 
-    fn new([torque, end, duration]: [f32; MOST_PARAMETERS]) -> Self {
+    fn new([torque, end, duration, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self {
             torque,
             begin: end - duration,
@@ -125,6 +125,6 @@ impl Effect for ExternalLoad {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.torque, self.begin, self.end - self.begin]
+        padded([self.torque, self.begin, self.end - self.begin])
     }
 }

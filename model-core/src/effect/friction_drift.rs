@@ -15,7 +15,7 @@
 //! looks alike.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -26,10 +26,10 @@ const MOST_GROWTH: f32 = 1e3;
 /// Change of friction with time.
 ///
 /// ```
-/// use model_core::effect::{Effect, friction_drift::FrictionDrift};
+/// use model_core::effect::{Effect, friction_drift::FrictionDrift, padded};
 /// // 5 % a second: 8 s on, friction is 1.4 times what it was; falling, it ends at nothing.
-/// assert_eq!(FrictionDrift::new([0.05, 0.0, 0.0]).factor(8.0), 1.4);
-/// assert_eq!(FrictionDrift::new([-0.25, 0.0, 0.0]).factor(8.0), 0.0);
+/// assert_eq!(FrictionDrift::new(padded([0.05])).factor(8.0), 1.4);
+/// assert_eq!(FrictionDrift::new(padded([-0.25])).factor(8.0), 0.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionDrift {
@@ -85,6 +85,6 @@ impl Effect for FrictionDrift {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.rate, 0.0, 0.0]
+        padded([self.rate])
     }
 }

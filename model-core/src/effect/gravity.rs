@@ -8,7 +8,7 @@
 //! by a stroke of a radian or more.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::numeric::sine::{ripple, sine_cycles};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -36,11 +36,10 @@ impl Gravity {
     /// The values of a load with the torque `torque` at a right angle to where it hangs, `rest`.
     pub fn values(torque: f32, rest: f32) -> [f32; MOST_PARAMETERS] {
         let cycles = rest * (0.5 * core::f32::consts::FRAC_1_PI);
-        [
+        padded([
             torque * sine_cycles(cycles + 0.25),
             -torque * sine_cycles(cycles),
-            0.0,
-        ]
+        ])
     }
 }
 
@@ -69,7 +68,7 @@ impl Effect for Gravity {
     const MAP: Option<Kind> = Some(Kind::PositionTorque);
     const HELD: bool = true;
 
-    fn new([sine, cosine, _]: [f32; MOST_PARAMETERS]) -> Self {
+    fn new([sine, cosine, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self { sine, cosine }
     }
 
@@ -84,10 +83,9 @@ impl Effect for Gravity {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [
+        padded([
             libm::hypotf(self.sine, self.cosine),
             libm::atan2f(-self.cosine, self.sine),
-            0.0,
-        ]
+        ])
     }
 }

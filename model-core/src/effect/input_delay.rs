@@ -8,17 +8,17 @@
 //! already acts half a sample late in the mean; the replay holds it, so that this is not found here
 //! again. Without a measured current it equals [`sensor_delay`](super::sensor_delay).
 
-use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start, Summary};
+use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Time by which the drive acts late.
 ///
 /// ```
-/// use model_core::effect::{Chain, Effect, input_delay::InputDelay};
+/// use model_core::effect::{Chain, Effect, input_delay::InputDelay, padded};
 /// use model_core::plant::parameters::Parameters;
 /// let mut chain = Chain::default();
-/// InputDelay::new([2e-3, 0.0, 0.0]).bind(&mut Parameters::free(1e-4), &mut chain);
+/// InputDelay::new(padded([2e-3])).bind(&mut Parameters::free(1e-4), &mut chain);
 /// assert_eq!((chain.input_delay, chain.sensor_delay), (2e-3, 0.0));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +65,6 @@ impl Effect for InputDelay {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.delay, 0.0, 0.0]
+        padded([self.delay])
     }
 }

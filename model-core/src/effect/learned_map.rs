@@ -2,17 +2,11 @@
 //! of the catalogue explains a residual. It says where the unknown lives, not what it is.
 
 use super::Middle;
-use crate::numeric::exponential::decay;
 use crate::plant::actuator::Load;
 use crate::unit::Dimension;
 
 /// Knots of the piecewise linear map.
 pub const KNOTS: usize = 10;
-
-/// Ways over which a hysteresis' deflection follows the motion, as shares of the stroke. A map over the
-/// deflection has the rest of the law, if that comes to its level within a tenth of such a way to three
-/// times it.
-const REACHES: [f32; 4] = [0.15, 0.06, 0.025, 0.4];
 
 /// What a map depends on and how it acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,10 +17,6 @@ pub enum Kind {
     PositionTorque,
     /// Friction over position.
     PositionFriction,
-    /// A torque over a deflection that follows the position and remembers where the motion has turned:
-    /// a hysteresis. What P. R. Dahl's model (*A solid friction model*, 1968) has as a straight line may
-    /// have any shape.
-    PositionHysteresis,
     /// A torque over velocity, its own in each direction.
     VelocityTorque,
     /// Friction over the speed: any law that is the same in both directions.
@@ -43,10 +33,9 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 8] = [
         Self::PositionTorque,
         Self::PositionFriction,
-        Self::PositionHysteresis,
         Self::VelocityTorque,
         Self::SpeedFriction,
         Self::CurrentTorque,
@@ -58,7 +47,7 @@ impl Kind {
     /// The variable that it depends on, as the contract names it.
     pub fn variable(self) -> &'static str {
         match self {
-            Self::PositionTorque | Self::PositionFriction | Self::PositionHysteresis => "position",
+            Self::PositionTorque | Self::PositionFriction => "position",
             Self::VelocityTorque | Self::SpeedFriction => "velocity",
             Self::CurrentTorque => "current",
             Self::LoadFriction => "load",
@@ -66,29 +55,19 @@ impl Kind {
         }
     }
 
-    /// What its knots are laid over: that variable, or the deflection that follows it.
-    pub fn over(self) -> &'static str {
-        match self {
-            Self::PositionHysteresis => "deflection",
-            _ => self.variable(),
-        }
-    }
-
-    /// What it is: a torque, a friction or a hysteresis.
+    /// What it is: a torque or a friction.
     pub fn acts_as(self) -> &'static str {
-        match self {
-            Self::PositionHysteresis => "hysteresis",
-            _ if self.is_friction() => "friction",
-            _ => "torque",
+        if self.is_friction() {
+            "friction"
+        } else {
+            "torque"
         }
     }
 
     /// What that variable is measured as: of a current, and of a load, it is the motor's torque.
     pub fn dimension(self) -> Dimension {
         match self {
-            Self::PositionTorque | Self::PositionFriction | Self::PositionHysteresis => {
-                Dimension::Position
-            }
+            Self::PositionTorque | Self::PositionFriction => Dimension::Position,
             Self::VelocityTorque | Self::SpeedFriction => Dimension::Velocity,
             Self::CurrentTorque | Self::LoadFriction => Dimension::Torque,
             Self::TimeTorque | Self::TimeFriction => Dimension::Time,
@@ -130,29 +109,11 @@ pub struct LearnedMap {
 }
 
 impl LearnedMap {
-    /// Maps of zeros over the range of their variable: one, of a hysteresis one for each reach that is
-    /// tried.
-    pub fn trials(kind: Kind, ranges: &Ranges) -> impl Iterator<Item = Self> {
-        let is_stateful = kind == Kind::PositionHysteresis;
-        let trials = if is_stateful { REACHES.len() } else { 1 };
-        let reaches = REACHES.into_iter().take(trials);
-        reaches.map(move |reach| Self::across(kind, ranges, reach))
-    }
-
     /// A map of zeros over the range of its variable.
     pub fn flat(kind: Kind, ranges: &Ranges) -> Self {
-        Self::across(kind, ranges, REACHES[0])
-    }
-
-    /// A map of zeros over the range of its variable. `reach`: of a deflection, as a share of the stroke.
-    fn across(kind: Kind, ranges: &Ranges, reach: f32) -> Self {
         let magnitude = |(lowest, highest): (f32, f32)| (0.0, highest.max(-lowest));
         let (lower, upper) = match kind {
             Kind::PositionTorque | Kind::PositionFriction => ranges.position,
-            Kind::PositionHysteresis => {
-                let reach = reach * (ranges.position.1 - ranges.position.0);
-                (-reach, reach)
-            }
             Kind::VelocityTorque => ranges.velocity,
             Kind::SpeedFriction => magnitude(ranges.velocity),
             Kind::CurrentTorque => ranges.motor_torque,
@@ -199,18 +160,11 @@ impl LearnedMap {
         self.knots[knot] + share * (self.knots[knot + 1] - self.knots[knot])
     }
 
-    /// Way over which the deflection that it depends on follows the motion, rad or m, if it depends on
-    /// one: the largest one.
-    pub fn reach(&self) -> Option<f32> {
-        (self.kind == Kind::PositionHysteresis).then_some(-self.lower)
-    }
-
     /// Adds it to what is held over a step.
     #[inline(always)]
     pub fn hold(&self, middle: &Middle, load: &mut Load) {
         let level = self.at(match self.kind {
             Kind::PositionTorque | Kind::PositionFriction => middle.position,
-            Kind::PositionHysteresis => middle.deflection,
             Kind::VelocityTorque => middle.velocity,
             Kind::SpeedFriction => middle.velocity.abs(),
             Kind::CurrentTorque => middle.motor_torque,
@@ -226,20 +180,4 @@ impl LearnedMap {
             load.torque += level;
         }
     }
-}
-
-/// A deflection behind a displacement: it comes to the reach on the side that the motion goes to, over
-/// about as long a way, and where the motion turns it turns from where it is.
-///
-/// ```
-/// use model_core::effect::learned_map::deflected;
-/// let there = deflected(0.0, 0.2, 0.1);
-/// assert!((there - 0.1 * (1.0 - (-2.0_f32).exp())).abs() < 1e-7);
-/// // On the way back it is another one than there on the way.
-/// assert!(deflected(there, -0.2, 0.1) < -0.07);
-/// ```
-#[inline(always)]
-pub fn deflected(deflection: f32, displacement: f32, reach: f32) -> f32 {
-    let towards = if displacement < 0.0 { -reach } else { reach };
-    towards - (towards - deflection) * decay(displacement.abs() / reach)
 }

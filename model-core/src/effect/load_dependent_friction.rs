@@ -10,7 +10,7 @@
 //! viscous friction by torques that are not spent on friction: acceleration, springs, loads.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -21,12 +21,12 @@ const MOST_SHARE: f32 = 0.95;
 /// Share of the motor torque that friction takes.
 ///
 /// ```
-/// use model_core::effect::{Effect, Middle, load_dependent_friction::LoadDependentFriction};
+/// use model_core::effect::{Effect, Middle, load_dependent_friction::LoadDependentFriction, padded};
 /// use model_core::plant::{Directional, actuator::Load};
 /// // A quarter of what the motor gives, whichever way.
 /// let mut load = Load::default();
 /// let middle = Middle { motor_torque: -2.0, ..Middle::default() };
-/// LoadDependentFriction::new([0.25, 0.0, 0.0]).hold(&middle, &mut load);
+/// LoadDependentFriction::new(padded([0.25])).hold(&middle, &mut load);
 /// assert_eq!((load.coulomb, load.breakaway), (Directional::both(0.5), Directional::both(0.5)));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,6 +72,6 @@ impl Effect for LoadDependentFriction {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.share, 0.0, 0.0]
+        padded([self.share])
     }
 }

@@ -27,10 +27,25 @@ use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Most parameters that one effect has.
-pub const MOST_PARAMETERS: usize = 3;
+pub const MOST_PARAMETERS: usize = 7;
+
+/// Most of them that are strengths.
+pub const MOST_STRENGTHS: usize = 3;
 
 /// Most of them that are shapes.
 pub const MOST_SHAPES: usize = 2;
+
+/// The values of an effect of which the first are given; the rest are 0.
+///
+/// ```
+/// assert_eq!(model_core::effect::padded([0.5])[..3], [0.5, 0.0, 0.0]);
+/// ```
+pub const fn padded<const N: usize>(first: [f32; N]) -> [f32; MOST_PARAMETERS] {
+    let mut values = [0.0; MOST_PARAMETERS];
+    let (head, _) = values.split_at_mut(N);
+    head.copy_from_slice(&first);
+    values
+}
 
 /// What an effect is, for people and for the tracing.
 #[derive(Debug, Clone, Copy)]
@@ -106,6 +121,9 @@ pub enum Role {
     Strength,
     /// It forms the effect: a speed, a period. Scanned over [`Effect::shapes`].
     Shape,
+    /// A harmonic of a periodic effect above the first, behind its shapes. It is 0, and no part of a fit, unless the
+    /// log asks for it or the machine file declares it.
+    Overtone,
 }
 
 /// What a log and the declared machine say about sensible sizes, to scale strengths and scans.
@@ -139,7 +157,7 @@ pub const LONGEST_DELAY: f32 = 0.25;
 fn delay_start(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
     let delays = core::iter::successors(Some(scope.period), |delay| Some(2.0 * delay));
     let mut delays = delays.take_while(|&delay| delay < LONGEST_DELAY);
-    delays.nth(index).map(|delay| [delay, 0.0, 0.0])
+    delays.nth(index).map(|delay| padded([delay]))
 }
 
 /// What lies before the plant, and behind it up to the sensor.
@@ -161,6 +179,8 @@ pub struct Chain {
     pub reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.
     pub heats: bool,
+    /// Way over which the deflection of a hysteresis follows the motion, rad or m; `None` without one.
+    pub reach: Option<f32>,
 }
 
 /// What a model's effects remember from one step to the next.
@@ -174,7 +194,7 @@ pub struct Memory {
     pub twist: Twist,
     /// Share by which warmth has raised the winding's resistance.
     pub warmth: f32,
-    /// Deflection that a learned hysteresis depends on, rad or m.
+    /// Deflection that a hysteresis depends on, rad or m.
     pub deflection: f32,
 }
 
@@ -198,7 +218,7 @@ pub struct Middle {
     pub velocity: f32,
     /// Position.
     pub position: f32,
-    /// Deflection that a learned hysteresis depends on.
+    /// Deflection that a hysteresis depends on.
     pub deflection: f32,
     /// Time since the log began at the beginning of the sample that the step is a part of, s.
     pub time: f32,
@@ -233,9 +253,6 @@ pub trait Effect: Copy {
     /// Whether it is the first terms of any law of its variable, so that a learned map may be the
     /// better answer.
     const EXPANSION: bool = false;
-
-    /// Whether a model may hold it once more at a part of its period: it is periodic, and adds to others of its kind.
-    const OVERTONES: bool = false;
 
     /// The learned map that has its variable and acts as it does, where there is one.
     const MAP: Option<Kind> = None;
@@ -365,11 +382,6 @@ macro_rules! catalogue {
                 match self { $(Self::$name => $module::$name::EXPANSION),* }
             }
 
-            /// Whether a model may hold it once more at a part of its period.
-            pub fn has_overtones(self) -> bool {
-                match self { $(Self::$name => $module::$name::OVERTONES),* }
-            }
-
             /// The learned map that has its variable and acts as it does, where there is one.
             pub fn map(self) -> Option<Kind> {
                 match self { $(Self::$name => $module::$name::MAP),* }
@@ -496,6 +508,7 @@ catalogue! {
     encoder_eccentricity::EncoderEccentricity,
     thermal_drift::ThermalDrift,
     compliance::Compliance,
+    hysteresis::Hysteresis,
 }
 
 impl Id {
@@ -507,18 +520,19 @@ impl Id {
             .find(|effect| effect.description().id == id)
     }
 
-    /// Number of parameters.
+    /// Number of parameters, without overtones.
     pub fn parameters(self) -> usize {
-        self.description().parameters.len()
+        self.with_roles(&[Role::Strength, Role::Shape])
     }
 
     /// Number of strengths; they come first among the parameters.
     pub fn strengths(self) -> usize {
-        self.description()
-            .parameters
-            .iter()
-            .filter(|parameter| parameter.role != Role::Shape)
-            .count()
+        self.with_roles(&[Role::Strength])
+    }
+
+    fn with_roles(self, roles: &[Role]) -> usize {
+        let parameters = self.description().parameters.iter();
+        parameters.filter(|it| roles.contains(&it.role)).count()
     }
 }
 
@@ -533,6 +547,22 @@ pub struct Active {
 }
 
 impl Active {
+    /// An effect with the first of its values, in the order of its description; the rest are 0.
+    pub const fn new<const N: usize>(id: Id, first: [f32; N]) -> Self {
+        Self {
+            id,
+            values: padded(first),
+        }
+    }
+
+    /// Whether its `index`-th parameter is one of its law as it stands: an overtone of 0 is not.
+    pub fn has(&self, index: usize) -> bool {
+        let parameters = self.id.description().parameters;
+        parameters
+            .get(index)
+            .is_some_and(|parameter| parameter.role != Role::Overtone || self.values[index] != 0.0)
+    }
+
     /// Its law with these values.
     pub fn law(&self) -> Law {
         Law::new(self.id, self.values)

@@ -9,17 +9,17 @@
 //! [`asymmetric_coulomb`](super::asymmetric_coulomb) in every motion: no log tells them apart, and
 //! the tracing reports both.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// A constant torque, positive towards larger positions.
 ///
 /// ```
-/// use model_core::effect::{Chain, Effect, offset_torque::OffsetTorque};
+/// use model_core::effect::{Chain, Effect, offset_torque::OffsetTorque, padded};
 /// use model_core::plant::parameters::Parameters;
 /// let mut plant = Parameters::free(1e-4);
-/// OffsetTorque::new([-0.03, 0.0, 0.0]).bind(&mut plant, &mut Chain::default());
+/// OffsetTorque::new(padded([-0.03])).bind(&mut plant, &mut Chain::default());
 /// assert_eq!(plant.offset, -0.03);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +58,6 @@ impl Effect for OffsetTorque {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.torque, 0.0, 0.0]
+        padded([self.torque])
     }
 }

@@ -29,10 +29,10 @@ const SWINGS: [f32; 8] = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0];
 /// What is added to friction.
 ///
 /// ```
-/// use model_core::effect::{Effect, Middle, position_dependent_friction::PositionDependentFriction};
+/// use model_core::effect::{Effect, Middle, position_dependent_friction::PositionDependentFriction, padded};
 /// use model_core::plant::{Directional, actuator::Load};
 /// // A quarter of a period of 2 rad on, friction of 0.1 N·m is 0.02 N·m more; it never drives.
-/// let effect = PositionDependentFriction::new([0.02, 0.0, 2.0]);
+/// let effect = PositionDependentFriction::new(padded([0.02, 0.0, 2.0]));
 /// for (position, friction, expected) in [(0.5, 0.1, 0.12), (1.5, 0.01, 0.0)] {
 ///     let mut load = Load { coulomb: Directional::both(friction), ..Load::default() };
 ///     effect.hold(&Middle { position, ..Middle::default() }, &mut load);
@@ -53,7 +53,6 @@ impl Effect for PositionDependentFriction {
     };
     const MAP: Option<Kind> = Some(Kind::PositionFriction);
     const HELD: bool = true;
-    const OVERTONES: bool = true;
     const EXPANSION: bool = true;
 
     fn new(values: [f32; MOST_PARAMETERS]) -> Self {

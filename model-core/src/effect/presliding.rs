@@ -29,7 +29,7 @@
 //! linear, so that it is screened at several. Replays carry the bristles' force from the last clear
 //! motion on, behind which it was that of sliding.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary, padded};
 use crate::numeric::exponential::decay;
 use crate::plant::Directional;
 use crate::plant::actuator::Load;
@@ -422,7 +422,7 @@ impl Effect for Presliding {
     };
     const STATEFUL: bool = true;
 
-    fn new([compliance, velocity, _]: [f32; MOST_PARAMETERS]) -> Self {
+    fn new([compliance, velocity, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self {
             compliance,
             velocity,
@@ -437,7 +437,7 @@ impl Effect for Presliding {
         let compliance = COMPLIANCES.get(index / SPEEDS.len())?;
         let speed = SPEEDS[index % SPEEDS.len()];
         let unit = scope.stroke / scope.friction;
-        Some([compliance * unit, speed * scope.speed, 0.0])
+        Some(padded([compliance * unit, speed * scope.speed]))
     }
 
     fn bind(&self, plant: &mut Parameters, chain: &mut Chain) {
@@ -449,6 +449,6 @@ impl Effect for Presliding {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.compliance, self.velocity, 0.0]
+        padded([self.compliance, self.velocity])
     }
 }

@@ -8,7 +8,7 @@
 //! clearly different speeds.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -16,10 +16,10 @@ use crate::unit::Dimension;
 /// Drag coefficient.
 ///
 /// ```
-/// use model_core::effect::{Effect, Middle, quadratic_drag::QuadraticDrag};
+/// use model_core::effect::{Effect, Middle, quadratic_drag::QuadraticDrag, padded};
 /// use model_core::plant::actuator::Load;
 /// // Twice as fast, four times the drag, and always against the motion.
-/// let effect = QuadraticDrag::new([0.5, 0.0, 0.0]);
+/// let effect = QuadraticDrag::new(padded([0.5]));
 /// for (velocity, torque) in [(1.0, -0.5), (2.0, -2.0), (-2.0, 2.0)] {
 ///     let mut load = Load::default();
 ///     effect.hold(&Middle { velocity, ..Middle::default() }, &mut load);
@@ -65,6 +65,6 @@ impl Effect for QuadraticDrag {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.coefficient, 0.0, 0.0]
+        padded([self.coefficient])
     }
 }

@@ -9,17 +9,17 @@
 //! must take the inputs of τ ago: without a measured current it equals
 //! [`input_delay`](super::input_delay).
 
-use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start, Summary};
+use super::{Bounds, Chain, Description, Effect, LONGEST_DELAY, MOST_PARAMETERS, Parameter, Role, Scope, delay_start, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Time by which the sensor reports late.
 ///
 /// ```
-/// use model_core::effect::{Chain, Effect, sensor_delay::SensorDelay};
+/// use model_core::effect::{Chain, Effect, sensor_delay::SensorDelay, padded};
 /// use model_core::plant::parameters::Parameters;
 /// let mut chain = Chain::default();
-/// SensorDelay::new([2e-3, 0.0, 0.0]).bind(&mut Parameters::free(1e-4), &mut chain);
+/// SensorDelay::new(padded([2e-3])).bind(&mut Parameters::free(1e-4), &mut chain);
 /// assert_eq!((chain.input_delay, chain.sensor_delay), (0.0, 2e-3));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,6 +66,6 @@ impl Effect for SensorDelay {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.delay, 0.0, 0.0]
+        padded([self.delay])
     }
 }

@@ -9,20 +9,20 @@
 //! [`gravity`](super::gravity) is a spring.
 
 use super::learned_map::Kind;
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Stiffness, and torque at position 0.
 ///
 /// ```
-/// use model_core::effect::{Chain, Effect, spring::Spring};
+/// use model_core::effect::{Chain, Effect, spring::Spring, padded};
 /// use model_core::plant::parameters::Parameters;
 /// let mut plant = Parameters::free(1e-4);
-/// let effect = Spring::new([0.5, 0.125, 0.0]);
+/// let effect = Spring::new(padded([0.5, 0.125]));
 /// effect.bind(&mut plant, &mut Chain::default());
 /// // Its rest is where stiffness and torque balance: 0.125 / 0.5.
-/// assert_eq!(effect.report(&plant), [0.5, 0.25, 0.0]);
+/// assert_eq!(effect.report(&plant), padded([0.5, 0.25]));
 /// assert_eq!(plant.spring * 0.25, plant.offset);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +61,7 @@ impl Effect for Spring {
     };
     const MAP: Option<Kind> = Some(Kind::PositionTorque);
 
-    fn new([stiffness, torque, _]: [f32; MOST_PARAMETERS]) -> Self {
+    fn new([stiffness, torque, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self { stiffness, torque }
     }
 
@@ -85,6 +85,6 @@ impl Effect for Spring {
         } else {
             0.0
         };
-        [self.stiffness, rest, 0.0]
+        padded([self.stiffness, rest])
     }
 }

@@ -9,7 +9,7 @@
 //! ω_S and below.
 
 use super::learned_map::Kind;
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::numeric::exponential::decay;
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
@@ -18,10 +18,10 @@ use crate::unit::Dimension;
 /// Fall of friction from rest to fast motion, and the speed over which it falls.
 ///
 /// ```
-/// use model_core::effect::{Effect, Middle, stribeck::Stribeck};
+/// use model_core::effect::{Effect, Middle, stribeck::Stribeck, padded};
 /// use model_core::plant::actuator::Load;
 /// // 0.04 N·m more at rest than fast; at ω_S a share of 1/e is left.
-/// let effect = Stribeck::new([0.04, 2.0, 0.0]);
+/// let effect = Stribeck::new(padded([0.04, 2.0]));
 /// for (velocity, extra) in [(0.0, 0.04), (-2.0, 0.04 / core::f32::consts::E), (100.0, 0.0)] {
 ///     let mut load = Load::default();
 ///     effect.hold(&Middle { velocity, ..Middle::default() }, &mut load);
@@ -59,7 +59,7 @@ impl Effect for Stribeck {
     const MAP: Option<Kind> = Some(Kind::SpeedFriction);
     const HELD: bool = true;
 
-    fn new([drop, velocity, _]: [f32; MOST_PARAMETERS]) -> Self {
+    fn new([drop, velocity, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self {
             drop,
             inverse_velocity: 1.0 / velocity.max(f32::MIN_POSITIVE),
@@ -89,6 +89,6 @@ impl Effect for Stribeck {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.drop, 1.0 / self.inverse_velocity, 0.0]
+        padded([self.drop, 1.0 / self.inverse_velocity])
     }
 }

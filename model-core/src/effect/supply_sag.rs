@@ -13,16 +13,16 @@
 //! under large voltages. A log that stays at one duty does not tell it; the resistance is then the
 //! better name.
 
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
 /// Share of the voltage that is lost with each watt.
 ///
 /// ```
-/// use model_core::effect::{Effect, supply_sag::SupplySag};
+/// use model_core::effect::{Effect, supply_sag::SupplySag, padded};
 /// // 12 V behind 0.3 Ω give 5 A at full duty: 1.5 V are missing.
-/// let effect = SupplySag::new([0.3 / (12.0 * 12.0), 0.0, 0.0]);
+/// let effect = SupplySag::new(padded([0.3 / (12.0 * 12.0)]));
 /// assert!((effect.left_of(12.0, 5.0) - 10.5).abs() < 1e-5);
 /// // At half the duty the supply gives half the current, and half of what it lacks is noticed.
 /// assert!((effect.left_of(6.0, 5.0) - (6.0 - 0.25 * 1.5)).abs() < 1e-5);
@@ -73,6 +73,6 @@ impl Effect for SupplySag {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.share, 0.0, 0.0]
+        padded([self.share])
     }
 }

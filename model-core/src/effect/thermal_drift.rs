@@ -19,7 +19,7 @@
 //! current: a resistance does not change what torque the motion takes. τ is told by a log that lasts as
 //! long; a shorter one tells r alone.
 
-use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -38,9 +38,9 @@ impl ThermalDrift {
     /// constant, and stable at any.
     ///
     /// ```
-    /// use model_core::effect::{Effect, thermal_drift::ThermalDrift};
+    /// use model_core::effect::{Effect, thermal_drift::ThermalDrift, padded};
     /// // 1 % a second under 1 A, lost again within 5 s.
-    /// let effect = ThermalDrift::new([0.01, 5.0, 0.0]);
+    /// let effect = ThermalDrift::new(padded([0.01, 5.0]));
     /// let mut warmth = 0.0;
     /// for _ in 0..100_000 {
     ///     warmth = effect.after(warmth, 2.0, 1e-3);
@@ -84,7 +84,7 @@ impl Effect for ThermalDrift {
     const ELECTRIC: bool = true;
     const NEEDS_WINDING: bool = true;
 
-    fn new([rate, time_constant, _]: [f32; MOST_PARAMETERS]) -> Self {
+    fn new([rate, time_constant, ..]: [f32; MOST_PARAMETERS]) -> Self {
         Self {
             rate,
             inverse_time: 1.0 / time_constant.max(f32::MIN_POSITIVE),
@@ -110,6 +110,6 @@ impl Effect for ThermalDrift {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.rate, 1.0 / self.inverse_time, 0.0]
+        padded([self.rate, 1.0 / self.inverse_time])
     }
 }

@@ -15,7 +15,7 @@
 //! levels of a brake tell it.
 
 use super::learned_map::Kind;
-use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary};
+use super::{Bounds, Description, Effect, MOST_PARAMETERS, Middle, Parameter, Role, Scope, Summary, padded};
 use crate::plant::actuator::Load;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
@@ -23,9 +23,9 @@ use crate::unit::Dimension;
 /// Fall of the torque constant.
 ///
 /// ```
-/// use model_core::effect::{Effect, torque_saturation::TorqueSaturation};
+/// use model_core::effect::{Effect, torque_saturation::TorqueSaturation, padded};
 /// // A motor that never gives 2 N·m, asked for 6 N·m: 6 / (1 + 3) = 1.5.
-/// let effect = TorqueSaturation::new([0.5, 0.0, 0.0]);
+/// let effect = TorqueSaturation::new(padded([0.5]));
 /// assert_eq!(6.0 * effect.remaining(6.0), 1.5);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,6 +81,6 @@ impl Effect for TorqueSaturation {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        [self.fall, 0.0, 0.0]
+        padded([self.fall])
     }
 }

@@ -15,23 +15,20 @@ pub const MOST_TWINS: usize = 2;
 ///
 /// ```
 /// use model_core::effect::{Active, Id, twins::twins};
-/// let spring = Active { id: Id::Spring, values: [0.5, 0.125, 0.0] };
-/// let offset = Active { id: Id::OffsetTorque, values: [0.125, 0.0, 0.0] };
+/// let spring = Active::new(Id::Spring, [0.5, 0.125]);
+/// let offset = Active::new(Id::OffsetTorque, [0.125]);
 /// assert_eq!(twins(&spring)[0], offset);
 /// // What pushes forward is friction that is less forward.
-/// let friction = Active { id: Id::AsymmetricCoulomb, values: [-0.125, 0.0, 0.0] };
+/// let friction = Active::new(Id::AsymmetricCoulomb, [-0.125]);
 /// assert_eq!(twins(&offset), [friction]);
 /// // What ripples once a turn is a load that hangs.
-/// let ripple = Active { id: Id::Cogging, values: [0.25, -0.5, core::f32::consts::TAU] };
-/// let load = Active { id: Id::Gravity, values: [-0.25, 0.5, 0.0] };
+/// let ripple = Active::new(Id::Cogging, [0.25, -0.5, core::f32::consts::TAU]);
+/// let load = Active::new(Id::Gravity, [-0.25, 0.5]);
 /// assert_eq!(twins(&ripple), [load]);
 /// ```
 pub fn twins(effect: &Active) -> Vec<Active, MOST_TWINS> {
-    let [first, second, _] = effect.values;
-    let active = |id, first: f32, second: f32| Active {
-        id,
-        values: [first, second, 0.0],
-    };
+    let [first, second, ..] = effect.values;
+    let active = |id, first: f32, second: f32| Active::new(id, [first, second]);
     match effect.id {
         Id::OffsetTorque => Vec::from_iter([active(Id::AsymmetricCoulomb, -first, 0.0)]),
         Id::AsymmetricCoulomb => Vec::from_iter([active(Id::OffsetTorque, -first, 0.0)]),

@@ -11,10 +11,10 @@ use super::model::Model;
 use super::replay::Schedule;
 use super::verdict::{Accepted, Decision};
 use super::workbench::Workbench;
-use crate::effect::harmonic::overtones;
+use crate::effect::Id;
+use crate::effect::harmonic::with_overtones;
 use crate::effect::learned_map::LearnedMap;
 use crate::effect::twins::twins;
-use crate::effect::{Active, Id};
 
 /// Most exchanges of an effect for a twin of it.
 const MOST_EXCHANGES: usize = 2;
@@ -92,8 +92,9 @@ pub(super) fn other_law(
 ) -> Option<Option<Id>> {
     let mut held_out = None;
     let first = workbench.declared.effects.len();
-    for known in &found.after.model.effects[first..] {
-        let Some(start) = with_freer_law(workbench, &found.after.model, known) else {
+    let before = &found.after.model;
+    for (slot, known) in before.effects.iter().enumerate().skip(first) {
+        let Some(start) = with_freer_law(workbench, before, slot) else {
             continue;
         };
         let freer = held_out_once_fitted(workbench, start)?;
@@ -105,22 +106,48 @@ pub(super) fn other_law(
     Some(None)
 }
 
-/// A model in which the law of one of its effects is freer: with overtones if it is periodic, else with knots.
+/// A model in which the law of the effect in a slot is freer: with overtones if it may have them, else with knots.
 ///
-/// `None` if there is no map that acts as it does, or no room.
+/// `None` if there is no map that acts as it does.
 fn with_freer_law(
     workbench: &Workbench<impl Schedule>,
     model: &Model,
-    effect: &Active,
+    slot: usize,
 ) -> Option<Model> {
+    let effect = &model.effects[slot];
     let mut freer = model.clone();
-    if let Some(overtones) = overtones(effect) {
-        freer.effects.extend_from_slice(&overtones).ok()?;
+    if let Some(started) = with_overtones(effect) {
+        freer.effects[slot] = started;
     } else {
         let kind = effect.id.map()?;
-        freer.map = LearnedMap::trials(kind, &workbench.options.ranges).next();
+        freer.map = Some(LearnedMap::flat(kind, &workbench.options.ranges));
     }
     Some(freer)
+}
+
+/// Gives each effect that may have overtones those that were fitted, if held-out data are followed better with them, as
+/// one asks of an effect.
+#[inline(never)]
+pub(super) fn add_overtones(
+    workbench: &mut Workbench<impl Schedule>,
+    found: &mut Found,
+) -> Option<()> {
+    let first = workbench.declared.effects.len();
+    for slot in first..first + found.accepted.len() {
+        let Some(started) = with_overtones(&found.after.model.effects[slot]) else {
+            continue;
+        };
+        let mut with = found.after.model.clone();
+        with.effects[slot] = started;
+        let fitted = workbench.fit(&with)?;
+        let with = workbench.held_out(&fitted.model)?;
+        let without = judge(workbench, &mut found.held_out, &found.after.model)?;
+        if compare(without, &with).refusal(1).is_none() {
+            found.after = fitted;
+            found.held_out = Some(with);
+        }
+    }
+    Some(())
 }
 
 /// Held-out errors of a model once it is fitted to all blocks, from where each fit to a half of them starts.

@@ -4,7 +4,7 @@ use super::criterion::DECLARED_WEIGHT;
 use super::fit::{MOST_VARIABLES, Matrix, Problem, Target, Variable};
 use super::model::Model;
 use super::replay::{Data, Fold, HALF_WIDTHS, Schedule, Sums, WindowSums, replay_windows};
-use crate::effect::MOST_PARAMETERS;
+use crate::effect::MOST_STRENGTHS;
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
 use heapless::Vec;
@@ -186,17 +186,17 @@ impl Information {
     #[inline(never)]
     pub fn certainty(&self, model: &Model, variables: &[Variable], slot: usize) -> f64 {
         let covariance = self.covariance(variables);
-        let mut own: Vec<usize, MOST_PARAMETERS> = Vec::new();
+        let mut own: Vec<usize, MOST_STRENGTHS> = Vec::new();
         for (place, variable) in variables.iter().enumerate() {
             if variable.is_strength_of(model, slot) {
                 let _ = own.push(place);
             }
         }
         let own_covariance =
-            Triangle::<f64, { entries(MOST_PARAMETERS) }>::leading(own.len(), |row, column| {
+            Triangle::<f64, { entries(MOST_STRENGTHS) }>::leading(own.len(), |row, column| {
                 covariance.at(own[row], own[column])
             });
-        let mut strengths = [0.0; MOST_PARAMETERS];
+        let mut strengths = [0.0; MOST_STRENGTHS];
         for (strength, &place) in strengths.iter_mut().zip(&own) {
             *strength = f64::from(variables[place].get(model));
         }

@@ -6,7 +6,7 @@ use super::ensemble::{Ensemble, Store};
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, Schedule, Sums};
 use crate::effect::learned_map::KNOTS;
-use crate::effect::{Id, Role, Scope};
+use crate::effect::{Id, MOST_PARAMETERS, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
@@ -113,7 +113,7 @@ impl Variable {
     pub fn effect(id: Id, slot: usize, index: usize, value: f32, scope: &Scope) -> Self {
         let parameter = &id.description().parameters[index];
         let (scale, lower, upper) = match parameter.role {
-            Role::Strength => {
+            Role::Strength | Role::Overtone => {
                 let reach = id.reach(scope, index);
                 (id.scale(scope, index), -reach, reach)
             }
@@ -236,7 +236,7 @@ pub fn variables(
         .enumerate()
         .skip(declared.effects.len())
     {
-        for index in 0..effect.id.parameters() {
+        for index in (0..MOST_PARAMETERS).filter(|&index| effect.has(index)) {
             let value = effect.values[index];
             let _ = variables.push(Variable::effect(effect.id, slot, index, value, scope));
         }

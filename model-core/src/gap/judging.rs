@@ -178,7 +178,7 @@ mod tests {
     #[test]
     fn a_play_and_an_eccentricity_of_less_than_half_a_count_are_rounding() {
         let is = |id: Id, values: [f32; 3], resolution: f32| {
-            is_rounding(&Active { id, values }, resolution)
+            is_rounding(&Active::new(id, values), resolution)
         };
         assert!(is(Id::Backlash, [0.49, 0.0, 0.0], 1.0));
         assert!(!is(Id::Backlash, [0.51, 0.0, 0.0], 1.0));

@@ -8,7 +8,7 @@ use super::ensemble::{COLUMNS, Ensemble, MOST_SIMULATORS, Store};
 use super::fit::{self, MOST_VARIABLES, Matrix, Target, Variables};
 use super::model::Model;
 use super::replay::{Data, Fold, Schedule, Sums};
-use crate::effect::{Active, Id, MOST_PARAMETERS, Scope};
+use crate::effect::{Active, Id, MOST_PARAMETERS, MOST_STRENGTHS, Scope};
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
 use crate::plant::parameters::Drive;
@@ -52,7 +52,7 @@ struct Projection<'a> {
 }
 
 /// A matrix over the strengths of an effect.
-type Strengths = Triangle<f64, { entries(MOST_PARAMETERS) }>;
+type Strengths = Triangle<f64, { entries(MOST_STRENGTHS) }>;
 
 impl<'a> Projection<'a> {
     fn new(sums: &'a Sums, base: usize) -> Self {
@@ -112,9 +112,9 @@ impl<'a> Projection<'a> {
 
     /// The strengths, in units of the scale, with which the columns from `first` cancel the residual
     /// best.
-    fn solve(&self, first: usize, strengths: usize) -> [f64; MOST_PARAMETERS] {
+    fn solve(&self, first: usize, strengths: usize) -> [f64; MOST_STRENGTHS] {
         let mut normal = Strengths::default();
-        let mut solution = [0.0; MOST_PARAMETERS];
+        let mut solution = [0.0; MOST_STRENGTHS];
         for row in 0..strengths {
             for column in 0..=row {
                 normal.row_mut(row)[column] = self.product(first + row, first + column);
@@ -132,7 +132,7 @@ impl<'a> Projection<'a> {
         (other, start): (Active, usize),
         scope: &Scope,
     ) -> f32 {
-        let mut direction = [0.0; MOST_PARAMETERS];
+        let mut direction = [0.0; MOST_STRENGTHS];
         for index in 0..effect.id.strengths() {
             let scale = effect.id.scale(scope, index);
             direction[index] = f64::from(effect.values[index] / scale);
@@ -142,7 +142,7 @@ impl<'a> Projection<'a> {
         let own = self.combined(along, along, product);
         let strengths = other.id.strengths();
         let mut normal = Strengths::default();
-        let mut shared = [0.0; MOST_PARAMETERS];
+        let mut shared = [0.0; MOST_STRENGTHS];
         for row in 0..strengths {
             for column in 0..=row {
                 normal.row_mut(row)[column] = self.product(start + row, start + column);

@@ -7,9 +7,9 @@
 //! declared numbers that are not to be fitted do as well as that effect once they are, they are wrong:
 //! they are freed, and no effect is taken. In the end each effect that was taken before others is chosen
 //! anew beside these, all must hold against their own absence, and what they leave against [`unknown`](super::unknown)
-//! structure.
+//! structure; a periodic one then has the overtones that the log asks for.
 
-use super::alternatives::tolerated;
+use super::alternatives::{add_overtones, tolerated};
 use super::criterion::CLEARLY_BETTER;
 use super::fit::Fit;
 use super::found::Found;
@@ -78,6 +78,7 @@ pub(super) fn trace_over<S: Schedule>(
             break;
         }
     }
+    add_overtones(&mut workbench, &mut found)?;
     conclude(&mut workbench, before, found, unknown)
 }
 

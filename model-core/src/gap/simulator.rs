@@ -7,7 +7,7 @@ use super::model::Model;
 use crate::effect::backlash::follow;
 use crate::effect::compliance::{Reaction, Rigid, Shaft, Twist};
 use crate::effect::encoder_eccentricity::EncoderEccentricity;
-use crate::effect::learned_map::{LearnedMap, deflected};
+use crate::effect::hysteresis::deflected;
 use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
@@ -122,7 +122,7 @@ pub struct Simulator<M = Modes, H = Held> {
     reading: EncoderEccentricity,
     /// Whether the winding's resistance is one that heats.
     heats: bool,
-    /// Way over which the deflection of a learned hysteresis follows the motion, where there is one.
+    /// Way over which the deflection of a hysteresis follows the motion, where there is one.
     reach: Option<f32>,
     /// Periods in which the winding's current comes to a share of 1 − 1/e of its steady value.
     electric_periods: f32,
@@ -160,7 +160,6 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         } else {
             Some(modes_over(input.share)?)
         };
-        let reach = held.map().as_ref().and_then(LearnedMap::reach);
         Ok(Self {
             actuator: Actuator::with_modes(&plant, modes_over(1.0 - input.share)?)?,
             earlier,
@@ -178,7 +177,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             shaft,
             reading: chain.reading,
             heats: winding.is_there() && chain.heats,
-            reach,
+            reach: chain.reach,
             electric_periods: match plant.drive {
                 Drive::Voltage {
                     resistance,
@@ -326,7 +325,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         State::new(position, velocity / gain)
     }
 
-    /// Way over which the deflection of a learned hysteresis follows the motion, where there is one.
+    /// Way over which the deflection of a hysteresis follows the motion, where there is one.
     pub fn reach(&self) -> Option<f32> {
         self.reach
     }

@@ -58,17 +58,9 @@ pub fn learn(
         ..base.clone()
     };
     let mut looks: Vec<(LearnedMap, Consideration), { Kind::ALL.len() }> = Vec::new();
-    let mut tried = 0;
     for kind in Kind::ALL {
-        let mut best: Option<(f32, LearnedMap)> = None;
-        for map in LearnedMap::trials(kind, &workbench.options.ranges) {
-            let score = workbench.map_score(&with_map(map))?;
-            if best.is_none_or(|(highest, _)| score > highest) {
-                best = Some((score, map));
-            }
-            tried += 1;
-        }
-        let (score, map) = best?;
+        let map = LearnedMap::flat(kind, &workbench.options.ranges);
+        let score = workbench.map_score(&with_map(map))?;
         let look = Consideration {
             round: 1,
             subject: Subject::Map(kind),
@@ -104,7 +96,7 @@ pub fn learn(
         };
         let comparison = compare(smaller, &workbench.held_out_while(&start, &is_near)?);
         look.held_out = Some(comparison);
-        look.decision = match comparison.refusal(tried) {
+        look.decision = match comparison.refusal(Kind::ALL.len()) {
             Some(refusal) => Decision::Refused(refusal),
             None if comparison.ratio > limit => Decision::NotClearlyBetter,
             None => Decision::Accepted,

@@ -1,7 +1,7 @@
 //! What the logs leave standing, each fitted to them.
 
 use model_core::effect::learned_map::{Kind, LearnedMap};
-use model_core::effect::{Active, Id, MOST_PARAMETERS, Scope};
+use model_core::effect::{Active, Id, Scope};
 use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::fit::Fit;
 use model_core::gap::model::Model;
@@ -111,10 +111,7 @@ pub(super) fn doubt(trace: &Trace, looks: &[Consideration]) -> Option<Doubt> {
 /// Whether it acted at a time of these logs, and so in no other one: no input settles anything about it.
 fn is_past(subject: Subject) -> bool {
     match subject {
-        Subject::Effect(id) => {
-            let values = [0.0; MOST_PARAMETERS];
-            Active { id, values }.law().span().is_some()
-        }
+        Subject::Effect(id) => Active::new(id, []).law().span().is_some(),
         Subject::Map(kind) => kind == Kind::TimeTorque,
         Subject::Numbers | Subject::Sensor => false,
     }
@@ -352,10 +349,7 @@ fn shaped(
         parameters.len() == 1 && !parameters[0].bounds.are_signed()
     };
     if absorbed.iter().all(has_one_form) {
-        let plain = |&id: &Id| Active {
-            id,
-            values: [0.0; MOST_PARAMETERS],
-        };
+        let plain = |&id: &Id| Active::new(id, []);
         return Some(absorbed.iter().map(plain).collect());
     }
     let mut found: Vec<Active> = Vec::new();

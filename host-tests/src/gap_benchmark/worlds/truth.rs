@@ -11,7 +11,8 @@ use crate::gap_benchmark::judgement::Truth;
 
 /// What carries each law that the catalogue has not, and which names say it fairly.
 ///
-/// - A hysteresis over the position is Dahl's presliding with a longer reach: the same differential equation.
+/// - A hysteresis over the position is the catalogue's, by name, and Dahl's presliding with a longer reach: the same
+///   differential equation.
 /// - A current limit is a motor whose torque stops growing with what is asked of it.
 /// - A rough spot is friction over position, if not a periodic one.
 /// - A warm-up is a friction that drifts, if not evenly.
@@ -19,7 +20,7 @@ use crate::gap_benchmark::judgement::Truth;
 ///   is not so.
 fn outside(law: &Law) -> (&'static [&'static str], &'static [&'static str]) {
     match law {
-        Law::Hysteresis { .. } => (&["position"], &["presliding"]),
+        Law::Hysteresis { .. } => (&["position"], &["hysteresis", "presliding"]),
         Law::CubicSpring { .. } => (&["position"], &[]),
         Law::CurrentLimit { .. } => (&["current", "load"], &["torque_saturation"]),
         Law::CrankInertia { .. } => (&["position"], &[]),
@@ -125,7 +126,10 @@ pub fn active(law: &Law, world: &World) -> Option<Active> {
         Law::QuadraticDrag { torque, speed, .. } => [torque / speed.powi(2), 0.0, 0.0],
         Law::OffsetTorque { torque } => [torque, 0.0, 0.0],
         Law::Spring { stiffness, rest } => [stiffness, stiffness * rest, 0.0],
-        Law::Gravity { torque, rest } => Gravity::values(torque as f32, rest as f32).map(f64::from),
+        Law::Gravity { torque, rest } => {
+            let [sine, cosine, ..] = Gravity::values(torque as f32, rest as f32);
+            [f64::from(sine), f64::from(cosine), 0.0]
+        }
         Law::Cogging { amplitude, ripple } => wave(amplitude, &ripple),
         Law::ExternalLoad { torque, course } => {
             let (begin, end) = acts(course, seconds);
@@ -157,10 +161,25 @@ pub fn active(law: &Law, world: &World) -> Option<Active> {
         }
         _ => return None,
     };
-    Some(Active {
-        id,
-        values: values.map(|value| value as f32),
-    })
+    let mut active = Active::new(id, values.map(|value| value as f32));
+    if let Law::Cogging { amplitude, ripple } = law {
+        active.values[3..].copy_from_slice(&overtones(*amplitude, ripple));
+    }
+    Some(active)
+}
+
+/// Sine and cosine of the second and the third harmonic of a ripple of this amplitude, as [`Ripple::at`] has them.
+fn overtones(amplitude: f64, ripple: &Ripple) -> [f32; 4] {
+    let [second, third] = ripple.harmonics.map(|share| share * amplitude);
+    let (sine_2, cosine_2) = (2.0 * ripple.phase + 1.0).sin_cos();
+    let (sine_3, cosine_3) = (3.0 * ripple.phase + 2.0).sin_cos();
+    [
+        second * cosine_2,
+        second * sine_2,
+        third * cosine_3,
+        third * sine_3,
+    ]
+    .map(|value| value as f32)
 }
 
 /// The one span of time that comes nearest to a course.

@@ -128,6 +128,7 @@ fn c_has_the_cores_laws_of_winding_and_sensor() {
         "{ id = \"external_load\", torque = 0.08, end = 2.0, duration = 0.7 }",
         "{ id = \"encoder_eccentricity\", sine = 0.02, cosine = 0.01, period = 6.0 }",
         "{ id = \"backlash\", width = 0.05 }",
+        "{ id = \"cogging\", sine = 0.02, cosine = 0.01, period = 0.8, cosine_2 = 0.01, sine_3 = -0.005 }",
     ] {
         let directory = tempfile::tempdir().unwrap();
         let [ema, ..] = &cases()[..] else {

@@ -2,7 +2,7 @@
 
 use super::data::{Data, MARGIN, Settings, WINDOW, Window, samples};
 use crate::effect::compliance::Twist;
-use crate::effect::learned_map::deflected;
+use crate::effect::hysteresis::deflected;
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::gap::held::Acting;
 use crate::gap::log::Log;

@@ -7,8 +7,9 @@
 use super::{Course, Given, Simulator};
 use crate::effect::backlash::follow;
 use crate::effect::compliance::{Rigid, Shaft, Twist};
+use crate::effect::hysteresis::deflected;
 use crate::effect::lanes::Middles;
-use crate::effect::learned_map::{LearnedMap, deflected};
+use crate::effect::learned_map::LearnedMap;
 use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};

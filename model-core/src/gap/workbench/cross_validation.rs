@@ -2,7 +2,7 @@
 
 use super::fits::ROUGH;
 use super::{LONG, Workbench};
-use crate::effect::{Active, Id, MOST_PARAMETERS};
+use crate::effect::{Active, Id};
 use crate::gap::criterion::{FLOOR_COUNTS, FLOOR_CURRENT, FLOOR_STROKE};
 use crate::gap::fit;
 use crate::gap::held_out::{HeldOut, MOST_BLOCKS, Mask, compare, is_hopeless_within};
@@ -34,10 +34,7 @@ impl<S: Schedule> Workbench<'_, S> {
     /// replays that start as its own do.
     #[inline(never)]
     pub fn held_out_beside(&mut self, model: &Model, id: Id, blocks: &mut HeldOut) -> Option<()> {
-        let nothing = Active {
-            id,
-            values: [0.0; MOST_PARAMETERS],
-        };
+        let nothing = Active::new(id, []);
         let moving = screen::with_effect(model, nothing)?;
         self.held_out_moving(&moving, model, blocks, &|_| true)
     }
