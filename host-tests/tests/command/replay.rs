@@ -4,8 +4,7 @@ use firmware::app::machine::THROTTLE;
 use firmware::app::replay::{Replay, Row};
 use firmware::app::tape::{self, Driven, Tape, TapeError};
 use firmware::app::timing::{PLANT_PERIOD, TICKS_PER_CONTROL};
-use model_core::effect::cogging::Cogging;
-use model_core::effect::{Active, Effect, Id, padded};
+use model_core::effect::{Active, Id, padded};
 use model_core::gap::model::Model;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
@@ -197,8 +196,6 @@ fn a_replay_is_the_actuator_driven_by_the_inputs() {
 fn effects_of_the_tape_act() {
     let inputs = inputs();
     let plain = rows(&written(&throttle(), &inputs));
-    let cogging = Cogging::DESCRIPTION.parameters.len();
-    assert_eq!(cogging, 3);
     let rippled = rows(&written(
         &with_effect(Id::Cogging, [0.05, 0.05, 0.2]),
         &inputs,
