@@ -172,7 +172,7 @@ fn check_lines(finding: &check::Finding, samples: usize) -> Vec<String> {
             "effect id={} score={:?} p_value={:?}",
             description.id, found.score, found.p_value
         ));
-        for ((name, _), value) in description.reported.iter().zip(found.reported) {
+        for ((name, _), value) in found.effect.reported().iter().zip(found.reported) {
             lines.push(format!("effect_parameter name={name} value={value:?}"));
         }
     }

@@ -95,7 +95,7 @@ fn check(machine: &Machine, memory: &Memory) -> bool {
             found.score,
             found.p_value
         );
-        let named = description.reported.iter().zip(found.reported);
+        let named = found.effect.reported().iter().zip(found.reported);
         for ((name, _), value) in named {
             defmt::info!("effect_parameter name={=str} value={=f32}", name, value);
         }

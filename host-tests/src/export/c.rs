@@ -284,23 +284,23 @@ fn laws(source: &Source) -> String {
 
 /// The statements of an effect; `None` where it is no law of torque or friction.
 fn law(effect: &Active) -> Option<String> {
-    let [a, b, c, overtones @ ..] = effect.values.map(number);
-    let waves = |order: &str, a: &str, b: &str| {
-        let phase = format!("{order}6.283185307179586 * x / {c}");
-        format!("{a} * sin({phase}) + {b} * cos({phase})")
-    };
+    let [a, b, c, ..] = effect.values.map(number);
     let harmonic = || {
-        let [sine_2, cosine_2, sine_3, cosine_3] = &overtones;
-        let mut sum = waves("", &a, &b);
-        for (index, order, sine, cosine) in [
-            (3, "2.0 * ", sine_2, cosine_2),
-            (5, "3.0 * ", sine_3, cosine_3),
-        ] {
-            if effect.values[index] != 0.0 || effect.values[index + 1] != 0.0 {
-                sum += &format!("\n        + {}", waves(order, sine, cosine));
-            }
-        }
-        sum
+        let wave = |order: &str, sine: f32, cosine: f32| {
+            let phase = format!("{order}6.283185307179586 * x / {c}");
+            format!(
+                "{} * sin({phase}) + {} * cos({phase})",
+                number(sine),
+                number(cosine)
+            )
+        };
+        let first = wave("", effect.values[0], effect.values[1]);
+        let overtones = effect.overtones().chunks_exact(2).zip(["2.0 * ", "3.0 * "]);
+        overtones
+            .filter(|(pair, _)| pair.iter().any(|&value| value != 0.0))
+            .fold(first, |sum, (pair, order)| {
+                format!("{sum}\n        + {}", wave(order, pair[0], pair[1]))
+            })
     };
     let on_both = |value: &str| {
         format!(

@@ -278,16 +278,13 @@ pub(super) fn found(
                 declare += &format!(", {} = {}", parameter.name, decimal(fitted.values[index]));
             }
             declare += " }";
-            let dimensions: Vec<Dimension> = description
-                .reported
-                .iter()
-                .map(|(_, dimension)| *dimension)
-                .collect();
+            let reported = fitted.reported();
+            let dimensions: Vec<Dimension> =
+                reported.iter().map(|(_, dimension)| *dimension).collect();
             let stds = propagate(&trace.after.model, spread, &dimensions, report);
             FoundEffect {
                 id: description.id.to_owned(),
-                parameters: description
-                    .reported
+                parameters: reported
                     .iter()
                     .zip(values.iter().zip(stds))
                     .map(|((name, dimension), (value, std))| Estimate {
@@ -296,8 +293,6 @@ pub(super) fn found(
                         std,
                         unit: dimension.unit(rotary).to_owned(),
                     })
-                    // Overtones that are no part of the fit.
-                    .filter(|estimate| estimate.value != 0.0 || estimate.std != 0.0)
                     .collect(),
                 declare,
                 score: decimal(accepted.candidate.score),

@@ -28,15 +28,14 @@ const OVERTONES: usize = 2;
 /// assert!(with_overtones(&Active::new(Id::Spring, [0.5, 0.1])).is_none());
 /// ```
 pub fn with_overtones(effect: &Active) -> Option<Active> {
-    let parameters = effect.id.description().parameters;
-    let first = parameters.iter().position(|it| it.role == Role::Overtone)?;
-    let [sine, cosine, ..] = effect.values;
-    let mut started = *effect;
-    let overtones = &mut started.values[first..];
-    if overtones.iter().any(|&value| value != 0.0) {
+    let overtones = effect.overtones();
+    if overtones.is_empty() || overtones.iter().any(|&value| value != 0.0) {
         return None;
     }
-    overtones.fill(START * libm::hypotf(sine, cosine));
+    let end = effect.id.description().parameters.len();
+    let [sine, cosine, ..] = effect.values;
+    let mut started = *effect;
+    started.values[end - overtones.len()..end].fill(START * libm::hypotf(sine, cosine));
     Some(started)
 }
 

@@ -563,6 +563,33 @@ impl Active {
             .is_some_and(|parameter| parameter.role != Role::Overtone || self.values[index] != 0.0)
     }
 
+    /// The values of its overtones; nothing for an effect that may have none.
+    pub fn overtones(&self) -> &[f32] {
+        let parameters = self.id.description().parameters;
+        let overtones = parameters.iter().filter(|it| it.role == Role::Overtone);
+        &self.values[parameters.len() - overtones.count()..parameters.len()]
+    }
+
+    /// Names and dimensions of the reported values: those of overtones, which come last, only where it has some.
+    ///
+    /// ```
+    /// use model_core::effect::{Active, Id};
+    /// let mut cogging = Active::new(Id::Cogging, [0.2, 0.0, 0.6]);
+    /// assert_eq!(cogging.reported().len(), 3);
+    /// cogging.values[3] = 0.05;
+    /// assert_eq!(cogging.reported()[3].0, "second_harmonic");
+    /// ```
+    pub fn reported(&self) -> &'static [(&'static str, Dimension)] {
+        let reported = self.id.description().reported;
+        let overtones = self.overtones();
+        if overtones.iter().any(|&value| value != 0.0) {
+            reported
+        } else {
+            // An amplitude is reported of a sine and a cosine.
+            &reported[..reported.len() - overtones.len() / 2]
+        }
+    }
+
     /// Its law with these values.
     pub fn law(&self) -> Law {
         Law::new(self.id, self.values)

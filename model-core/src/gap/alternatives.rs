@@ -114,15 +114,22 @@ fn with_freer_law(
     model: &Model,
     slot: usize,
 ) -> Option<Model> {
-    let effect = &model.effects[slot];
-    let mut freer = model.clone();
-    if let Some(started) = with_overtones(effect) {
-        freer.effects[slot] = started;
-    } else {
-        let kind = effect.id.map()?;
-        freer.map = Some(LearnedMap::flat(kind, &workbench.options.ranges));
+    if let Some(freer) = with_overtones_in(model, slot) {
+        return Some(freer);
     }
-    Some(freer)
+    let kind = model.effects[slot].id.map()?;
+    Some(Model {
+        map: Some(LearnedMap::flat(kind, &workbench.options.ranges)),
+        ..model.clone()
+    })
+}
+
+/// A model in which the effect in a slot has overtones, as a fit with them starts; `None` if it may have none, or has some.
+fn with_overtones_in(model: &Model, slot: usize) -> Option<Model> {
+    let started = with_overtones(&model.effects[slot])?;
+    let mut with = model.clone();
+    with.effects[slot] = started;
+    Some(with)
 }
 
 /// Gives each effect that may have overtones those that were fitted, if held-out data are followed better with them, as
@@ -134,12 +141,10 @@ pub(super) fn add_overtones(
 ) -> Option<()> {
     let first = workbench.declared.effects.len();
     for slot in first..first + found.accepted.len() {
-        let Some(started) = with_overtones(&found.after.model.effects[slot]) else {
+        let Some(started) = with_overtones_in(&found.after.model, slot) else {
             continue;
         };
-        let mut with = found.after.model.clone();
-        with.effects[slot] = started;
-        let fitted = workbench.fit(&with)?;
+        let fitted = workbench.fit(&started)?;
         let with = workbench.held_out(&fitted.model)?;
         let without = judge(workbench, &mut found.held_out, &found.after.model)?;
         if compare(without, &with).refusal(1).is_none() {

@@ -13,7 +13,7 @@ use crate::unit::Dimension;
 use heapless::Vec;
 
 /// Most variables of one fit: the fourteen of the base, the three of the current's sensor, and three for each of
-/// four effects.
+/// four effects; the four overtones of a cogging take the room of others. What comes last has none and stays as it is.
 pub const MOST_VARIABLES: usize = 29;
 
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an

@@ -93,7 +93,7 @@ impl fmt::Display for Finding {
         for found in &self.effects {
             let description = found.effect.id.description();
             write!(formatter, "\n{}:", description.id)?;
-            for ((name, _), value) in description.reported.iter().zip(found.reported) {
+            for ((name, _), value) in found.effect.reported().iter().zip(found.reported) {
                 write!(formatter, " {name} {value:?}")?;
             }
         }

@@ -428,11 +428,10 @@ fn at_strength(mut effect: Active, share: f32, scope: &Scope) -> Active {
 
 impl Absorbed {
     fn new(effect: &Active, model: &Model, rotary: bool) -> Self {
-        let description = effect.id.description();
         let values = effect.report(&model.plant);
-        let parameters = description.reported.iter().zip(values);
+        let parameters = effect.reported().iter().zip(values);
         Self {
-            id: description.id.to_owned(),
+            id: effect.id.description().id.to_owned(),
             parameters: parameters
                 .map(|((name, dimension), value)| Quantity {
                     name: (*name).to_owned(),
