@@ -32,6 +32,9 @@ mod host_tests;
 /// The images that are operated.
 const PRODUCTS: [&str; 2] = ["throttle", "controller"];
 
+/// An image, and what it occupies.
+type ImageSize = (&'static str, Size);
+
 /// When the first step began.
 static START: LazyLock<Instant> = LazyLock::new(Instant::now);
 
@@ -95,23 +98,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let prepared = board_run::prepare(announce)?;
     announce(
-        "beside all that follows, until the host tests: a log of each kind of verdict on an emulated chip",
+        "beside all that follows: a log of each kind of verdict on an emulated chip, which takes longest",
     );
-    let (images, verdicts) = thread::scope(|scope| {
+    let (done, verdicts) = thread::scope(|scope| {
         let verdicts = scope.spawn(|| prepared.verdicts());
-        let images = run_images(args, &prepared);
-        (images, verdicts.join())
+        let done = run_others(args, &prepared);
+        if done.is_ok() && !verdicts.is_finished() {
+            announce("waiting for the logs of each kind of verdict");
+        }
+        (done, verdicts.join())
     });
-    let (images, verdicts) = (
-        images?,
-        verdicts.unwrap_or_else(|cause| resume_unwind(cause))?,
-    );
+    let (images, tests) = done?;
+    let verdicts = verdicts.unwrap_or_else(|cause| resume_unwind(cause))?;
     check_warnings(&verdicts.build)?;
     board_run::require_parity(&verdicts.comparisons)?;
     say(&format!(
         "{} logs, one of each kind of verdict, traced bit for bit as on this host",
         verdicts.comparisons.len()
     ));
+    announce("done");
+    say(&summary(&images, &tests));
+    Ok(())
+}
+
+/// Runs the images, fuzzes where that is asked for, and runs the host tests.
+fn run_others(args: &Args, prepared: &Prepared) -> Result<(Vec<ImageSize>, Tests), Failure> {
+    let images = run_images(args, prepared)?;
     if args.all {
         announce("fuzzing");
         for target in fuzz::run()? {
@@ -128,14 +140,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let until = args
         .within
         .map(|minutes| *START + Duration::from_secs(60 * minutes));
-    let tests = host_tests::run(args.all, until)?;
-    announce("done");
-    say(&summary(&images, &tests));
-    Ok(())
+    Ok((images, host_tests::run(args.all, until)?))
 }
 
 /// Builds and lints the images and runs them on emulated chips; gives what each occupies.
-fn run_images(args: &Args, prepared: &Prepared) -> Result<Vec<(&'static str, Size)>, Failure> {
+fn run_images(args: &Args, prepared: &Prepared) -> Result<Vec<ImageSize>, Failure> {
     let toolchain = &prepared.toolchain;
     announce("an actuator of each kind on the emulated chip");
     let board = prepared.actuators()?;
@@ -344,7 +353,7 @@ fn first_difference(expected: &str, said: &str) -> Option<String> {
 }
 
 /// What is said at the end.
-fn summary(images: &[(&str, Size)], tests: &Tests) -> String {
+fn summary(images: &[ImageSize], tests: &Tests) -> String {
     let mut text = tests.summary();
     // A string takes everything.
     for (image, size) in images {

@@ -4,7 +4,7 @@
 
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
-use model_core::gap::replay::{Row, Runner, Settings};
+use model_core::gap::replay::{Row, Runner, Settings, Velocity};
 use model_core::plant::parameters::{Drive, Parameters};
 
 const PERIOD: f32 = 1e-3;
@@ -115,6 +115,63 @@ fn the_noise_of_a_measured_current_is_averaged_over_the_winding() {
         assert!(
             error.abs() < 0.2 * single,
             "{late}: {error:e} of {single:e} rad"
+        );
+    }
+}
+
+/// A motor whose speed follows its voltage with a time constant of half a sample: behind a step of the voltage no
+/// slope over samples is its velocity.
+#[test]
+fn a_velocity_that_the_model_comes_to_is_that_of_a_fast_motor() {
+    const BACK_EMF: f64 = 0.05;
+    const FASTER_INERTIA: f64 = 1.25e-6;
+    let constant = FASTER_INERTIA * RESISTANCE / (BACK_EMF * BACK_EMF);
+    let speed = VOLTAGE / BACK_EMF;
+    let step = (APPLIED / f64::from(PERIOD)) as u16;
+    // From one steady speed to the other.
+    let position = |sample: u16| {
+        let time = (f64::from(sample) - f64::from(step)) * f64::from(PERIOD);
+        if time <= 0.0 {
+            speed * time
+        } else {
+            -speed * time + 2.0 * speed * constant * -(-time / constant).exp_m1()
+        }
+    };
+    let mut plant = Parameters::free(FASTER_INERTIA as f32);
+    plant.drive = Drive::Voltage {
+        resistance: RESISTANCE as f32,
+        inductance: 0.0,
+        torque_constant: BACK_EMF as f32,
+    };
+    let model = Model {
+        plant,
+        gravity_torque: 0.0,
+        gravity_rest: 0.0,
+        effects: Default::default(),
+        map: None,
+        current_sensor: Default::default(),
+    };
+    let simulator = model.build(PERIOD).unwrap();
+    let voltage = |sample| if sample < step { VOLTAGE } else { -VOLTAGE };
+    let input: Vec<f32> = (0..SAMPLES).map(|sample| voltage(sample) as f32).collect();
+    let positions: Vec<f32> = (0..SAMPLES).map(|sample| position(sample) as f32).collect();
+    let log = Log::new(PERIOD, Channel::Values(&input), Channel::Values(&positions));
+    for late in [0, 1, 2] {
+        let start = usize::from(step + late);
+        let [slope, simulated] = [Velocity::Slope, Velocity::Simulated].map(|velocity| {
+            let settings = Settings {
+                velocity,
+                half_width: 4,
+                ..Settings::new(PERIOD, 0.0)
+            };
+            let mut runner = Runner::new(&simulator, &log, start, &settings);
+            let ends = (start..start + 50).map(|index| runner.advance(&Row::new(&log, index)).0);
+            ends.last().map_or(f32::NAN, f32::abs)
+        });
+        // What is left is that the position is smoothed.
+        assert!(
+            simulated < 0.5 * slope,
+            "{late}: {simulated:e} of {slope:e} rad"
         );
     }
 }

@@ -54,6 +54,22 @@ impl ThermalDrift {
         let rise = seconds * (heating - warmth * self.inverse_time);
         (warmth + rise / (1.0 + seconds * self.inverse_time)).min(MOST_WARMTH)
     }
+
+    /// The same to second order, for steps that are no small part of the time constant: two steps of half the time, by
+    /// as much more as they differ from one (L. F. Richardson 1911).
+    #[inline]
+    pub fn long_after(&self, warmth: f32, current: f32, seconds: f32) -> f32 {
+        let half = 0.5 * seconds;
+        let twice = self.after(self.after(warmth, current, half), current, half);
+        let once = self.after(warmth, current, seconds);
+        (2.0 * twice - once).clamp(0.0, MOST_WARMTH)
+    }
+
+    /// Thermal time constant of the winding, s.
+    #[inline]
+    pub fn time_constant(&self) -> f32 {
+        1.0 / self.inverse_time
+    }
 }
 
 impl Effect for ThermalDrift {
@@ -110,6 +126,6 @@ impl Effect for ThermalDrift {
     }
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
-        padded([self.rate, 1.0 / self.inverse_time])
+        padded([self.rate, self.time_constant()])
     }
 }

@@ -396,6 +396,7 @@ pub fn fit(
     }
     let mut sums = Sums::default();
     problem.linearise(&mut sums, &model)?;
+    let mut least = sums.products.at(0, 0);
     let mut damping = 1e-3;
     // Breakaway acts through sticking alone, which comes and goes by jumps: a derivative across a
     // jump misleads the whole step. What is refused with it is tried without.
@@ -406,7 +407,7 @@ pub fn fit(
         if variables.is_empty() {
             break;
         }
-        let cost = sums.products.at(0, 0);
+        let cost = least;
         let mut stepped = None;
         for _ in 0..MOST_REFUSALS {
             let (candidate, promised) = damped_step(&model, variables, &sums, damping, None);
@@ -438,14 +439,16 @@ pub fn fit(
             break;
         };
         model = candidate;
-        problem.linearise(&mut sums, &model)?;
+        least = lowered;
+        // Nothing asks for the sensitivities at the minimum.
         if lowered > cost * (1.0 - effort.converged) {
             break;
         }
+        problem.linearise(&mut sums, &model)?;
     }
     Some(Fit {
         model,
-        cost: sums.products.at(0, 0),
+        cost: least,
         simulated: problem.simulated,
     })
 }

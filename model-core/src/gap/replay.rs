@@ -10,7 +10,7 @@ pub use contrast::Contrast;
 pub(super) use contrast::Contrasts;
 use core::slice;
 pub(super) use data::HALF_WIDTHS;
-pub use data::{Data, Fold, MARGIN, Settings, WINDOW, Window, samples};
+pub use data::{Data, Fold, MARGIN, Settings, Velocity, WINDOW, Window, samples};
 use places::Places;
 use restart::lead;
 pub use restart::turns;

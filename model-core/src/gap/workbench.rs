@@ -8,7 +8,7 @@ use super::fit::{self, Target, Variables};
 use super::held_out::windows_per_block;
 use super::log::Log;
 use super::model::{Base, Model, Numbers};
-use super::replay::{self, Contrasts, Data, HALF_WIDTHS, Schedule, Settings, samples};
+use super::replay::{self, Contrasts, Data, HALF_WIDTHS, Schedule, Settings, Velocity, samples};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
 use crate::effect::Scope;
@@ -226,13 +226,14 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     pub fn restart(&mut self, model: &Model) -> Option<()> {
         let window = self.screen_window();
         let measured = self.data.logs.iter().all(|log| log.velocity.is_some());
-        let sources: &[bool] = if measured { &[false, true] } else { &[false] };
+        let sources = [Velocity::Slope, Velocity::Simulated, Velocity::Measured];
+        let sources = &sources[..if measured { 3 } else { 2 }];
         let mut best: Option<(Data<'a>, f64)> = None;
-        for &measured_velocity in sources {
+        for &velocity in sources {
             for half_width in HALF_WIDTHS {
                 let mut tried = self.data;
                 tried.settings.half_width = half_width;
-                tried.settings.measured_velocity = measured_velocity;
+                tried.settings.velocity = velocity;
                 let (position, second) = self.residuals(&tried.with_window(window), model)?;
                 let error = if self.data.settings.velocity_channel {
                     position * second

@@ -10,6 +10,18 @@ pub const MARGIN: usize = 16;
 /// Half widths of the restarts' smoothing that are tried.
 pub(in crate::gap) const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 12, MARGIN];
 
+/// Where a replay that moves has its velocity from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Velocity {
+    /// The slope of the position over the samples around it.
+    Slope,
+    /// What the model comes to from there over as many samples before: where the speed follows the input within a few
+    /// samples, no slope over them is the velocity at one.
+    Simulated,
+    /// The measured velocity, where there is one.
+    Measured,
+}
+
 /// How a log is cut and weighed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -17,9 +29,8 @@ pub struct Settings {
     pub window: usize,
     /// Samples on either side of a restart that its state is smoothed over, 1 to [`MARGIN`].
     pub half_width: usize,
-    /// Whether a replay restarts from the measured velocity, where there is one, instead of the
-    /// slope of the position.
-    pub measured_velocity: bool,
+    /// Where a replay that moves has its velocity from.
+    pub velocity: Velocity,
     /// Whether the second channel is the velocity: where no log has a current and each has a velocity.
     pub velocity_channel: bool,
     /// Sensor resolution, rad or m; 0 if unknown.
@@ -58,7 +69,7 @@ impl Settings {
         Self {
             window: samples(WINDOW, period, 5),
             half_width: HALF_WIDTH,
-            measured_velocity: false,
+            velocity: Velocity::Slope,
             velocity_channel: false,
             resolution,
             clear_travel: CLEAR_COUNTS * resolution,
@@ -69,7 +80,7 @@ impl Settings {
 
     /// The measured velocity, where replays restart from it.
     pub(super) fn own_velocity<'a>(&self, log: &Log<'a>) -> Option<Channel<'a>> {
-        log.velocity.filter(|_| self.measured_velocity)
+        log.velocity.filter(|_| self.velocity == Velocity::Measured)
     }
 }
 

@@ -1,12 +1,12 @@
 //! The state that a window restarts from, and what is run in to it.
 
-use super::data::{Data, MARGIN, Settings, WINDOW, Window, samples};
+use super::data::{Data, MARGIN, Settings, Velocity, WINDOW, Window, samples};
 use crate::effect::compliance::Twist;
-use crate::effect::hysteresis::deflected;
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::gap::held::Acting;
 use crate::gap::log::Log;
 use crate::gap::simulator::{Course, Simulator};
+use crate::numeric::exponential::decay;
 use crate::plant::modes::Modes;
 use crate::plant::{Motion, State};
 use core::borrow::Borrow;
@@ -26,6 +26,10 @@ const MOST_RUN_IN: usize = 10;
 /// Time from one look at the current to the next while a winding's warmth is carried to a restart, s:
 /// far below any thermal time constant.
 const HEAT_STRIDE: f32 = 0.01;
+
+/// Time over which its warmth is worked out at once, in time constants of the winding: a step of second order is off
+/// by some of its square, a thousandth of what the current has changed.
+const HEAT_STEP: f32 = 1.0 / 20.0;
 
 /// Time from one look at the position to the next while a hysteresis is carried to a restart, s: a
 /// machine that turns has hardly moved in it.
@@ -100,6 +104,8 @@ pub(super) struct Restart {
     pub approach: Option<Approach>,
     /// The warmth there, for the heating that was asked for first: few copies have another one.
     warmth: Option<(ThermalDrift, f32)>,
+    /// The deflection of a hysteresis there, for the reach that was asked for first.
+    deflection: Option<(f32, f32)>,
 }
 
 /// What run-ins to a restart lead to.
@@ -119,6 +125,7 @@ impl Restart {
             state,
             approach,
             warmth: None,
+            deflection: None,
         }
     }
 
@@ -127,6 +134,13 @@ impl Restart {
         let simulated = settings.own_velocity(log).is_none();
         let approach = self.approach.filter(|_| simulated);
         approach.map_or(0, |approach| self.start - approach.since)
+    }
+
+    /// Sample from which a model comes to a simulated velocity.
+    pub(super) fn simulated_since(&self, settings: &Settings) -> usize {
+        let half_width = settings.half_width;
+        let since = self.start.saturating_sub(half_width).max(half_width);
+        since.min(self.start)
     }
 
     /// Sample from which a run-in twists a shaft.
@@ -141,16 +155,38 @@ impl Restart {
         simulator: &Simulator<M, H>,
         log: &Log,
     ) -> f32 {
-        let Some(heating) = simulator.heating() else {
-            return 0.0;
-        };
-        match self.warmth {
-            Some((known, warmth)) if known == heating => warmth,
-            _ => {
-                let warmth = warmth_at(simulator, heating, log, self.start);
-                self.warmth.get_or_insert((heating, warmth));
-                warmth
-            }
+        let start = self.start;
+        known(&mut self.warmth, simulator.heating(), |heating| {
+            warmth_at(simulator, heating, log, start)
+        })
+    }
+
+    /// The deflection of a model's hysteresis.
+    pub(super) fn deflection<M: Borrow<Modes>, H: Acting>(
+        &mut self,
+        simulator: &Simulator<M, H>,
+        log: &Log,
+    ) -> f32 {
+        let start = self.start;
+        known(&mut self.deflection, simulator.reach(), |reach| {
+            deflection_at(log, start, reach)
+        })
+    }
+}
+
+/// What comes of a cause, worked out again only for another one than the first; 0 without any.
+fn known<C: Copy + PartialEq>(
+    first: &mut Option<(C, f32)>,
+    cause: Option<C>,
+    work: impl Fn(C) -> f32,
+) -> f32 {
+    let Some(cause) = cause else { return 0.0 };
+    match *first {
+        Some((known, value)) if known == cause => value,
+        _ => {
+            let value = work(cause);
+            first.get_or_insert((cause, value));
+            value
         }
     }
 }
@@ -164,19 +200,28 @@ pub(super) fn warmth_at<M: Borrow<Modes>, H: Acting>(
     start: usize,
 ) -> f32 {
     let stride = samples(HEAT_STRIDE, log.period, 1);
-    let step = stride as f32 * log.period;
-    let mut warmth = 0.0;
-    for sample in (stride..=start).step_by(stride) {
-        let middle = sample - stride / 2;
+    let look = stride as f32 * log.period;
+    let squared = |end: usize| {
+        let middle = end - stride / 2;
         let current = match log.current {
             Some(current) => simulator.current_sensor().current(current.at(middle)),
             None if log.is_released(middle) => 0.0,
             None => {
-                let travel = log.position.at(sample) - log.position.at(sample - stride);
-                simulator.steady_current(travel / step, log.input.at(middle))
+                let travel = log.position.at(end) - log.position.at(end - stride);
+                simulator.steady_current(travel / look, log.input.at(middle))
             }
         };
-        warmth = heating.after(warmth, current, step);
+        current * current
+    };
+    let looks = start / stride;
+    let longest = looks.max(1) as f32;
+    let together = (HEAT_STEP * heating.time_constant() / look).clamp(1.0, longest) as usize;
+    let mut warmth = 0.0;
+    for from in (0..looks).step_by(together) {
+        let to = looks.min(from + together);
+        let sum: f32 = (from + 1..=to).map(|number| squared(number * stride)).sum();
+        let count = (to - from) as f32;
+        warmth = heating.long_after(warmth, libm::sqrtf(sum / count), count * look);
     }
     warmth
 }
@@ -227,20 +272,25 @@ pub(super) fn current_at<M: Borrow<Modes>, H: Acting>(
     current.unwrap_or(0.0)
 }
 
-/// Deflection of a hysteresis with this reach behind the measured motion up to a sample.
+/// Deflection of a hysteresis with this reach behind the measured motion up to a sample: each way without a turn
+/// leaves what it has led to times what the travel since then leaves of that.
 pub(super) fn deflection_at(log: &Log, start: usize, reach: f32) -> f32 {
     let stride = samples(TURN_STRIDE, log.period, 1);
-    let displacement = |end: usize| log.position.at(end) - log.position.at(end - stride);
-    let mut begin = start;
-    let mut travel = 0.0;
-    while begin >= stride && travel < FORGOTTEN * reach {
-        travel += displacement(begin).abs();
-        begin -= stride;
+    let mut end = start;
+    // Backwards: travel, what it leaves at the last turn, which way the drive went before that.
+    let (mut travel, mut left, mut towards) = (0.0, 1.0, 0.0);
+    let mut deflection = 0.0;
+    while end >= stride && travel < FORGOTTEN * reach {
+        let displacement = log.position.at(end) - log.position.at(end - stride);
+        if displacement * towards <= 0.0 && displacement != 0.0 {
+            let remains = decay(travel / reach);
+            deflection += towards * (left - remains);
+            (left, towards) = (remains, displacement.signum() * reach);
+        }
+        travel += displacement.abs();
+        end -= stride;
     }
-    let ends = (begin + stride..=start).step_by(stride);
-    ends.fold(0.0, |deflection, end| {
-        deflected(deflection, displacement(end), reach)
-    })
+    deflection + towards * (left - decay(travel / reach))
 }
 
 /// The last clear motion before what the state at `start` is smoothed over, within the run-in; the
@@ -324,9 +374,98 @@ pub(super) fn measured_state_less(
 ) -> State {
     let state = log.smoothed_state_less(start, settings.half_width, settings.resolution, part);
     match log.velocity {
-        Some(velocity) if settings.measured_velocity => {
+        Some(velocity) if settings.velocity == Velocity::Measured => {
             State::new(state.position.value(), velocity.at(start))
         }
         _ => state,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::{Effect, padded};
+    use crate::gap::log::Channel;
+    use crate::gap::model::Model;
+    use crate::plant::parameters::{Drive, Parameters};
+
+    const PERIOD: f32 = 1e-3;
+
+    #[test]
+    fn a_deflection_follows_the_ways_between_turns() {
+        // To 0.3 rad, back to 0.1 and on to 0.15, in 12 s.
+        let there = |time: f32| match time {
+            _ if time < 6.0 => 0.05 * time,
+            _ if time < 10.0 => 0.3 - 0.05 * (time - 6.0),
+            _ => 0.1 + 0.025 * (time - 10.0),
+        };
+        let positions: [f32; 12_001] = core::array::from_fn(|sample| there(sample as f32 * PERIOD));
+        let inputs = [0.0; 12_001];
+        let log = Log::new(
+            PERIOD,
+            Channel::Values(&inputs),
+            Channel::Values(&positions),
+        );
+        // Dahl's law in closed form, a way at a time; half of the second and none of the third at first.
+        let reach = 0.1_f64;
+        let way = |deflection: f64, way: f64| {
+            let towards = reach.copysign(way);
+            towards - (towards - deflection) * (-way.abs() / reach).exp()
+        };
+        let first = way(0.0, 0.3);
+        for (start, expected) in [
+            (3000, way(0.0, 0.15)),
+            (8000, way(first, -0.1)),
+            (12_000, way(way(first, -0.2), 0.05)),
+        ] {
+            let found = f64::from(deflection_at(&log, start, reach as f32));
+            // What lies further back is left out.
+            let forgotten = reach * f64::from(-FORGOTTEN).exp();
+            assert!(
+                (found - expected).abs() < forgotten,
+                "{start}: {found} {expected}"
+            );
+        }
+        assert_eq!(deflection_at(&log, 0, 0.1), 0.0);
+    }
+
+    #[test]
+    fn a_winding_heats_as_its_closed_form() {
+        let mut plant = Parameters::free(1e-3);
+        plant.drive = Drive::Voltage {
+            resistance: 1.0,
+            inductance: 1e-3,
+            torque_constant: 0.05,
+        };
+        let model = Model {
+            plant,
+            gravity_torque: 0.0,
+            gravity_rest: 0.0,
+            effects: Default::default(),
+            map: None,
+            current_sensor: Default::default(),
+        };
+        let simulator = model.build(PERIOD).unwrap();
+        let current: [f32; 12_001] =
+            core::array::from_fn(|sample| if sample % 2000 < 1000 { 3.0 } else { 1.0 });
+        let zeros = [0.0; 12_001];
+        let mut log = Log::new(PERIOD, Channel::Values(&zeros), Channel::Values(&zeros));
+        log.current = Some(Channel::Values(&current));
+        for time_constant in [2.0_f64, 5.0, 50.0] {
+            let rate = 0.01_f64;
+            let heating = ThermalDrift::new(padded([rate as f32, time_constant as f32]));
+            let mut expected = 0.0;
+            for second in 0..12 {
+                let gain = rate * if second % 2 == 0 { 9.0 } else { 1.0 };
+                let loss = 1.0 / time_constant - gain;
+                let steady = gain / loss;
+                expected = steady + (expected - steady) * (-loss).exp();
+            }
+            let found = f64::from(warmth_at(&simulator, heating, &log, 12_000));
+            assert!(
+                (found / expected - 1.0).abs() < 0.01,
+                "{time_constant}: {found} {expected}"
+            );
+        }
     }
 }

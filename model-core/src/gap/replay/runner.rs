@@ -1,6 +1,6 @@
 //! One simulation on its way through a window.
 
-use super::data::Settings;
+use super::data::{Settings, Velocity};
 use super::restart::{
     Approach, Restart, RunIn, Twists, current_at, deflection_at, measured_state,
     measured_state_less,
@@ -9,9 +9,9 @@ use crate::effect::compliance::Shaft;
 use crate::gap::held::{Acting, Held};
 use crate::gap::log::Log;
 use crate::gap::simulator::{Course, Given, Simulator};
-use crate::plant::State;
 use crate::plant::actuator::External;
 use crate::plant::modes::Modes;
+use crate::plant::{Compensated, Motion, State};
 use core::borrow::Borrow;
 
 /// What the log says of one step, for all simulations that take it.
@@ -108,7 +108,50 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             ..Self::from_state(simulator, log, (restart.start, restart.state), settings)
         };
         runner.course.memory.warmth = restart.warmth(simulator, log);
+        runner.course.memory.deflection = restart.deflection(simulator, log);
+        let is_simulated = settings.velocity == Velocity::Simulated;
+        if is_simulated && restart.state.velocity.value() != 0.0 {
+            let memory = runner.course.memory;
+            runner.course = Course::new(runner.come_to(restart, settings));
+            runner.course.memory.warmth = memory.warmth;
+            runner.course.memory.deflection = memory.deflection;
+        }
         runner
+    }
+
+    /// The state at a restart that the model comes to from the measured one before it, as far from the log as it is
+    /// in the mean on the way.
+    // Its frame is not to lie under the simulations behind it.
+    #[inline(never)]
+    fn come_to(&self, restart: &Restart, settings: &Settings) -> State {
+        let (simulator, log) = (self.simulator, self.log);
+        let since = restart.simulated_since(settings);
+        let measured = measured_state(log, since, settings);
+        let mut before = Self::from_state(simulator, log, (since, measured), settings);
+        before.course.memory.warmth = self.course.memory.warmth;
+        before.course.memory.deflection = self.course.memory.deflection;
+        simulator.lean(&mut before.course, Motion::of(measured.velocity.value()));
+        let (mut last, mut sum) = (0.0, 0.0);
+        for index in since..restart.start {
+            last = before.advance(&Row::new(log, index)).0;
+            sum += last;
+        }
+        let mean = sum / (restart.start - since).max(1) as f32;
+        // Where the sensor would be then, and from there the drive.
+        let there = log.position.at(restart.start) + (last - mean);
+        let measured = State {
+            position: Compensated::new(there),
+            ..restart.state
+        };
+        let current = match log.current {
+            Some(_) => self.course.state.current,
+            None => before.course.state.current,
+        };
+        State {
+            position: simulator.state_behind(measured, false).position,
+            current,
+            ..before.course.state
+        }
     }
 
     /// What a run-in shows of the shaft's twist.
@@ -134,6 +177,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let state = measured_state(self.log, since, &narrow);
         let mut run_in = Self::from_state(self.simulator, self.log, (since, state), settings);
         run_in.course.memory.warmth = self.course.memory.warmth;
+        run_in.course.memory.deflection = run_in.deflection_at(since);
         run_in
     }
 
@@ -149,12 +193,13 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let first = start - settings.half_width;
         let ahead = |index: usize| shaft.ahead() * twists.angles[index - first];
         let state = measured_state_less(log, start, settings, ahead);
-        let warmth = self.course.memory.warmth;
+        let memory = self.course.memory;
         *self = Self {
             velocity_channel: self.velocity_channel,
             ..Self::from_state(self.simulator, log, (start, state), settings)
         };
-        self.course.memory.warmth = warmth;
+        self.course.memory.warmth = memory.warmth;
+        self.course.memory.deflection = memory.deflection;
         let own_velocity = settings.own_velocity(log).is_some();
         self.simulator
             .twist(&mut self.course, shaft, twists.twist, own_velocity);
@@ -197,6 +242,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let since = (approach.since, approach.state);
         let mut run_in = Self::from_state(self.simulator, self.log, since, settings);
         run_in.course.memory.warmth = self.course.memory.warmth;
+        run_in.course.memory.deflection = run_in.deflection_at(approach.since);
         self.simulator.lean(&mut run_in.course, approach.motion);
         run_in
     }
@@ -231,16 +277,18 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let own_velocity = settings.own_velocity(log).is_some();
         let mut state = simulator.state_behind(measured, own_velocity);
         state.current = current_at(simulator, log, start, (&state, settings.half_width));
-        let mut course = Course::new(state);
-        if let Some(reach) = simulator.reach() {
-            course.memory.deflection = deflection_at(log, start, reach);
-        }
         Self {
             simulator,
             log,
-            course,
+            course: Course::new(state),
             velocity_channel: false,
         }
+    }
+
+    /// What a hysteresis remembers at a sample of the log.
+    fn deflection_at(&self, sample: usize) -> f32 {
+        let reach = self.simulator.reach();
+        reach.map_or(0.0, |reach| deflection_at(self.log, sample, reach))
     }
 
     /// Steps from a sample to the next and gives the residuals, model less measurement: of the

@@ -2,7 +2,7 @@
 
 use rig::pmsm_bench::{BacklashLevel, Loss, Point};
 
-use super::{BeforeAfter, Residuals, Traced, run};
+use super::{BeforeAfter, Found, Residuals, Traced, run};
 use crate::cells::{Cells, row};
 use crate::failure::Failure;
 use crate::page::Figure;
@@ -10,7 +10,7 @@ use crate::page::plot::{self, AFTER, BEFORE, COLUMNS, MEASURED, line, panel};
 use crate::page::series::{Point as Mark, envelope};
 use crate::reproduce::bench::points::Compared;
 use crate::reproduce::bench::section::{Part, Section};
-use crate::reproduce::entry;
+use crate::reproduce::{Entry, entry};
 
 /// First seed of the noise.
 const SEED: u64 = 2_001;
@@ -23,6 +23,9 @@ const PAPER_SHORTFALL: f64 = 43.0;
 
 /// How late the paper's model leaves the dead band at most, s.
 const PAPER_LATENESS: f64 = 0.25;
+
+/// Losses that could be taken for each other.
+const LOSSES: [&str; 2] = ["load_dependent_friction", "torque_saturation"];
 
 /// Half of a window around the instant at which the encoder leaves the dead band, s.
 const AROUND: f64 = 1.2;
@@ -41,12 +44,24 @@ pub(in crate::reproduce::bench) fn section(levels: &[BacklashLevel]) -> Result<S
     )];
     let mut entries = Vec::new();
     let mut findings = Vec::new();
-    for (name, loss) in [
-        ("load-dependent friction", Loss::load_dependent()),
-        ("torque saturation", Loss::torque_saturation()),
+    for cause in [
+        Cause {
+            name: "load-dependent friction",
+            loss: Loss::load_dependent(),
+            id: "load_dependent_friction",
+            size: |found| found.load_share,
+        },
+        Cause {
+            name: "torque saturation",
+            loss: Loss::torque_saturation(),
+            id: "torque_saturation",
+            size: |found| found.saturation,
+        },
     ] {
-        let residuals = run(loss, levels, SEED)?;
+        let name = cause.name;
+        let residuals = run(cause.loss, levels, SEED)?;
         let points = &residuals.points;
+        entries.extend(cause.entries(&residuals.traced));
         findings.push(format!(
             "With {name} as its loss, the model's current is at most {:.0} % off after the tracing ({:.0} % \
              before), and it leaves the dead band within {:.0} ms of the bench ({:.0} ms)",
@@ -107,6 +122,59 @@ pub(in crate::reproduce::bench) fn section(levels: &[BacklashLevel]) -> Result<S
         parts,
         entries,
     })
+}
+
+/// What a bench loses its torque to, and what has to be found of that.
+struct Cause {
+    name: &'static str,
+    loss: Loss,
+    id: &'static str,
+    size: fn(&Found) -> f64,
+}
+
+impl Cause {
+    /// What `size` of the bench is.
+    fn truth(&self) -> f64 {
+        match self.loss {
+            Loss::None => 0.0,
+            // With 1 N·m that the brake takes go so many N·m: a share of what the motor gives.
+            Loss::LoadDependentLoss { coefficient } => coefficient / (1.0 + coefficient),
+            Loss::TorqueSaturation { current } => 1.0 / current,
+        }
+    }
+
+    /// At how many levels it is named, and its size where that is farthest off.
+    fn entries(&self, traced: &[Traced]) -> [Entry; 2] {
+        let is_right = |level: &&Traced| {
+            let effects = &level.outcome.effects;
+            let is_named = |id: &str| effects.iter().any(|found| found.id == id);
+            is_named("backlash") && LOSSES.iter().all(|id| is_named(id) == (*id == self.id))
+        };
+        let right = traced.iter().filter(is_right).count();
+        let truth = self.truth();
+        let sizes = traced.iter().map(|level| (self.size)(&level.found));
+        let off = |size: &f64| (size - truth).abs();
+        let farthest = sizes.max_by(|one, other| off(one).total_cmp(&off(other)));
+        let (name, levels) = (self.name, traced.len());
+        [
+            entry(
+                &format!(
+                    "{name}: levels of backlash at which it is named beside the backlash, and no other loss"
+                ),
+                None,
+                right as f64,
+                Some(levels as f64),
+                "1",
+            ),
+            entry(
+                &format!("{name}: its size as it was found, where that is farthest off"),
+                None,
+                farthest.unwrap_or(0.0),
+                Some(truth),
+                "1",
+            ),
+        ]
+    }
 }
 
 fn before(point: &BeforeAfter) -> &Compared {
