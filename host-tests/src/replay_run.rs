@@ -127,15 +127,11 @@ pub fn checked_tape() -> Result<Vec<u8>, Failure> {
         (Id::InputDelay, [0.0021, 0.0, 0.0]),
     ];
     let model = Driven::Physical(Model {
-        plant: THROTTLE.plant,
-        gravity_torque: 0.0,
-        gravity_rest: 0.0,
         effects: effects
             .into_iter()
             .map(|(id, values)| Active::new(id, values))
             .collect(),
-        map: None,
-        current_sensor: Default::default(),
+        ..Model::new(THROTTLE.plant)
     });
     let drive = Drive {
         model: &model,

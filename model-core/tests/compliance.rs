@@ -36,12 +36,8 @@ fn rubbing() -> Parameters {
 fn model(plant: Parameters, effects: &[(Id, [f32; 3])]) -> Model {
     let active = |&(id, values)| Active::new(id, values);
     Model {
-        plant,
-        gravity_torque: 0.0,
-        gravity_rest: 0.0,
         effects: effects.iter().map(active).collect(),
-        map: None,
-        current_sensor: Default::default(),
+        ..Model::new(plant)
     }
 }
 

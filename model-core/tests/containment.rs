@@ -609,7 +609,7 @@ proptest! {
     ) {
         let mut effects = Vec::new();
         effects.push(Active::new(id, values)).unwrap();
-        let model = Model { plant: MOTOR, gravity_torque: 0.0, gravity_rest: 0.0, effects, map: None, current_sensor: Default::default() };
+        let model = Model { effects, ..Model::new(MOTOR) };
         let Ok(simulator) = model.build(1e-3) else { return Ok(()) };
         let mut course = Course::new(State::new(0.2, velocity));
         for (index, (input, previous, brake, load, released)) in steps.into_iter().enumerate() {

@@ -14,17 +14,13 @@ const COULOMB: f32 = 1.0;
 /// An inertia of 1 that a torque drives.
 fn model(breakaway: f32, effect: [f32; 3]) -> Model {
     Model {
-        plant: Parameters {
+        effects: [Active::new(Id::Presliding, effect)].into_iter().collect(),
+        ..Model::new(Parameters {
             viscous: Directional::both(0.5),
             coulomb: Directional::both(COULOMB),
             breakaway: Directional::both(breakaway),
             ..Parameters::free(1.0)
-        },
-        gravity_torque: 0.0,
-        gravity_rest: 0.0,
-        effects: [Active::new(Id::Presliding, effect)].into_iter().collect(),
-        map: None,
-        current_sensor: Default::default(),
+        })
     }
 }
 

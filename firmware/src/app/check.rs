@@ -76,14 +76,7 @@ impl core::fmt::Display for Failed {
 /// # Errors
 /// A log or a machine that gives no answer.
 pub fn check(machine: &Machine, log: Log) -> Result<Finding, Failed> {
-    let declared = Model {
-        plant: machine.plant,
-        gravity_torque: 0.0,
-        gravity_rest: 0.0,
-        effects: Vec::new(),
-        map: None,
-        current_sensor: Default::default(),
-    };
+    let declared = Model::new(machine.plant);
     let logs = [log];
     let data = Data::new(&logs, machine.converters.position.unit()).ok_or(Failed::LogTooShort)?;
     if data.windows() < LEAST_WINDOWS {

@@ -18,14 +18,7 @@ fn inputs() -> Vec<f32> {
 }
 
 fn throttle() -> Model {
-    Model {
-        plant: THROTTLE.plant,
-        gravity_torque: 0.0,
-        gravity_rest: 0.0,
-        effects: Default::default(),
-        map: None,
-        current_sensor: Default::default(),
-    }
+    Model::new(THROTTLE.plant)
 }
 
 fn with_effect(id: Id, values: [f32; 3]) -> Model {

@@ -161,6 +161,25 @@ pub struct Model {
 }
 
 impl Model {
+    /// An actuator on which no load hangs, without effects.
+    ///
+    /// ```
+    /// use model_core::gap::model::Model;
+    /// use model_core::plant::parameters::Parameters;
+    /// let model = Model::new(Parameters::free(1e-4));
+    /// assert!(model.effects.is_empty() && model.map.is_none());
+    /// ```
+    pub fn new(plant: Parameters) -> Self {
+        Self {
+            plant,
+            gravity_torque: 0.0,
+            gravity_rest: 0.0,
+            current_sensor: CurrentSensor::default(),
+            effects: Vec::new(),
+            map: None,
+        }
+    }
+
     /// The model with these numbers of its current's sensor, and the others as in another model. What the sensor is
     /// late by less, a late drive is late by more: the current is late by the sum, and between two samples no fit
     /// carries one over to the other.

@@ -53,6 +53,14 @@ impl Course {
             },
         }
     }
+
+    /// The same with the warmth and the deflection of another memory: what the log led to, not the state.
+    pub fn with_history(state: State, memory: &Memory) -> Self {
+        let mut course = Self::new(state);
+        course.memory.warmth = memory.warmth;
+        course.memory.deflection = memory.deflection;
+        course
+    }
 }
 
 /// What a log says of a step.

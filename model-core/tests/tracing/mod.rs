@@ -51,12 +51,5 @@ pub fn plant(drive: Drive, sprung: bool) -> Parameters {
 
 /// Its model, without effects.
 pub fn model(plant: &Parameters) -> Model {
-    Model {
-        plant: *plant,
-        gravity_torque: 0.0,
-        gravity_rest: 0.0,
-        effects: Default::default(),
-        map: None,
-        current_sensor: Default::default(),
-    }
+    Model::new(*plant)
 }

@@ -111,10 +111,8 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         runner.course.memory.deflection = restart.deflection(simulator, log);
         let is_simulated = settings.velocity == Velocity::Simulated;
         if is_simulated && restart.state.velocity.value() != 0.0 {
-            let memory = runner.course.memory;
-            runner.course = Course::new(runner.come_to(restart, settings));
-            runner.course.memory.warmth = memory.warmth;
-            runner.course.memory.deflection = memory.deflection;
+            let state = runner.come_to(restart, settings);
+            runner.course = Course::with_history(state, &runner.course.memory);
         }
         runner
     }
@@ -128,8 +126,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let since = restart.simulated_since(settings);
         let measured = measured_state(log, since, settings);
         let mut before = Self::from_state(simulator, log, (since, measured), settings);
-        before.course.memory.warmth = self.course.memory.warmth;
-        before.course.memory.deflection = self.course.memory.deflection;
+        before.course = Course::with_history(before.course.state, &self.course.memory);
         simulator.lean(&mut before.course, Motion::of(measured.velocity.value()));
         let (mut last, mut sum) = (0.0, 0.0);
         for index in since..restart.start {
@@ -193,13 +190,8 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let first = start - settings.half_width;
         let ahead = |index: usize| shaft.ahead() * twists.angles[index - first];
         let state = measured_state_less(log, start, settings, ahead);
-        let memory = self.course.memory;
-        *self = Self {
-            velocity_channel: self.velocity_channel,
-            ..Self::from_state(self.simulator, log, (start, state), settings)
-        };
-        self.course.memory.warmth = memory.warmth;
-        self.course.memory.deflection = memory.deflection;
+        let wound = Self::from_state(self.simulator, log, (start, state), settings);
+        self.course = Course::with_history(wound.course.state, &self.course.memory);
         let own_velocity = settings.own_velocity(log).is_some();
         self.simulator
             .twist(&mut self.course, shaft, twists.twist, own_velocity);
