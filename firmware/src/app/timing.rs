@@ -4,7 +4,7 @@
 /// hand, L/R = 1 ms, and of the control period.
 pub const PLANT_PERIOD_US: u32 = 50;
 
-/// Period of the position loop, µs: twelve samples in a period of its crossover, 500 1/s.
+/// Period of the position loop, µs: 24 samples in a period of its crossover, 260 1/s at most.
 pub const CONTROL_PERIOD_US: u32 = 1000;
 
 /// Plant ticks in a control period.

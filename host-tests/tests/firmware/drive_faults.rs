@@ -181,9 +181,9 @@ fn an_encoder_that_fails_at_any_time_leaves_no_rotor_standing_under_more_than_it
     const MILLISECONDS: u32 = 600;
     // With how many of them are found at least, and driven on and moved at most: as docs/faults.md has it.
     let encoders = [
-        ("frozen", 0.0, 402, 83),
-        ("backwards", -1.0, 480, 6),
-        ("half", 0.5, 101, 374),
+        ("frozen", 0.0, 396, 74),
+        ("backwards", -1.0, 464, 6),
+        ("half", 0.5, 109, 358),
     ];
     for (name, share, least_found, most_moved) in encoders {
         let (mut found, mut worst) = (0, Outcome::default());
@@ -236,7 +236,7 @@ fn a_current_sensor_that_is_stuck_within_its_range_hides_no_more_than_its_balanc
     };
     // What the supply drives through the least resistance.
     let most_current = |supply: f32| supply / ((1.0 - TOLERANCES.resistance) * resistance);
-    for (stuck, least_found) in [(true, 512), (false, 636)] {
+    for (stuck, least_found) in [(true, 455), (false, 631)] {
         let name = if stuck { "stuck" } else { "at zero" };
         let (mut found, mut driven, mut moved) = (0, 0, 0);
         let mut worst = Outcome::default();

@@ -138,7 +138,7 @@ fn no_limit_is_nearer_to_the_peak_than_its_share() {
 
 #[test]
 fn the_current_stays_at_its_limit_whatever_fails_at_any_time() {
-    const RUNS: u64 = 600;
+    const RUNS: u64 = 1000;
     let limit = EMA.limits.current_limit;
     let (mut worst, mut near) = (0.0_f32, 0);
     for seed in 0..RUNS {
@@ -166,7 +166,7 @@ fn the_current_stays_at_its_limit_whatever_fails_at_any_time() {
     assert!(near > 30, "{near}");
 }
 
-/// A loop that is not told of the limit winds up while the current is held at it: here to 20 V, which its integral of 15 V/s
+/// A loop that is not told of the limit winds up while the current is held at it: here to 20 V, which its integral of 11 V/s
 /// takes more than a second to give back.
 #[test]
 fn the_position_loop_does_not_wind_up_while_the_current_is_limited() {
@@ -181,7 +181,7 @@ fn the_position_loop_does_not_wind_up_while_the_current_is_limited() {
     perform(&mut image, &lines);
     image.run_ms(1900);
     assert!((image.plant.state.current - 2.0).abs() < 0.1);
-    // Turned at 2 s: 3 V of proportional action against 2 V less 3 V of integral.
+    // Turned at 2 s: 2.2 V of proportional action against 2 V less 2.2 V of integral.
     image.run_ms(150);
     let current = image.plant.state.current;
     assert!((current + 2.0).abs() < 0.1, "{current} A");
@@ -693,8 +693,10 @@ fn a_cable_of_the_switches_that_is_cut_ends_a_search_and_tells_no_position() {
         };
         perform(&mut image, &[&home, "arm"]);
         image.run_ms((500.0 * random.uniform()) as u32);
-        if !image.plant.is_driven() {
-            // It was there.
+        // It is there: its power goes with the operator's next look.
+        let was_there = image.said.contains("home: ");
+        if was_there {
+            image.run_ms(10);
             perform(&mut image, &["arm"]);
         }
         image.plant.switches = [true; 2];
@@ -702,7 +704,12 @@ fn a_cable_of_the_switches_that_is_cut_ends_a_search_and_tells_no_position() {
         image.run_ms(7);
         let first = image.wiring.latch().first();
         let first = first.map(|first| first.fault);
-        assert_eq!(first, Some(Fault::StopReached), "{seed}: {home}");
+        // One that comes to its switch in the steps in which the cable is judged has ended by itself.
+        let ended = !was_there && image.said.contains("home: ");
+        assert!(
+            first == Some(Fault::StopReached) || ended && first.is_none(),
+            "{seed}: {home}, {first:?}"
+        );
         assert!(!image.plant.is_driven());
         image.plant.switches = [false; 2];
         image.run_ms(10);

@@ -2,6 +2,7 @@
 //! counts the stroke that is declared, by both limit switches.
 
 use crate::any_drive::{TOLERANCES, any_actuator, any_drop, either_way, perform, winding};
+use crate::position_loop::turns;
 use firmware::app::fault::output::Outputs;
 use firmware::app::fault::{Fault, Faults};
 use firmware::app::machine::EMA;
@@ -600,6 +601,12 @@ fn on_an_open_switch_a_load_proves_nothing() {
             }
             assert!(outcome.peak <= 1.1 * EMA.limits.current(), "{case}");
             worst.worst(&outcome);
+            if share > 0.0 && !back {
+                // Friction may let go once and again, but nothing swings.
+                image.run_ms(300);
+                let turns = turns(&mut image, 200);
+                assert!(turns < 2, "{case}: {turns} turns");
+            }
         }
     }
     println!("one switch open: {worst:?}, {stopped} brought back onto it");

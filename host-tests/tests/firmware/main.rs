@@ -14,6 +14,7 @@ mod faults;
 mod friction_refit;
 mod operation;
 mod pins;
+mod position_loop;
 mod queue;
 mod rtt;
 mod store;
