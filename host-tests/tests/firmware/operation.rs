@@ -4,7 +4,7 @@
 use firmware::app::console::command::COMMANDS;
 use firmware::app::fault::Fault;
 use firmware::app::fault::output::Outputs;
-use firmware::app::liveness::Task;
+use firmware::app::liveness::{Liveness, Task};
 use firmware::app::machine::{EMA, FULL_DUTY, THROTTLE};
 use firmware::app::memory::MEMORY_SAMPLES;
 use firmware::app::operation::live::Live;
@@ -710,6 +710,38 @@ fn a_program_is_vouched_for_while_its_deadlines_hold() {
         vouched += u32::from(image.wiring.take_vouched());
     }
     assert_eq!(vouched, 99);
+}
+
+/// The long work has half an hour, which is too long for an image on a host: the signs of life are asked themselves. Each task is missed while all others go on.
+#[test]
+fn every_task_is_missed_after_its_time() {
+    const TICKS_A_SECOND: u32 = 20_000;
+    for (task, longest) in [
+        (Task::Reception, TICKS_A_SECOND / 4),
+        (Task::Answers, TICKS_A_SECOND / 4),
+        (Task::Operator, TICKS_A_SECOND / 4),
+        (Task::Evaluation, 30 * 60 * TICKS_A_SECOND),
+    ] {
+        // Also where the count of the ticks wraps meanwhile.
+        for start in [0, u32::MAX - longest / 2] {
+            let tasks = Liveness::new();
+            tasks.goes_on(task, start);
+            let at = |ticks: u32| {
+                let now = start.wrapping_add(ticks);
+                for other in Task::ALL {
+                    if other != task {
+                        tasks.goes_on(other, now);
+                    }
+                }
+                tasks.all_go_on(now)
+            };
+            assert!(at(longest), "{task:?}");
+            assert!(!at(longest + 1), "{task:?} hangs");
+            assert!(!at(2 * longest), "{task:?} hangs");
+            tasks.goes_on(task, start.wrapping_add(2 * longest));
+            assert!(at(2 * longest), "{task:?} goes on");
+        }
+    }
 }
 
 #[test]
