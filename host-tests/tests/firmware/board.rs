@@ -63,3 +63,17 @@ fn the_mean_load_of_a_long_run_is_right() {
     }
     assert_eq!(load.mean(), 8000, "the sum is more than 32 bits hold");
 }
+
+/// Four days of ticks are more than 32 bits count, and their durations too.
+#[test]
+#[ignore = "at length"]
+fn the_mean_load_of_days_is_right() {
+    const TICKS_A_DAY: u64 = 20_000 * 24 * 60 * 60;
+    let mut load = Load::new();
+    for duration in [8000, 4000] {
+        for _ in 0..2 * TICKS_A_DAY {
+            load.add(duration);
+        }
+    }
+    assert_eq!((load.worst(), load.mean()), (8000, 6000));
+}

@@ -566,8 +566,8 @@ fn orders_in_one_step_command_nothing_before_the_check() {
     }
 }
 
-/// With one push left, under any load: an encoder that counts backwards never passes. The loop that takes a sound one over takes all of the
-/// current that it may, and begins without an integral: a load towards the switch brings the actuator back before it is held.
+/// With one push left, under any load: an encoder that counts backwards never passes. The loop that takes a sound one over
+/// begins without an integral: a load towards the switch brings the actuator back before it is held. It swings on no actuator.
 #[test]
 fn on_an_open_switch_a_load_proves_nothing() {
     let (mut worst, mut stopped) = (Outcome::default(), 0);
