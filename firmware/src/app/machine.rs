@@ -49,15 +49,16 @@ const EMA_SUPPLY: f32 = 24.0;
 /// amplifier spans 25 A either way.
 ///
 /// Beyond 1/33 ms, the corner of the mechanical time constant J R / k², the voltage accelerates the rotor, so the
-/// derivative has to give the phase at the crossover, 130 1/s with these numbers and 80 to 260 1/s within the tolerances.
-/// It is not filtered: a filter of four periods, 1/250 s, has taken most of that phase away there, and the loop swings at 55 to 75 Hz
-/// on a rotor that is lighter, with a winding of less resistance, than declared. One count of the encoder is then
-/// K_d / h · 0.38 mrad = 0.08 V, of the 2.5 V that break it away. With that derivative the proportional gain
-/// is the largest, in steps of 2 V/rad, that keeps the greatest sensitivity |1/(1 + L)| at 2 or less with every
-/// resistance, inductance, torque constant, inertia and damping within [`Tolerances::INDUSTRIAL`](super::fault::observer::Tolerances::INDUSTRIAL),
-/// so that the gain may double, and the phase may lag by 29° more (Åström and Murray, *Feedback Systems*, section 10.3): 1.95, and 35°.
-/// 24 V/rad has 2.01. `cargo test --test firmware position_loop:: -- --nocapture` prints both. The integral is slow beside that, K_i / K_p = 5 1/s. The
-/// actuator may rest wherever friction holds it, at most breakaway · R / (k K_p) = 114 mrad off; what
+/// loop's derivative has to give the phase at the crossover, 130 1/s with these numbers and 80 to 260 1/s within the
+/// tolerances. It is not filtered: a filter of four periods, with its corner at 250 1/s, takes most of that phase away, and
+/// the loop swings at 55 to 75 Hz on a lighter rotor with a winding of less resistance. One count of the encoder is
+/// K_d / h · 0.38 mrad = 0.08 V, of the 2.5 V that break the rotor away. With that derivative the proportional gain is the
+/// largest, in steps of 2 V/rad, that keeps the greatest sensitivity |1/(1 + L)| at 2 or less with every resistance,
+/// inductance, torque constant, inertia and damping within
+/// [`Tolerances::INDUSTRIAL`](super::fault::observer::Tolerances::INDUSTRIAL): it is 1.95, the phase margin 35°, and 24
+/// V/rad has 2.01 (`cargo test --test firmware position_loop:: -- --nocapture` prints both). At 2 the gain may double, or
+/// the phase lag by 29° more (Åström and Murray, *Feedback Systems*, section 10.3). The integral is slow beside that,
+/// K_i / K_p = 5 1/s. The actuator may rest wherever friction holds it, at most breakaway · R / (k K_p) = 114 mrad off; what
 /// the integral does about that within one hold is left at that.
 ///
 /// The peak current lies above the 24 A that the supply drives through the winding and below the 25 A of
@@ -120,9 +121,9 @@ const THROTTLE_SUPPLY: f32 = 12.0;
 /// holds the plate at its limp-home position by a preload to either side; a stop at either end. The
 /// position is read from a potentiometer by a 12-bit converter over 1.64 rad.
 ///
-/// The loop's derivative cancels the mechanical time constant J R / k² = 22 ms, which leaves an integrator with a crossover of 66 1/s, far below the
-/// corners of filter and winding: within the tolerances the greatest sensitivity is 1.46. Its load, by the same rule too, is what 3 A make beyond friction and
-/// preload.
+/// The loop's derivative cancels the mechanical time constant J R / k² = 22 ms, which leaves an integrator with a
+/// crossover of 66 1/s, far below the corners of filter and winding: within the tolerances the greatest sensitivity is
+/// 1.46. Its load, by the actuator's rule, is what 3 A make beyond friction and preload.
 pub const THROTTLE: Machine = Machine {
     plant: Parameters {
         drive: Drive::Voltage {

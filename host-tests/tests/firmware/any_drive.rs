@@ -1,7 +1,7 @@
 //! Any drive: an actuator within its tolerances, with a load, a noisy current sensor and any supply, and what it is told.
 
 use firmware::app::fault::observer::Tolerances;
-use firmware::app::machine::EMA;
+use firmware::app::machine::{EMA, Machine};
 use host_tests::operation_on_host::{Drop, Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
 use model_core::plant::Directional;
@@ -12,7 +12,12 @@ pub const TOLERANCES: Tolerances = Tolerances::INDUSTRIAL;
 
 /// Resistance, inductance and torque constant of the declared winding.
 pub const fn winding() -> [f32; 3] {
-    match EMA.plant.drive {
+    winding_of(&EMA)
+}
+
+/// Those of a machine's winding.
+pub const fn winding_of(machine: &Machine) -> [f32; 3] {
+    match machine.plant.drive {
         Drive::Voltage {
             resistance,
             inductance,
@@ -160,4 +165,25 @@ pub fn perform(image: &mut OperationOnHost<Motor>, lines: &[&str]) {
     for line in lines {
         assert_eq!(image.line(line), "ok", "{line}");
     }
+}
+
+/// How often the actuator turns round in so many milliseconds, by more than ten counts of the encoder each time.
+pub fn turns(image: &mut OperationOnHost<Motor>, milliseconds: u32) -> u32 {
+    let least = 10.0 * EMA.converters.position.unit();
+    let mut farthest = image.plant.state.position.value();
+    let (mut way, mut turns) = (0.0_f32, 0);
+    for _ in 0..milliseconds {
+        image.run_ms(1);
+        let moved = image.plant.state.position.value() - farthest;
+        if moved.abs() > least && moved * way < 0.0 {
+            turns += 1;
+        }
+        if moved.abs() > least {
+            way = moved.signum();
+        }
+        if moved.abs() > least || moved * way > 0.0 {
+            farthest += moved;
+        }
+    }
+    turns
 }

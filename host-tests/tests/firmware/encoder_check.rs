@@ -1,8 +1,7 @@
 //! What is made sure of the encoder before a loop is closed over it: that it follows the rotor, by a push either way, and that it
 //! counts the stroke that is declared, by both limit switches.
 
-use crate::any_drive::{TOLERANCES, any_actuator, any_drop, either_way, perform, winding};
-use crate::position_loop::turns;
+use crate::any_drive::{TOLERANCES, any_actuator, any_drop, either_way, perform, turns, winding};
 use firmware::app::fault::output::Outputs;
 use firmware::app::fault::{Fault, Faults};
 use firmware::app::machine::EMA;

@@ -712,7 +712,8 @@ fn a_program_is_vouched_for_while_its_deadlines_hold() {
     assert_eq!(vouched, 99);
 }
 
-/// The long work has half an hour, which is too long for an image on a host: the signs of life are asked themselves. Each task is missed while all others go on.
+/// The long work has half an hour, which is too long for an image on a host: the signs of life are asked themselves.
+/// Each task is missed while all others go on.
 #[test]
 fn every_task_is_missed_after_its_time() {
     const TICKS_A_SECOND: u32 = 20_000;

@@ -1,17 +1,16 @@
-//! The position loop of the declared actuators: stable, with a margin, on any actuator within its tolerances. The reference is a linear
-//! model in `f64` of its own: the winding and the rotor solved exactly over a period, the loop as a transfer function in z.
+//! The position loop of the declared actuators: stable, with a margin, on any actuator within its tolerances. The
+//! reference is a linear model in `f64` of its own: the winding and the rotor solved exactly over a period, the loop as a
+//! transfer function in z.
 
-use crate::any_drive::{TOLERANCES, any_actuator, either_way, perform};
+use crate::any_drive::{TOLERANCES, any_actuator, either_way, perform, turns, winding_of};
 use firmware::app::machine::{EMA, Machine, THROTTLE};
 use firmware::app::timing::{CONTROL_PERIOD, PLANT_PERIOD};
-use host_tests::operation_on_host::{self, OperationOnHost, SharedFlash};
+use host_tests::operation_on_host::{OperationOnHost, SharedFlash};
 use model_core::control::pid;
 use model_core::numeric::random::Random;
-use model_core::plant::parameters::Drive;
 use nalgebra::{Complex, DMatrix, Matrix3, Matrix4, Vector3};
 
-/// A motor without friction and load, in SI units: what damps it beside its back-EMF is friction, which vanishes in small motion that
-/// does not stop.
+/// A motor without Coulomb friction and load, in SI units. That friction would damp it: without it the margin is the least.
 #[derive(Debug, Clone, Copy)]
 struct Motor {
     resistance: f64,
@@ -23,14 +22,7 @@ struct Motor {
 
 impl Motor {
     fn declared(machine: &Machine) -> Self {
-        let Drive::Voltage {
-            resistance,
-            inductance,
-            torque_constant,
-        } = machine.plant.drive
-        else {
-            panic!("the actuator has a winding");
-        };
+        let [resistance, inductance, torque_constant] = winding_of(machine);
         Self {
             resistance: resistance.into(),
             inductance: inductance.into(),
@@ -175,8 +167,8 @@ impl Loop {
     }
 }
 
-/// Greatest sensitivity and least phase margin of a machine and all corners of its tolerances, with a voltage that acts within a tick, as on
-/// the host's model, or within two.
+/// Greatest sensitivity, least phase margin and largest pole of a machine and all corners of its tolerances, with a
+/// voltage that acts within a tick, as on the host's model, or within two.
 fn worst(machine: &Machine, gains: &pid::Parameters) -> (f64, f64, f64) {
     let mut worst = (0.0_f64, f64::INFINITY, 0.0_f64);
     for motor in Motor::all(machine) {
@@ -213,8 +205,8 @@ fn its_sensitivity_is_at_most_two_within_all_tolerances() {
     assert!(sensitivity > 2.0, "{sensitivity}");
 }
 
-/// The model's own check: without inductance and delay, with proportional action alone and a period that is short against all else, the loop is
-/// K/(k s (1 + T s)), whose crossover and margin are closed forms.
+/// The model's own check: without inductance and delay, with proportional action alone and a period that is short
+/// against all else, the loop is K/(k s (1 + T s)), whose crossover and margin are closed forms.
 #[test]
 fn the_reference_has_the_margin_of_the_closed_form() {
     let motor = Motor {
@@ -239,27 +231,6 @@ fn the_reference_has_the_margin_of_the_closed_form() {
     let (_, phase) = closed.margins();
     assert!((phase - expected).abs() < 0.5, "{phase}°, {expected}°");
     assert!((closed.open(crossover).norm() - 1.0).abs() < 5e-3);
-}
-
-/// How often the actuator turns round in so many milliseconds, by more than ten counts of the encoder each time.
-pub fn turns(image: &mut OperationOnHost<operation_on_host::Motor>, milliseconds: u32) -> u32 {
-    let least = 10.0 * EMA.converters.position.unit();
-    let mut farthest = image.plant.state.position.value();
-    let (mut way, mut turns) = (0.0_f32, 0);
-    for _ in 0..milliseconds {
-        image.run_ms(1);
-        let moved = image.plant.state.position.value() - farthest;
-        if moved.abs() > least && moved * way < 0.0 {
-            turns += 1;
-        }
-        if moved.abs() > least {
-            way = moved.signum();
-        }
-        if moved.abs() > least || moved * way > 0.0 {
-            farthest += moved;
-        }
-    }
-    turns
 }
 
 /// On the image: whatever the actuator within its tolerances and its load, a step ends without a swing.
