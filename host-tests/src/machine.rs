@@ -15,6 +15,9 @@ use toml::Spanned;
 use crate::data_sheet::WITHIN;
 use crate::error::{InputError, LARGEST_DECLARATION, line_of, read_text, text_of};
 
+/// The numbers of a motor that a data sheet has with a tolerance, and a log with a current tells.
+pub const MOTOR: [&str; 2] = ["resistance", "torque_constant"];
+
 /// A declared actuator. Numbers are SI, finite, within their ranges in [`PARAMETERS`], and neither
 /// over- nor underflow in single precision. Motor-side values are referred to the coordinate.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +46,8 @@ pub struct Machine {
     pub tolerances: BTreeMap<&'static str, f64>,
     /// Names from [`PARAMETERS`], each once, that may be re-estimated before an effect is sought.
     pub fit: Vec<String>,
-    /// By what factor numbers of `fit` may be off, a standard deviation of their logarithm, where the file says so.
+    /// By what factor numbers of `fit` may be off, a standard deviation of their logarithm, where the file says so: in `unsure`,
+    /// or of the motor's numbers as a tolerance in a comment.
     pub unsure: BTreeMap<String, f64>,
     /// Effects that the declared model already has.
     pub declared_effects: Vec<DeclaredEffect>,
@@ -627,7 +631,16 @@ impl Source<'_> {
 
         let sections = motor.iter().chain([&mechanics, &friction]);
         let tolerances = sections.flat_map(|section| self.tolerances(section));
-        let tolerances = tolerances.collect();
+        let tolerances: BTreeMap<&'static str, f64> = tolerances.collect();
+        let parameters_named = |name: &str| parameters.iter().any(|own| own.get_ref() == name);
+        let of_motor = MOTOR.into_iter().filter(|name| parameters_named(name));
+        let of_motor = of_motor.filter_map(|name| Some((name, 1.0 + tolerances.get(name)?)));
+        let stated = fit.unsure.iter();
+        let stated = stated.map(|(name, factor)| (name.as_str(), factor.get_ref().0));
+        // What is stated in `unsure` comes last, and counts.
+        let unsure = of_motor.chain(stated);
+        let unsure = unsure.map(|(name, factor)| (name.to_owned(), factor));
+        let unsure = unsure.collect();
         let machine = Machine {
             path: self.path.to_owned(),
             name: name.into_inner(),
@@ -661,11 +674,7 @@ impl Source<'_> {
                 .iter()
                 .map(|name| name.get_ref().clone())
                 .collect(),
-            unsure: fit
-                .unsure
-                .iter()
-                .map(|(name, factor)| (name.clone(), factor.get_ref().0))
-                .collect(),
+            unsure,
             declared_effects: fit
                 .declared_effects
                 .into_iter()

@@ -124,6 +124,9 @@ pub struct Args {
     /// Supply that a duty is a part of; without it the nominal voltage
     #[arg(long, value_name = "VOLTAGE")]
     pub supply: Option<String>,
+    /// The logs have a measured current: resistance and torque constant are fitted too, within their tolerance
+    #[arg(long)]
+    pub measured_current: bool,
     /// Write the machine file here instead of to standard output
     #[arg(long, value_name = "M.toml")]
     pub out: Option<PathBuf>,

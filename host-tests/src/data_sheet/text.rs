@@ -8,7 +8,7 @@ use super::measure::Measure;
 use super::sheet::Sheet;
 use crate::error::one_line;
 use crate::import::call::quoted;
-use crate::machine::Coordinate;
+use crate::machine::{Coordinate, MOTOR};
 use crate::outputs::MARK;
 use crate::quantity::given;
 
@@ -84,19 +84,24 @@ pub(super) fn render(args: &Args, sheet: &Sheet, derived: &Derived) -> String {
         let comment = "turns of the motor for one behind the gear: logs are checked for it";
         file.plain("gear_ratio", &exact(ratio), comment);
     }
-    fit(&mut file, sheet, derived);
+    fit(&mut file, args, sheet, derived);
     file.lines.push(String::new());
     file.lines.join("\n")
 }
 
-fn fit(file: &mut File, sheet: &Sheet, derived: &Derived) {
+fn fit(file: &mut File, args: &Args, sheet: &Sheet, derived: &Derived) {
     file.section("fit");
-    file.comment(
+    file.comment(if args.measured_current {
+        "What no data sheet knows of one machine; and, with a measured current, what it knows within a tolerance."
+    } else {
         "What no data sheet knows of one machine. A log without a current cannot tell the scale of torques: \
          it is that of the winding, which stays as declared. With a measured current add \"resistance\" and \
-         \"torque_constant\".",
-    );
+         \"torque_constant\"."
+    });
     let mut free = vec!["inertia", "viscous", "coulomb", "static"];
+    if args.measured_current {
+        free.extend(MOTOR);
+    }
     if sheet.spring_preload.is_some() {
         free.push("spring_preload");
     }
@@ -266,6 +271,9 @@ fn call(args: &Args) -> Vec<String> {
     option("--input", Some(&args.input).filter(|input| *input != "V"));
     option("--supply", args.supply.as_ref());
     option("--source", args.source.as_ref());
+    if args.measured_current {
+        call.push("--measured-current".to_owned());
+    }
     call
 }
 

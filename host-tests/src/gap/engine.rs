@@ -22,14 +22,14 @@ use super::disagreement;
 use super::evidence::evidence;
 use super::metrics::{self, SETTLING, balance_entries, balanced_samples, torque_balance};
 use super::outcome::{
-    Candidate, Cost, Errors, FreeMotor, MOTOR, Outcome, Report, Resampled, Residual, Stages,
+    Candidate, Cost, Errors, FreeMotor, Outcome, Report, Resampled, Residual, Stages,
 };
 use super::series::Series;
 use super::whiteness::whiteness;
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::{Log, counted};
-use crate::machine::{Coordinate, Machine};
+use crate::machine::{Coordinate, MOTOR, Machine};
 use crate::quantity::decimal;
 use crate::vectors::Vectors;
 

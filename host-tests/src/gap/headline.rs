@@ -255,11 +255,20 @@ fn learned(report: &Report) -> Vec<(String, String)> {
             format!("{} to {}", scale.number(low), scale.quantity(high))
         };
         let acts_as = &map.acts_as;
+        // A map over the current is one over the motor's torque.
+        let variable = match (unknown.depends_on.as_str(), map.at_unit.as_str()) {
+            ("current", "N·m" | "N") => "motor torque",
+            (variable, _) => variable,
+        };
+        let knots = map.at.iter().zip(&map.values);
+        let most = knots.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let most = most.map_or(String::new(), |(&at, _)| {
+            format!(", most at {}", Scale::of(&map.at_unit, [at]).quantity(at))
+        });
         let sentence = format!(
-            "A {acts_as} of {} over a {} of {}, learned from the logs, explains {} of what the fitted model \
-             leaves.",
+            "A {acts_as} of {} over a {variable} of {}{most}, learned from the logs, explains {} of what the fitted \
+             model leaves.",
             range(&map.values, &map.unit),
-            unknown.depends_on,
             range(&map.at, &map.at_unit),
             Scale::percent().quantity(unknown.score)
         );
@@ -514,7 +523,7 @@ fn nearest(outcome: &Outcome) -> Option<&Candidate> {
 fn best_refused(outcome: &Outcome) -> String {
     match nearest(outcome) {
         Some(best) => format!(
-            "Of what was refused, {} came nearest: with it, the error on data left out of the fit is {:.0} % smaller, \
+            "Of what was refused, {} came nearest: the error on data left out of the fit is {:.0} % smaller then, \
              but {}.",
             best.words,
             100.0 * (1.0 - best.held_out_ratio.unwrap_or(f64::NAN)),

@@ -287,9 +287,6 @@ fn distinct<'t>(texts: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
     distinct
 }
 
-/// The numbers of a motor that a data sheet has with a tolerance, and a log with a current tells.
-pub(super) const MOTOR: [&str; 2] = ["resistance", "torque_constant"];
-
 /// Numbers of the motor that a machine file does not have fitted.
 #[derive(Debug, Clone)]
 pub struct FreeMotor {

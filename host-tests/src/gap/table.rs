@@ -233,8 +233,8 @@ pub(crate) fn resampled_line(log: &Resampled, coordinate: &str) -> String {
     let error = Scale::of(coordinate, [change.position_error]).quantity(change.position_error);
     format!(
         "{} was resampled: its {} rows were up to {} and rms {} of a period of {period} away from the \
-         samples, {} samples were filled in where rows are missing, {} rows were merged. That adds some \
-         {error} rms to the position.",
+         samples, {} samples were filled in where rows are missing, {} rows were merged. That puts an error of some \
+         {error} rms into the position.",
         printable(&log.log),
         change.rows,
         percent.quantity(change.displacement_max),

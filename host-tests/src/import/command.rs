@@ -151,7 +151,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             summary::compared(machine, &log)
         } else {
             format!(
-                "Not compared with {} before that.\n",
+                "Not compared with {}: first see to what is said above.\n",
                 machine.path.display()
             )
         };

@@ -3,7 +3,7 @@
 use host_tests::gap::disagreement::{Disagreement, cost, look};
 use host_tests::gap_benchmark::cases::{self, Case, Extent};
 use host_tests::log::Log;
-use host_tests::machine::Machine;
+use host_tests::machine::{MOTOR, Machine};
 use rayon::prelude::*;
 use rig::Random;
 use std::collections::BTreeMap;
@@ -526,6 +526,22 @@ fn a_sensor_in_front_of_the_gear_is_wrong_in_both_of_its_columns() {
                 .all(|source| said[0].remedy.contains(source))
         });
     }
+}
+
+/// The motor's numbers are fitted, but a data sheet has them within a tenth: they do not take up a wrong count of the encoder.
+#[test]
+fn a_stated_tolerance_counts_though_the_number_is_fitted() {
+    let said = said_of_windings(|log, machine| {
+        for name in MOTOR {
+            machine.fit.push(name.to_owned());
+            machine.unsure.insert(name.to_owned(), 1.1);
+        }
+        scale(&mut log.position, 4.0);
+    });
+    mostly(&said, |said| {
+        said.iter()
+            .any(|said| said.what.contains("position is 4 times too large"))
+    });
 }
 
 /// Per cent of 24 V are a quarter of the volts, but for a twentieth; up to 100 they are no voltage of any supply.

@@ -583,8 +583,7 @@ fn fixed_numbers_of_the_motor_are_to_be_freed_where_they_may_be_what_is_wrong() 
     numbers.id = "numbers".into();
     numbers.held_out_ratio = Some(0.08);
     report.outcome.candidates.push(numbers);
-    let nearest =
-        "came nearest: with it, the error on data left out of the fit is 92 % smaller, but ";
+    let nearest = "came nearest: the error on data left out of the fit is 92 % smaller then, but ";
     assert!(words(&report).contains(nearest), "{}", words(&report));
     assert!(is_advised(report));
     // Where the tracing freed one of them, what it found beside that may still stand for the other.

@@ -4,15 +4,15 @@
 
 use super::balance::Follows;
 use super::channels::Column;
-use super::limits::{IMPLAUSIBLE, SHEET};
+use super::limits::{IMPLAUSIBLE, SHEET, STATED_FACTOR};
 use super::reading::{Correction, Reading};
-use crate::gap::outcome::MOTOR;
+use crate::machine::MOTOR;
 
 /// What a column may have to be multiplied by.
 const FACTORS: [f64; 4] = [4.0, 2.0, 0.5, 0.25];
 
-/// The readings of logs and machine file that mend that. None where `[fit]` has the motor's numbers, which may be
-/// guesses then.
+/// The readings of logs and machine file that mend that. None where the motor's numbers may be guesses: where `[fit]` has them,
+/// and the file does not say that they are within a data sheet's tolerance.
 pub(super) fn readings(declared: &Reading) -> Vec<Reading> {
     let Some([constant, resistance]) = ratios(declared) else {
         return Vec::new();
@@ -41,7 +41,10 @@ pub(super) fn readings(declared: &Reading) -> Vec<Reading> {
 pub(super) fn ratios(declared: &Reading) -> Option<[(f64, f64); 2]> {
     let winding = declared.balances.winding.as_ref()?;
     let motor = declared.machine.motor.as_ref()?;
-    if MOTOR.iter().any(|name| declared.machine.fits(name)) {
+    let machine = &declared.machine;
+    let stated = |name: &str| machine.unsure.get(name).copied().unwrap_or(f64::INFINITY);
+    let is_guess = |name: &&str| machine.fits(name) && stated(name) > STATED_FACTOR;
+    if MOTOR.iter().any(is_guess) {
         return None;
     }
     let ratio = |follows, declared: f64| {

@@ -5,7 +5,8 @@
 //! units and signs.
 
 /// How far a number in `[fit]` may be off, as a factor either way, before it counts at all: the contract
-/// promises an answer that does not depend on it within three. The factor of `unsure`, where that is more.
+/// promises an answer that does not depend on it within three. Where the file says how far it may be off, that, or
+/// [`STATED_FACTOR`] if it is more.
 pub const FITTED_FACTOR: f64 = 3.0;
 
 /// The same for a number that `[fit]` leaves out: a data sheet's tolerance of 10 to 20 %, and as much again
@@ -24,7 +25,7 @@ pub const SAME_STEP: f64 = 1.1;
 pub const SAME_FACTOR: f64 = 0.02;
 
 /// Standard deviation of the logarithm of a number in `[fit]` beyond that factor: a number that was
-/// guessed is as likely off by two as not. That of the factor of `unsure`, where that is more.
+/// guessed is as likely off by two as not. Where the file says how far it may be off, that, or [`STATED_DEVIATION`] if it is more.
 pub const FITTED_DEVIATION: f64 = std::f64::consts::LN_2;
 
 /// The same for a number that `[fit]` leaves out: the upper end of a data sheet's 10 to 20 %.

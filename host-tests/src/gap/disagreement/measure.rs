@@ -68,9 +68,11 @@ impl Allowed {
     fn number(machine: &Machine, name: &str) -> Self {
         let declared = machine.parameter(name).unwrap_or(0.0);
         if machine.fits(name) {
-            let stated = machine.unsure.get(name).copied().unwrap_or(1.0);
-            let deviation = FITTED_DEVIATION.max(stated.ln());
-            Self::within(declared, FITTED_FACTOR.max(stated), deviation)
+            let (least, deviation, stated) = match machine.unsure.get(name) {
+                Some(&stated) => (STATED_FACTOR, STATED_DEVIATION, stated),
+                None => (FITTED_FACTOR, FITTED_DEVIATION, 1.0),
+            };
+            Self::within(declared, least.max(stated), deviation.max(stated.ln()))
         } else {
             Self::within(declared, STATED_FACTOR, STATED_DEVIATION)
         }

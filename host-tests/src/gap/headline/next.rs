@@ -8,8 +8,8 @@ use super::gain::fails;
 use super::{declared, nearest, times_left};
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
-use crate::gap::outcome::{FoundEffect, FreeMotor, MOTOR, NUMBERS, Outcome, Report};
-use crate::machine::DeclaredEffect;
+use crate::gap::outcome::{FoundEffect, FreeMotor, NUMBERS, Outcome, Report};
+use crate::machine::{DeclaredEffect, MOTOR};
 use crate::quantity::{Scale, given, significant};
 
 /// Most remedies that the answer shows, so that it keeps to its lines.
@@ -282,7 +282,7 @@ fn declare(report: &Report, is_final: bool) -> Vec<Step> {
             }
             None => format!("until then use {file}, the machine file with what was found"),
             Some(_) => format!(
-                "{file} has the fitted numbers; the learned law is what no machine file can declare"
+                "{file} has the fitted numbers, but not the learned law: no machine file can hold one"
             ),
         }));
         return steps;

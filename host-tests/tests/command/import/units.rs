@@ -223,7 +223,7 @@ fn a_log_is_checked_against_the_machine() {
         "{said}"
     );
     assert!(
-        said.ends_with("Not compared with m.toml before that.\n"),
+        said.ends_with("Not compared with m.toml: first see to what is said above.\n"),
         "{said}"
     );
     // A file that makes volts of per cent takes the per cent as they are.

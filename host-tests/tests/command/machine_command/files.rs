@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use host_tests::machine::PARAMETERS;
+use host_tests::machine::{MOTOR, PARAMETERS};
 use host_tests::outputs::MARK;
 
 use super::*;
@@ -35,6 +35,24 @@ fn every_number_says_where_it_comes_from() {
     let text = String::from_utf8(output.stdout).unwrap();
     let machine = Machine::of_bytes(Path::new("a.toml"), text.into_bytes()).unwrap();
     assert_eq!(machine.name, "a \"b\"\\\n[c]");
+}
+
+/// With a measured current the motor's numbers are fitted too, within what the comments behind them say.
+#[test]
+fn the_motors_numbers_are_fitted_where_a_current_is_measured() {
+    let words = format!("{MICROMOTOR} --measured-current");
+    let (with, without) = (machine(&words), machine(MICROMOTOR));
+    let text = printed(&words);
+    assert!(text.contains("--measured-current\n"), "{text}");
+    for name in MOTOR {
+        assert!(with.fits(name) && !without.fits(name), "{text}");
+        let mut lines = text.lines();
+        let line = lines.find(|line| line.starts_with(&format!("{name} = ")));
+        // The data sheet gives both, and no maker is nearer than a tenth.
+        assert!(line.unwrap().ends_with("±10 %"), "{text}");
+        assert!((with.unsure[name] - 1.1).abs() < 1e-12, "{text}");
+        assert!(!without.unsure.contains_key(name), "{text}");
+    }
 }
 
 #[test]
