@@ -631,17 +631,8 @@ impl Source<'_> {
 
         let sections = motor.iter().chain([&mechanics, &friction]);
         let tolerances = sections.flat_map(|section| self.tolerances(section));
-        let tolerances: BTreeMap<&'static str, f64> = tolerances.collect();
-        let parameters_named = |name: &str| parameters.iter().any(|own| own.get_ref() == name);
-        let of_motor = MOTOR.into_iter().filter(|name| parameters_named(name));
-        let of_motor = of_motor.filter_map(|name| Some((name, 1.0 + tolerances.get(name)?)));
-        let stated = fit.unsure.iter();
-        let stated = stated.map(|(name, factor)| (name.as_str(), factor.get_ref().0));
-        // What is stated in `unsure` comes last, and counts.
-        let unsure = of_motor.chain(stated);
-        let unsure = unsure.map(|(name, factor)| (name.to_owned(), factor));
-        let unsure = unsure.collect();
-        let machine = Machine {
+        let tolerances = tolerances.collect();
+        let mut machine = Machine {
             path: self.path.to_owned(),
             name: name.into_inner(),
             coordinate,
@@ -674,7 +665,11 @@ impl Source<'_> {
                 .iter()
                 .map(|name| name.get_ref().clone())
                 .collect(),
-            unsure,
+            unsure: fit
+                .unsure
+                .iter()
+                .map(|(name, factor)| (name.clone(), factor.get_ref().0))
+                .collect(),
             declared_effects: fit
                 .declared_effects
                 .into_iter()
@@ -691,6 +686,13 @@ impl Source<'_> {
         };
         self.check_fit(&machine, &parameters)?;
         self.check_unsure(&machine, &fit.unsure)?;
+        for name in MOTOR {
+            let tolerance = machine.tolerances.get(name).copied();
+            if let Some(tolerance) = tolerance.filter(|_| machine.fits(name)) {
+                let stated = machine.unsure.entry(name.to_owned());
+                stated.or_insert(1.0 + tolerance);
+            }
+        }
         Ok(machine)
     }
 

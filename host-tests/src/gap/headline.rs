@@ -255,20 +255,16 @@ fn learned(report: &Report) -> Vec<(String, String)> {
             format!("{} to {}", scale.number(low), scale.quantity(high))
         };
         let acts_as = &map.acts_as;
-        // A map over the current is one over the motor's torque.
-        let variable = match (unknown.depends_on.as_str(), map.at_unit.as_str()) {
-            ("current", "N·m" | "N") => "motor torque",
-            (variable, _) => variable,
-        };
         let knots = map.at.iter().zip(&map.values);
         let most = knots.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let most = most.map_or(String::new(), |(&at, _)| {
             format!(", most at {}", Scale::of(&map.at_unit, [at]).quantity(at))
         });
         let sentence = format!(
-            "A {acts_as} of {} over a {variable} of {}{most}, learned from the logs, explains {} of what the fitted \
+            "A {acts_as} of {} over a {} of {}{most}, learned from the logs, explains {} of what the fitted \
              model leaves.",
             range(&map.values, &map.unit),
+            unknown.laid_over(),
             range(&map.at, &map.at_unit),
             Scale::percent().quantity(unknown.score)
         );

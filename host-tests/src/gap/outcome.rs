@@ -213,6 +213,16 @@ pub struct Unknown {
     pub map: UnknownMap,
 }
 
+impl Unknown {
+    /// What the points of its map are values of, in words.
+    pub(super) fn laid_over(&self) -> &str {
+        match self.depends_on.as_str() {
+            "current" => "motor torque",
+            variable => variable,
+        }
+    }
+}
+
 /// A torque or a friction level that was learned over a variable: linear between its points, constant beyond them.
 #[derive(Debug, Clone, Serialize)]
 pub struct UnknownMap {

@@ -354,7 +354,7 @@ fn effects(page: &mut Page, outcome: &Outcome) {
 fn learned(page: &mut Page, unknown: &Unknown) {
     let map = &unknown.map;
     for (name, unit, values) in [
-        (unknown.depends_on.as_str(), &map.at_unit, &map.at),
+        (unknown.laid_over(), &map.at_unit, &map.at),
         (map.acts_as.as_str(), &map.unit, &map.values),
     ] {
         let largest = values

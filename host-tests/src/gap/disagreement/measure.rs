@@ -67,15 +67,13 @@ impl Allowed {
 
     fn number(machine: &Machine, name: &str) -> Self {
         let declared = machine.parameter(name).unwrap_or(0.0);
-        if machine.fits(name) {
-            let (least, deviation, stated) = match machine.unsure.get(name) {
-                Some(&stated) => (STATED_FACTOR, STATED_DEVIATION, stated),
-                None => (FITTED_FACTOR, FITTED_DEVIATION, 1.0),
-            };
-            Self::within(declared, least.max(stated), deviation.max(stated.ln()))
-        } else {
-            Self::within(declared, STATED_FACTOR, STATED_DEVIATION)
+        let stated = machine.unsure.get(name);
+        if machine.fits(name) && stated.is_none() {
+            return Self::within(declared, FITTED_FACTOR, FITTED_DEVIATION);
         }
+        let stated = stated.copied().unwrap_or(1.0);
+        let deviation = STATED_DEVIATION.max(stated.ln());
+        Self::within(declared, STATED_FACTOR.max(stated), deviation)
     }
 
     /// Tolerances of independent numbers add up as their logarithms' squares do.
