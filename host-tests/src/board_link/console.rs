@@ -45,9 +45,7 @@ impl<'l> Console<'l> {
             announced: String::new(),
         };
         console.send(b"\x03")?;
-        console.ask("stream 0")?;
-        // What was said before belongs to nobody.
-        console.received.frames();
+        console.quiet()?;
         Ok(console)
     }
 
@@ -106,6 +104,16 @@ impl<'l> Console<'l> {
             "ok" => Ok(()),
             answer => Err(Failure::other(format!("`{line}`: {answer}"))),
         }
+    }
+
+    /// Ends what the board says of its drive by itself, and drops what it has said so far.
+    ///
+    /// # Errors
+    /// As [`Console::order`].
+    pub fn quiet(&mut self) -> Result<(), Failure> {
+        self.order("stream 0")?;
+        self.received.frames();
+        Ok(())
     }
 
     /// The frames that came since, once there are any.

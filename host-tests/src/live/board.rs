@@ -230,7 +230,7 @@ impl Keeper {
             .order(&format!("stream {RATE}"))
             .and_then(|()| self.keep(&mut console, ending));
         let disarmed = console.disarm();
-        let quiet = console.order("stream 0");
+        let quiet = console.quiet();
         let ended = kept.and(disarmed).and(quiet);
         if let Err(failure) = &ended {
             lock(&self.shown).problem = Some(failure.to_string());

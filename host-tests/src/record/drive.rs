@@ -93,7 +93,7 @@ pub fn drive(console: &mut Console, drive: &Drive, ending: &Ending) -> Result<()
     }
     let driven = commanded(console, drive, ending);
     let disarmed = console.disarm();
-    let quiet = console.order("stream 0");
+    let quiet = console.quiet();
     driven.and(disarmed).and(quiet)
 }
 
@@ -102,15 +102,21 @@ fn interrupted() -> Failure {
 }
 
 fn commanded(console: &mut Console, drive: &Drive, ending: &Ending) -> Result<(), Failure> {
+    let watch = format!("stream {WATCH_RATE}");
     console.order(&format!("mode {}", drive.mode))?;
-    console.order(&format!("stream {WATCH_RATE}"))?;
-    let rest = console.live()?;
     let signal = match &drive.signal {
         Some(signal) => signal.clone(),
-        None => default_signal(rest.position),
+        None => {
+            console.order(&watch)?;
+            let rest = console.live()?;
+            // What the drive said before it was armed must not count as recorded.
+            console.quiet()?;
+            default_signal(rest.position)
+        }
     };
     console.order("arm")?;
     console.order(&signal)?;
+    console.order(&watch)?;
     let start = console.live()?.sequence;
     let steps = (drive.seconds * STEPS_PER_SECOND).ceil() as u32;
     loop {

@@ -1,8 +1,9 @@
 //! `cargo hil record`: a controller at a pseudo-terminal is armed, driven, disarmed and read, whatever happens
 //! on the way; and so it is at a debug probe, with a program in the place of OpenOCD.
 
+use std::collections::VecDeque;
 use std::fs;
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -12,10 +13,14 @@ use std::time::{Duration, Instant};
 
 use firmware::app::machine::EMA;
 use host_tests::board_link::emulated::{EmulatedBoard, Pace, WireFault};
+use host_tests::board_link::serial;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
+use host_tests::record::drive::{Drive, Ending};
+use host_tests::record::record;
 use model_core::plant::Directional;
 use model_core::plant::parameters::Parameters;
+use serialport::SerialPort;
 use tempfile::TempDir;
 
 /// A controller at a pseudo-terminal, and a place for files.
@@ -330,6 +335,65 @@ fn worn() -> Parameters {
         coulomb: Directional::both(0.15),
         breakaway: Directional::both(0.18),
         ..EMA.plant
+    }
+}
+
+/// A line of a host that is busy: after each read the next one finds nothing, and the order to arm waits until the board has said
+/// how its drive is, if it says so at all.
+struct HeldUp {
+    line: Box<dyn SerialPort>,
+    read_ahead: VecDeque<u8>,
+    has_read: bool,
+}
+
+impl Read for HeldUp {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.has_read = !self.has_read;
+        if !self.has_read {
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        if self.read_ahead.is_empty() {
+            return self.line.read(bytes);
+        }
+        self.read_ahead.read(bytes)
+    }
+}
+
+impl Write for HeldUp {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if bytes == b"arm\r" {
+            let mut read = [0; 256];
+            if let Ok(count) = self.line.read(&mut read) {
+                thread::sleep(Duration::from_millis(5));
+                self.read_ahead.extend(&read[..count]);
+            }
+        }
+        self.line.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.line.flush()
+    }
+}
+
+#[test]
+fn what_was_said_before_the_drive_was_armed_does_not_shorten_the_recording() {
+    let drive = Drive {
+        mode: "position",
+        signal: None,
+        seconds: 0.5,
+    };
+    let ending = Ending::watch(&[]).unwrap();
+    for _ in 0..5 {
+        let bench = Bench::new(EMA.plant);
+        let mut line = HeldUp {
+            line: serial::open(&bench.board.port).unwrap(),
+            read_ahead: VecDeque::new(),
+            has_read: false,
+        };
+        let recorded = record(&mut line, &drive, &ending, || Ok(())).unwrap();
+        let samples = recorded.csv().unwrap().lines().count() - 1;
+        assert!(samples >= 500, "{samples}");
     }
 }
 
