@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use firmware::app::console::editor::PROMPT;
 use firmware::app::operation::live::Live;
@@ -45,7 +45,12 @@ impl<'l> Console<'l> {
             announced: String::new(),
         };
         console.send(b"\x03")?;
-        console.quiet()?;
+        // The line may still hold what another program was answered, `stream 0` too. So the rate is a zero that nobody has written
+        // before.
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        let exponent = now.map_or(0, |now| now.as_micros() % 1_000_000_000);
+        console.order(&format!("stream 0e{exponent}"))?;
+        console.received.frames();
         Ok(console)
     }
 
@@ -205,5 +210,58 @@ impl<'l> Console<'l> {
                 "the board did not say that its drive is disarmed: take the power of the bridge ({failure})"
             ))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+    use std::io::{self, Read, Write};
+
+    use firmware::app::console::frame;
+
+    use super::*;
+
+    /// A board that answers `ok`, on a line that still holds what another program was sent.
+    struct Used {
+        held: VecDeque<String>,
+        asked: String,
+    }
+
+    impl Read for Used {
+        fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+            let said = self.held.pop_front().ok_or(ErrorKind::TimedOut)?;
+            said.as_bytes().read(bytes)
+        }
+    }
+
+    impl Write for Used {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.asked += str::from_utf8(bytes).unwrap().trim_start_matches('\x03');
+            while let Some((line, rest)) = self.asked.split_once('\r') {
+                self.held.push_back(format!("{line}\r\nok\r\n{PROMPT}"));
+                self.asked = rest.to_owned();
+            }
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn what_another_program_was_told_is_no_answer_and_no_news() {
+        let live = Live::default();
+        let mut told = String::new();
+        frame::write(&mut told, format_args!("{live}")).unwrap();
+        let answer = format!("stream 0\r\nok\r\n{PROMPT}");
+        let mut line = Used {
+            held: [answer, told].into(),
+            asked: String::new(),
+        };
+        let mut console = Console::new(&mut line).unwrap();
+        assert_eq!(console.poll().unwrap(), [""; 0]);
+        console.quiet().unwrap();
     }
 }

@@ -100,7 +100,8 @@ pub struct Args {
 /// What a column may be, for the help.
 pub const COLUMN_HELP: &str = "\
 A COLUMN is a name or a number from 1, then what is done to it, from left to right: :UNIT, *NUMBER,
-/NUMBER, +NUMBER, -NUMBER; a - in front reverses the sign in the end. Units:
+/NUMBER, +NUMBER, -NUMBER; a - in front reverses the sign in the end. @COLUMN behind that gives a size
+its sign, as of a drive with a direction pin: pwm:%*12@dir is negative where dir is 0 or negative. Units:
   time      s ms us ns min h day; time stamps with a clock, as 06:29:54.123 or those of ISO 8601, need none
   position  rad mrad deg rev counts/4096 (so many a turn), m cm mm um in; counts (with a factor)
   velocity  rad/s deg/s rpm rev/s counts/4096, m/s mm/s m/min

@@ -65,7 +65,7 @@ pub(super) fn convert(
         return Err(Fault::new(raw.lines[start], message));
     }
     let time = |row: usize| match sources.iter().find(|(index, _)| *index == TIME) {
-        Some((_, source)) => source.apply(raw.columns[source.column].values[row]),
+        Some((_, source)) => source.value(raw, row),
         None => (row - start) as f64 / recipe.rate.unwrap_or(1.0),
     };
     if let Some(&row) = chosen.iter().find(|&&row| !is_good(time(row))) {
@@ -96,7 +96,8 @@ pub(super) fn convert(
             turns += unwrapped(&mut values, turn_of(source, turn)?);
         }
         for (value, &row) in values.iter_mut().zip(&chosen) {
-            *value = checked(source.apply(*value), *index, raw.lines[row])?;
+            let directed = source.directed(source.apply(*value), raw, row);
+            *value = checked(directed, *index, raw.lines[row])?;
         }
         columns[*index] = Some(values);
     }
@@ -133,22 +134,24 @@ fn good_rows(
     skip_bad: bool,
 ) -> Result<(Vec<usize>, usize), Fault> {
     let bad = |row: usize| {
-        let mut sources = sources.iter();
-        sources.find(|(_, source)| raw.columns[source.column].values[row].is_nan())
+        let mut columns = sources
+            .iter()
+            .flat_map(|(index, source)| source.columns().map(move |column| (*index, column)));
+        columns.find(|(_, column)| raw.columns[*column].values[row].is_nan())
     };
     let before = rows.len();
     let mut good = Vec::with_capacity(before);
     for row in rows {
-        let Some((index, source)) = bad(row) else {
+        let Some((index, column)) = bad(row) else {
             good.push(row);
             continue;
         };
         if !skip_bad {
-            let what = match &raw.columns[source.column].bad {
+            let what = match &raw.columns[column].bad {
                 Some((first, what)) if *first == row => what.clone(),
                 _ => "none".to_owned(),
             };
-            let is_cut = *index == TIME && is_cut_clock(what.trim_matches('"'));
+            let is_cut = index == TIME && is_cut_clock(what.trim_matches('"'));
             let remedy = if is_cut {
                 "a clock without its hours or its seconds: have the logger or the spreadsheet write 06:29:54.123"
             } else {
@@ -156,8 +159,8 @@ fn good_rows(
             };
             let message = format!(
                 "the number for `{}` is {what}, in column {}; {remedy}",
-                COLUMNS[*index].0,
-                quoted(&raw.name(source.column))
+                COLUMNS[index].0,
+                quoted(&raw.name(column))
             );
             if is_cut {
                 return Err(Fault::new(raw.lines[row], message));

@@ -65,17 +65,19 @@ impl Recipe {
                 Ok((index, source))
             })
             .collect::<Result<Vec<_>, String>>()?;
-        let length = |source: &Source| raw.columns[source.column].values.len();
-        let (first, others) = sources.split_first().ok_or("no column is asked for")?;
-        if let Some((_, odd)) = others
+        let length = |column: usize| raw.columns[column].values.len();
+        let (_, first) = sources.first().ok_or("no column is asked for")?;
+        let first = first.column;
+        let odd = sources
             .iter()
-            .find(|(_, other)| length(other) != length(&first.1))
-        {
+            .flat_map(|(_, source)| source.columns())
+            .find(|column| length(*column) != length(first));
+        if let Some(odd) = odd {
             return Err(format!(
                 "{} has {} values, {} has {}; expected columns of one length",
-                raw.name(first.1.column),
-                length(&first.1),
-                raw.name(odd.column),
+                raw.name(first),
+                length(first),
+                raw.name(odd),
                 length(odd)
             ));
         }

@@ -2,7 +2,8 @@
 //!
 //! `NAME`, then in any order and worked from left to right `:UNIT`, `*NUMBER`, `/NUMBER`, `+NUMBER`,
 //! `-NUMBER`; a `-` in front reverses the sign at the end. So `duty:%*12` takes per cent to volts of a
-//! supply of 12 V, and `angle-90:deg` takes 90 off before degrees become radians.
+//! supply of 12 V, and `angle-90:deg` takes 90 off before degrees become radians. `@NAME` behind all that gives
+//! a size its sign, from another column: so `pwm:%*12@dir` is negative where `dir` is 0 or negative.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -10,7 +11,7 @@ use std::f64::consts::TAU;
 use super::raw::Raw;
 use super::text::bracketed;
 use super::unit::{Kind, Unit, kinds};
-use crate::log::{COLUMNS, TIME, quoted};
+use crate::log::{COLUMNS, CURRENT, INPUT, TIME, VELOCITY, quoted};
 
 /// A column of the file with what is done to its values.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +26,12 @@ pub(super) struct Source {
     steps: Vec<Step>,
     /// Which of them is the unit.
     unit_at: Option<usize>,
+    /// The column that gives the values their sign.
+    direction: Option<usize>,
 }
+
+/// Columns of the log that a drive or a sensor may give as a size and a direction.
+const DIRECTED: [usize; 3] = [INPUT, CURRENT, VELOCITY];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Step {
@@ -52,9 +58,14 @@ impl Source {
             unit: None,
             steps: Vec::new(),
             unit_at: None,
+            direction: None,
         };
         while let Some(sign) = rest.chars().next() {
             let after = &rest[sign.len_utf8()..];
+            if sign == '@' {
+                source.direction = Some(direction(after, raw, log_column)?);
+                break;
+            }
             if sign == ':' {
                 rest = source.take_unit(after, log_column)?;
                 continue;
@@ -89,7 +100,7 @@ impl Source {
         let ends = after.char_indices().map(|(at, c)| at + c.len_utf8());
         let fits = |end: &usize| {
             let next = after[*end..].chars().next();
-            next.is_none_or(|c| ":*+-/".contains(c)) && Unit::find(&after[..*end]).is_some()
+            next.is_none_or(|c| ":*+-/@".contains(c)) && Unit::find(&after[..*end]).is_some()
         };
         let end = ends.filter(fits).max().unwrap_or(0);
         let allowed = kinds(log_column);
@@ -98,7 +109,7 @@ impl Source {
             kinds => format!("expected one of {}", Unit::known(kinds)),
         };
         let Some(unit) = Unit::find(&after[..end]) else {
-            let word: String = after.chars().take_while(|c| !"*+".contains(*c)).collect();
+            let word: String = after.chars().take_while(|c| !"*+@".contains(*c)).collect();
             return Err(format!(
                 "does not know the unit {}; {}",
                 quoted(&word),
@@ -181,9 +192,27 @@ impl Source {
         })
     }
 
+    /// A row of the file as the log has it.
+    pub fn value(&self, raw: &Raw, row: usize) -> f64 {
+        self.directed(self.apply(raw.columns[self.column].values[row]), raw, row)
+    }
+
+    /// What has come of a row of the file, with its direction.
+    pub fn directed(&self, value: f64, raw: &Raw, row: usize) -> f64 {
+        match self.direction {
+            Some(column) if raw.columns[column].values[row] <= 0.0 => -value,
+            _ => value,
+        }
+    }
+
+    /// The columns of the file that it is made of.
+    pub fn columns(&self) -> impl Iterator<Item = usize> {
+        [self.column].into_iter().chain(self.direction)
+    }
+
     /// Whether nothing is done to the values.
     pub fn is_plain(&self) -> bool {
-        self.steps.is_empty()
+        self.steps.is_empty() && self.direction.is_none()
     }
 
     /// Length of a turn in the file's numbers, where these are an angle; without a unit they are taken
@@ -209,10 +238,32 @@ impl Source {
     }
 }
 
+/// The column that a text behind `@` names.
+fn direction(text: &str, raw: &Raw, log_column: &str) -> Result<usize, String> {
+    if !DIRECTED.iter().any(|index| COLUMNS[*index].0 == log_column) {
+        return Err(format!(
+            "takes no direction from {}: only --input, --current and --velocity do",
+            quoted(text)
+        ));
+    }
+    match find(text, raw) {
+        Some((column, "")) if raw.columns[column].first_stamp.is_none() => Ok(column),
+        Some((column, "")) => Err(format!(
+            "takes its direction from {}, which holds time stamps; expected a column of numbers",
+            quoted(&raw.name(column))
+        )),
+        _ => Err(format!(
+            "takes its direction from {}, which is not there; expected one of {}",
+            quoted(text),
+            raw.listed()
+        )),
+    }
+}
+
 /// The column that the text begins with, and what follows its name: the longest name that fits, then a
 /// number that counts columns from 1.
 fn find<'t>(text: &'t str, raw: &Raw) -> Option<(usize, &'t str)> {
-    let ends = |rest: &str| rest.chars().next().is_none_or(|c| ":*+-/".contains(c));
+    let ends = |rest: &str| rest.chars().next().is_none_or(|c| ":*+-/@".contains(c));
     let whole: Vec<&str> = raw.names.iter().map(String::as_str).collect();
     let named = |names: &[&str], alike: fn(&str, &str) -> bool| {
         let names = names.iter().enumerate();
@@ -256,7 +307,7 @@ fn find<'t>(text: &'t str, raw: &Raw) -> Option<(usize, &'t str)> {
 }
 
 fn describe_absent(text: &str, raw: &Raw) -> String {
-    let end = text.find([':', '*']).unwrap_or(text.len());
+    let end = text.find([':', '*', '@']).unwrap_or(text.len());
     let wanted = quoted(&text[..end]);
     format!(
         "is to be {wanted}, which is not there; expected one of {}",
@@ -302,6 +353,18 @@ mod tests {
         assert_eq!(applied("pos:deg/s/2", "velocity", 360.0), PI);
         assert_eq!(applied("pos*1e-3+2", "position", 500.0), 2.5);
         assert_eq!(applied("pos/4", "position", 2.0), 0.5);
+    }
+
+    #[test]
+    fn a_size_has_the_sign_of_its_direction() {
+        let mut raw = raw();
+        raw.columns[3].values = vec![50.0; 3];
+        raw.columns[1].values = vec![1.0, 0.0, -1.0];
+        let duty = |text| Source::parse(text, &raw, "input").unwrap();
+        let values = |text| [0, 1, 2].map(|row| duty(text).value(&raw, row));
+        assert_eq!(values("Duty [%]:%*12@pos"), [6.0, -6.0, -6.0]);
+        assert_eq!(values("-4:%*12@2"), [-6.0, 6.0, 6.0]);
+        assert_eq!(duty("4*2@pos").columns().collect::<Vec<_>>(), [3, 1]);
     }
 
     #[test]
@@ -352,5 +415,8 @@ mod tests {
         refused("pos*x", "position", "no number after `*`");
         refused("pos/0", "position", "divides by zero");
         refused("pos*1e999", "position", "no number");
+        refused("pos@t", "position", "takes no direction");
+        refused("4:%*12@dir", "input", "\"dir\", which is not there");
+        refused("4:%*12@pos*2", "input", "\"pos*2\", which is not there");
     }
 }

@@ -81,7 +81,10 @@ pub(super) fn render(
         text += &line;
         text.push('\n');
     }
-    let taken = |column: &usize| sources.iter().any(|(_, source)| source.column == *column);
+    let taken = |column: &usize| {
+        let mut columns = sources.iter().flat_map(|(_, source)| source.columns());
+        columns.any(|taken| taken == *column)
+    };
     let others: Vec<String> = (0..raw.names.len())
         .filter(|column| !taken(column))
         .map(|column| raw.name(column))

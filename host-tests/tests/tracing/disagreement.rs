@@ -49,7 +49,7 @@ fn wrap(values: &mut [f64], turn: f64) {
         .for_each(|value| *value = value.rem_euclid(turn));
 }
 
-const FAULTS: [(&str, &str, Spoil); 33] = [
+const FAULTS: [(&str, &str, Spoil); 35] = [
     (
         "encoder's direction",
         "the encoder counts the other way",
@@ -165,6 +165,23 @@ const FAULTS: [(&str, &str, Spoil); 33] = [
     ("current sign", "current_a has the wrong sign", |log, _| {
         scale(log.current.as_mut().unwrap(), -1.0)
     }),
+    ("size of the current", "current_a has no sign", |log, _| {
+        let current = log.current.as_mut().unwrap();
+        current.iter_mut().for_each(|value| *value = value.abs())
+    }),
+    (
+        "current of the supply",
+        "current_a has no sign",
+        |log, _| {
+            // What a bridge takes from 24 V: the motor's current for the share of the time that it switches on.
+            let current = log.current.as_mut().unwrap();
+            let input = log.input.iter();
+            current
+                .iter_mut()
+                .zip(input)
+                .for_each(|(value, input)| *value *= input / 24.0)
+        },
+    ),
     ("wrap 2 pi", "position is wrapped", |log, _| {
         wrap(&mut log.position, TAU)
     }),
@@ -214,7 +231,9 @@ const FAULTS: [(&str, &str, Spoil); 33] = [
 ];
 
 /// What no log without a current shows.
-const NEED_CURRENT: [&str; 9] = [
+const NEED_CURRENT: [&str; 11] = [
+    "size of the current",
+    "current of the supply",
     "amperes as milliamperes",
     "milliamperes",
     "current sign",
@@ -230,6 +249,8 @@ fn applies(name: &str, case: &Case) -> bool {
     let rotary = case.rig.coordinate == rig::Coordinate::Radian;
     let winding = matches!(case.rig.motor, rig::Motor::Winding { .. });
     match name {
+        // A motor that works against a spring is hardly driven backward.
+        "size of the current" | "current of the supply" => winding && case.rig.spring.is_none(),
         "degrees" | "radians as degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
         "motor's side of the gear" | "motor's side of the gear, both" => rotary && winding,
         "wrap 2 pi" | "wrap 360" => rotary && case.rig.stroke.1 - case.rig.stroke.0 > 7.0,

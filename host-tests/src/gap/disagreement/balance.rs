@@ -2,7 +2,7 @@
 //! acceleration, the velocity, the direction …, whatever the machine file says.
 
 use super::channels::{Channels, quantum};
-use super::limits::{AVERAGES, BOTH_WAYS, HEARD, MOST_NOISE, MOST_ROWS, SLOW};
+use super::limits::{AVERAGES, BOTH_WAYS, HEARD, LEAST_ROWS, MOST_NOISE, MOST_ROWS, SLOW};
 use super::regression::{mean_square, regress};
 use crate::gap::metrics::differentiate;
 use crate::gap::zero_phase::{BUTTERWORTH, filter};
@@ -69,6 +69,9 @@ pub struct Balances {
     pub velocity: Option<Balance>,
     /// Position over the command.
     pub command: Option<Balance>,
+    /// Mean measured current of the samples in which input and speed drive the motor forward, and of those in which they drive it
+    /// backward, A: where there are enough of both.
+    pub drawn: Option<[f64; 2]>,
 }
 
 /// One band of one log, filtered.
@@ -145,11 +148,20 @@ impl Balances {
                 |bands: &[Band]| Some(pair(bands, Follows::Command, |b| (&b.command, &b.position)));
             best(&rows, &[])
         });
+        let drawn = bands.iter().find_map(|(bands, _)| {
+            let motor = machine.motor.as_ref().filter(|_| with_current)?;
+            drawn(
+                bands,
+                machine.gain,
+                [motor.resistance, motor.torque_constant],
+            )
+        });
         Self {
             motion,
             winding,
             velocity,
             command,
+            drawn,
         }
     }
 }
@@ -370,6 +382,33 @@ fn motion_rows(bands: &[Band], machine: &Machine, with_current: bool) -> Rows {
         driven - gain * (brake + at(&band.load))
     };
     Rows::new(bands, &follows, row, sum)
+}
+
+/// Mean measured currents where the motor is driven forward and backward, as [`Balances::drawn`]: where the voltage and the current
+/// that winding and back-EMF make of it both point there. Currents of less than half the effective one are left out: of these the
+/// sign is in doubt.
+fn drawn(bands: &[Band], gain: f64, [resistance, constant]: [f64; 2]) -> Option<[f64; 2]> {
+    let rows = bands.iter().flat_map(|band| {
+        let kept = (0..band.skip.len()).filter(|index| !band.skip[*index]);
+        kept.map(|index| {
+            let voltage = gain * band.input[index];
+            let expected = (voltage - constant * band.velocity[index]) / resistance;
+            (voltage, expected, band.current[index])
+        })
+    });
+    let rows: Vec<(f64, f64, f64)> = rows.collect();
+    let expected: Vec<f64> = rows.iter().map(|row| row.1).collect();
+    let least = 0.5 * mean_square(&expected).sqrt();
+    let mean = |sign: f64| {
+        let driven = rows
+            .iter()
+            .filter(|row| sign * row.0 > 0.0 && sign * row.1 > least);
+        let currents: Vec<f64> = driven.map(|row| row.2).collect();
+        let enough =
+            currents.len() as f64 >= BOTH_WAYS * rows.len() as f64 && currents.len() >= LEAST_ROWS;
+        enough.then(|| currents.iter().sum::<f64>() / currents.len() as f64)
+    };
+    Some([mean(1.0)?, mean(-1.0)?])
 }
 
 /// The input voltage over the current and the velocity.

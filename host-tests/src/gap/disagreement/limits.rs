@@ -98,8 +98,14 @@ pub const BAD_GUESS: f64 = IMPLAUSIBLE / 4.0;
 /// Largest factor by which a number is off for its unit: g·mm² for kg·m², and [`FAR_OFF`] for a bad guess.
 pub const LARGEST_UNIT: f64 = 1e10;
 
-/// Share of the rows that have to be of either direction of motion for friction to be told from a constant.
+/// Share of the rows that have to be of either direction of motion for friction to be told from a constant, or of either direction of
+/// the drive for the sign of its current to be seen.
 pub const BOTH_WAYS: f64 = 0.1;
+
+/// Least ratio of the mean currents that a motor draws where it is driven one way and the other, both of one sign, for the current to
+/// have no sign: a sensor's offset adds to the one what it takes from the other, so that it makes 1/2 only where it is three times
+/// the current itself.
+pub const UNSIGNED: f64 = 0.5;
 
 /// Share of the best band's squared partial correlation from which on another band is heard too: an effect
 /// that is missing shows in one band more than in another.

@@ -6,7 +6,7 @@ use super::channels::{self, Channels, Wrap};
 use super::limits::{
     BAD_GUESS, BEYOND_STOPS, COMMAND_FACTOR, EXACT_DEVIATION, EXACT_FACTOR, FAR_OFF,
     FITTED_DEVIATION, FITTED_FACTOR, FLOOR, GLITCHES, HINT, IMPOSSIBLE, INDUCTANCE_FACTOR,
-    LONGEST_PERIOD, LONGEST_WINDING, SHORTEST_PERIOD, STATED_DEVIATION, STATED_FACTOR,
+    LONGEST_PERIOD, LONGEST_WINDING, SHORTEST_PERIOD, STATED_DEVIATION, STATED_FACTOR, UNSIGNED,
 };
 use crate::machine::Machine;
 
@@ -31,6 +31,8 @@ pub enum Subject {
     Period(f64),
     /// The winding's time constant, s.
     Winding(f64),
+    /// The current has one sign while the motor is driven forward and backward: its means there, A.
+    Sign([f64; 2]),
 }
 
 /// A part of the cost.
@@ -124,6 +126,7 @@ pub fn clues(machine: &Machine, logs: &[Channels], balances: &Balances) -> Vec<C
         }));
     }
     clues.extend(impossible(machine, logs));
+    clues.extend(sign(balances));
     clues.extend(resolution(machine, logs));
     clues.retain(|clue| clue.cost > 0.0);
     clues.sort_by(|a, b| b.cost.total_cmp(&a.cost));
@@ -277,6 +280,21 @@ fn clue(balance: &Balance, follows: Follows, allowed: Allowed, subject: Subject)
         ratio: nearer / allowed.declared,
         excess,
     })
+}
+
+/// A current without a sign: of its size alone, or of the supply, which a bridge turns round for the motor.
+fn sign(balances: &Balances) -> Option<Clue> {
+    let means = balances.drawn?;
+    let [one, other] = means;
+    let ratio = one / other;
+    (UNSIGNED..=UNSIGNED.recip())
+        .contains(&ratio)
+        .then_some(Clue {
+            subject: Subject::Sign(means),
+            cost: IMPOSSIBLE,
+            ratio: f64::NAN,
+            excess: 0.0,
+        })
 }
 
 /// What no machine does: jump by a turn, go far beyond its stops, show itself in a sample a second.

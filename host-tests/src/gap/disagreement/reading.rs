@@ -38,6 +38,8 @@ pub enum Correction {
     Swapped(Column, Column),
     /// The position starts again after so much.
     Wrapped(f64),
+    /// The current has no sign, so that it is to be left out.
+    Unsigned,
     /// A number of the machine file is in another unit: its name, that unit, the right value.
     Number(&'static str, &'static str, f64),
 }
@@ -153,6 +155,7 @@ impl Reading {
                 }
                 Correction::Swapped(one, other) => log.swap(one, other),
                 Correction::Wrapped(turn) => log.unwrap_position(turn),
+                Correction::Unsigned => log.current = None,
                 Correction::Number(..) => {}
             }
         }
@@ -162,7 +165,11 @@ impl Reading {
         } else {
             Balances::of(&logs, &machine)
         };
-        let clues = clues(&machine, &logs, &balances);
+        let mut clues = clues(&machine, &logs, &balances);
+        // A missing sign stands until it is seen or the column is out: an input of another size only hides it.
+        if balances.drawn.is_none() && correction != Correction::Unsigned {
+            clues.extend(self.clues.iter().filter(|clue| is_of_sign(clue)));
+        }
         let rarity = self.rarity + rarity;
         Self {
             cost: total(&clues) + rarity,
@@ -426,6 +433,9 @@ impl Reading {
         if is_negative && self.has(Column::Position) && self.has(Column::Velocity) {
             all.push((Correction::Reversed, 0.0));
         }
+        if self.clues.iter().any(is_of_sign) {
+            all.push((Correction::Unsigned, 0.0));
+        }
         let pairs = [
             (Column::Input, Column::Current, 1.0),
             (Column::Position, Column::Velocity, 2.0),
@@ -471,6 +481,10 @@ impl Reading {
         }
         all
     }
+}
+
+fn is_of_sign(clue: &Clue) -> bool {
+    matches!(clue.subject, Subject::Sign(_))
 }
 
 /// Sets a number of the machine.

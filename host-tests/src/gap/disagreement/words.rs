@@ -177,6 +177,9 @@ fn what(declared: &Reading, correction: Correction) -> String {
             "position is wrapped: it starts again after {}",
             significant(turn, 6)
         ),
+        Correction::Unsigned => "current_a has no sign: it is the size of the motor's current, or the supply's current; \
+                                 record the motor's own, or leave it out"
+            .to_owned(),
         Correction::Number(name, unit, _) => {
             let expected = declared
                 .machine
@@ -339,6 +342,12 @@ fn sentence(clue: &Clue) -> String {
             },
             significant(wrap.step, 2)
         ),
+        Subject::Sign([forward, backward]) => format!(
+            "`current_a` is {} A in the mean where `input` and the speed drive the motor forward, and {} A where they drive it \
+             backward",
+            significant(forward, 2),
+            significant(backward, 2)
+        ),
         Subject::Winding(constant) => format!(
             "the declared winding takes inductance / resistance = {} s to follow a voltage, where motors take milliseconds",
             significant(constant, 2)
@@ -399,8 +408,10 @@ fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String 
             Column::Input if !voltage => "",
             _ => expected_unit(&declared.machine, column),
         };
-        let has =
+        let is_there =
             column == Column::Time || declared.logs.iter().all(|log| log.column(column).is_some());
+        let is_left_out = column == Column::Current && corrections.contains(&Correction::Unsigned);
+        let has = is_there && !is_left_out;
         if has {
             let source = source(column, unit, corrections, declared.machine.gain);
             call.source(column.index(), &source);
