@@ -45,12 +45,7 @@ impl<'l> Console<'l> {
             announced: String::new(),
         };
         console.send(b"\x03")?;
-        // The line may still hold what another program was answered, `stream 0` too. So the rate is a zero that nobody has written
-        // before.
-        let now = SystemTime::now().duration_since(UNIX_EPOCH);
-        let exponent = now.map_or(0, |now| now.as_micros() % 1_000_000_000);
-        console.order(&format!("stream 0e{exponent}"))?;
-        console.received.frames();
+        console.quiet()?;
         Ok(console)
     }
 
@@ -116,7 +111,11 @@ impl<'l> Console<'l> {
     /// # Errors
     /// As [`Console::order`].
     pub fn quiet(&mut self) -> Result<(), Failure> {
-        self.order("stream 0")?;
+        // The line may still hold what another program was answered, `stream 0` too. So the rate is a zero that nobody has
+        // written before.
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        let exponent = now.map_or(0, |now| now.as_micros() % 1_000_000_000);
+        self.order(&format!("stream 0e{exponent}"))?;
         self.received.frames();
         Ok(())
     }

@@ -65,7 +65,7 @@ pub(super) fn convert(
         return Err(Fault::new(raw.lines[start], message));
     }
     let time = |row: usize| match sources.iter().find(|(index, _)| *index == TIME) {
-        Some((_, source)) => source.value(raw, row),
+        Some((_, source)) => source.apply(raw.columns[source.column].values[row]),
         None => (row - start) as f64 / recipe.rate.unwrap_or(1.0),
     };
     if let Some(&row) = chosen.iter().find(|&&row| !is_good(time(row))) {
@@ -96,8 +96,7 @@ pub(super) fn convert(
             turns += unwrapped(&mut values, turn_of(source, turn)?);
         }
         for (value, &row) in values.iter_mut().zip(&chosen) {
-            let directed = source.directed(source.apply(*value), raw, row);
-            *value = checked(directed, *index, raw.lines[row])?;
+            *value = checked(source.apply_at(row, *value, raw), *index, raw.lines[row])?;
         }
         columns[*index] = Some(values);
     }

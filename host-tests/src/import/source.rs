@@ -192,16 +192,12 @@ impl Source {
         })
     }
 
-    /// A row of the file as the log has it.
-    pub fn value(&self, raw: &Raw, row: usize) -> f64 {
-        self.directed(self.apply(raw.columns[self.column].values[row]), raw, row)
-    }
-
-    /// What has come of a row of the file, with its direction.
-    pub fn directed(&self, value: f64, raw: &Raw, row: usize) -> f64 {
+    /// The same of a value of this row, with the sign that its direction has there.
+    pub fn apply_at(&self, row: usize, value: f64, raw: &Raw) -> f64 {
+        let size = self.apply(value);
         match self.direction {
-            Some(column) if raw.columns[column].values[row] <= 0.0 => -value,
-            _ => value,
+            Some(column) if raw.columns[column].values[row] <= 0.0 => -size,
+            _ => size,
         }
     }
 
@@ -358,10 +354,9 @@ mod tests {
     #[test]
     fn a_size_has_the_sign_of_its_direction() {
         let mut raw = raw();
-        raw.columns[3].values = vec![50.0; 3];
         raw.columns[1].values = vec![1.0, 0.0, -1.0];
         let duty = |text| Source::parse(text, &raw, "input").unwrap();
-        let values = |text| [0, 1, 2].map(|row| duty(text).value(&raw, row));
+        let values = |text| [0, 1, 2].map(|row| duty(text).apply_at(row, 50.0, &raw));
         assert_eq!(values("Duty [%]:%*12@pos"), [6.0, -6.0, -6.0]);
         assert_eq!(values("-4:%*12@2"), [-6.0, 6.0, 6.0]);
         assert_eq!(duty("4*2@pos").columns().collect::<Vec<_>>(), [3, 1]);

@@ -125,8 +125,7 @@ pub fn clues(machine: &Machine, logs: &[Channels], balances: &Balances) -> Vec<C
             ..hint
         }));
     }
-    clues.extend(impossible(machine, logs));
-    clues.extend(sign(balances));
+    clues.extend(impossible(machine, logs, balances));
     clues.extend(resolution(machine, logs));
     clues.retain(|clue| clue.cost > 0.0);
     clues.sort_by(|a, b| b.cost.total_cmp(&a.cost));
@@ -282,23 +281,9 @@ fn clue(balance: &Balance, follows: Follows, allowed: Allowed, subject: Subject)
     })
 }
 
-/// A current without a sign: of its size alone, or of the supply, which a bridge turns round for the motor.
-fn sign(balances: &Balances) -> Option<Clue> {
-    let means = balances.drawn?;
-    let [one, other] = means;
-    let ratio = one / other;
-    (UNSIGNED..=UNSIGNED.recip())
-        .contains(&ratio)
-        .then_some(Clue {
-            subject: Subject::Sign(means),
-            cost: IMPOSSIBLE,
-            ratio: f64::NAN,
-            excess: 0.0,
-        })
-}
-
-/// What no machine does: jump by a turn, go far beyond its stops, show itself in a sample a second.
-fn impossible(machine: &Machine, logs: &[Channels]) -> Vec<Clue> {
+/// What no machine does: jump by a turn, go far beyond its stops, show itself in a sample a second, draw a current of one sign
+/// whichever way it is driven.
+fn impossible(machine: &Machine, logs: &[Channels], balances: &Balances) -> Vec<Clue> {
     let cost = |subject| Clue {
         subject,
         cost: IMPOSSIBLE,
@@ -316,6 +301,11 @@ fn impossible(machine: &Machine, logs: &[Channels]) -> Vec<Clue> {
         clues.push(cost(Subject::Winding(motor.inductance / motor.resistance)));
     }
     clues.extend(channels::wrap(logs).map(|wrap| cost(Subject::Wrap(wrap))));
+    // The size of a current, or that of the supply, which a bridge turns round for the motor.
+    let has_one_sign =
+        |[one, other]: &[f64; 2]| (UNSIGNED..=UNSIGNED.recip()).contains(&(one / other));
+    let unsigned = balances.drawn.filter(has_one_sign);
+    clues.extend(unsigned.map(|means| cost(Subject::Sign(means))));
     let mechanics = &machine.mechanics;
     if let (Some(lower), Some(upper)) = (mechanics.lower_stop, mechanics.upper_stop) {
         let slack = BEYOND_STOPS * (upper - lower);

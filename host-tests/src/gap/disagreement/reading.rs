@@ -208,7 +208,8 @@ impl Reading {
         tried
     }
 
-    fn has(&self, column: Column) -> bool {
+    /// Whether every log has this column.
+    pub fn has(&self, column: Column) -> bool {
         self.logs.iter().all(|log| log.column(column).is_some())
     }
 

@@ -408,11 +408,9 @@ fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String 
             Column::Input if !voltage => "",
             _ => expected_unit(&declared.machine, column),
         };
-        let is_there =
-            column == Column::Time || declared.logs.iter().all(|log| log.column(column).is_some());
+        let is_there = column == Column::Time || declared.has(column);
         let is_left_out = column == Column::Current && corrections.contains(&Correction::Unsigned);
-        let has = is_there && !is_left_out;
-        if has {
+        if is_there && !is_left_out {
             let source = source(column, unit, corrections, declared.machine.gain);
             call.source(column.index(), &source);
         }
