@@ -363,7 +363,7 @@ fn learned(page: &mut Page, unknown: &Unknown) {
         let scale = Scale::of(unit, [largest]);
         let mut line = format!("{:20}", format!("{name}, {}", scale.unit));
         for value in values {
-            line += &format!("{:>8}", scale.number(*value));
+            line += &format!(" {:>7}", scale.number(*value));
         }
         page.line(&line, Style::Plain);
     }
