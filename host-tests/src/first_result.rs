@@ -12,7 +12,7 @@ use crate::workspace;
 
 /// The sheet of a gearmotor with an encoder. What it says is printed as a machine file.
 pub const MACHINE: &str = "machine --voltage 12V --no-load-speed 200rpm --no-load-current 0.2A --stall-torque \
-                           21kg.cm --stall-current 5.5A --gear-ratio 50 --values-of gearmotor";
+                           21kg.cm --stall-current 5.5A --gear-ratio 50 --values-of gearmotor --measured-current";
 
 /// What its logger wrote, and the logs that this becomes. A simulated arm hangs on its shaft.
 pub const IMPORTS: [(&str, &str); 2] = [

@@ -130,7 +130,7 @@ fn fit(file: &mut File, args: &Args, sheet: &Sheet, derived: &Derived) {
     match &derived.share {
         Some(share) if share.value > 0.0 => {
             file.comment(&format!(
-                "The gear's loss: {}{}. It is not fitted; without this entry it is looked for.",
+                "The gear's loss: {}{}. It is taken as it stands. Without this line it is fitted to the log, if the log shows it.",
                 share.why,
                 sureness(share.sure)
             ));

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use model_core::effect::Id;
 use model_core::effect::learned_map::Kind;
 use model_core::gap::covariance::{Covariance, Information};
+use model_core::gap::criterion::LEAST_CERTAINTY;
 use model_core::gap::current_sensor::Reading;
 use model_core::gap::fit::{Variables, variables};
 use model_core::gap::held_out::Refusal;
@@ -71,7 +72,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
                 .to_owned()
         }
         (Decision::Refused(Refusal::Uncertain), _) => {
-            "its fitted strength is within three standard deviations of zero".to_owned()
+            format!("its fitted strength is within {LEAST_CERTAINTY} standard deviations of zero")
         }
         (Decision::NotClearlyBetter, held_out) => format!(
             "it takes {} off the held-out error, not clearly more than the effects of the catalogue",

@@ -95,6 +95,14 @@ pub(super) fn render(
     for suspicion in suspicions {
         text += &format!("Look again: {suspicion}.\n");
     }
+    if !suspicions.is_empty() {
+        // No import replaces a file.
+        text += &format!(
+            "{} was written with the columns as they were given. Remove it, or give another --out, before you import \
+             again.\n",
+            out.display()
+        );
+    }
     text
 }
 
@@ -132,9 +140,10 @@ fn table(raw: &Raw, sources: &[(usize, Source)], converted: &Converted) -> Cells
             .unit
             .as_ref()
             .map_or("none", |(name, _)| name.as_str());
+        let from: Vec<String> = source.columns().map(|column| raw.name(column)).collect();
         cells.push(vec![
             COLUMNS[*index].0.to_owned(),
-            raw.name(source.column),
+            from.join(", its sign from "),
             unit.to_owned(),
             significant(low, 4),
             significant(high, 4),

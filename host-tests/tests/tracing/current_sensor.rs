@@ -37,8 +37,9 @@ fn log_with(inductance: f64, sensor: &Sensor, weight: f64, phases: [f64; 4]) -> 
         phases,
         sensor.late,
         |volts, position, velocity| {
-            let left = volts - TORQUE_CONSTANT * velocity - RESISTANCE * flow;
-            flow += MOTOR.step() * left / inductance;
+            // In closed form: an explicit Euler step would make the winding's time constant half a step shorter.
+            let settled = (volts - TORQUE_CONSTANT * velocity) / RESISTANCE;
+            flow = settled + (flow - settled) * (-MOTOR.step() * RESISTANCE / inductance).exp();
             (TORQUE_CONSTANT * flow - weight * position.sin(), flow)
         },
     );

@@ -9,6 +9,9 @@ use model_core::gap::verdict::Verdict;
 use rig::{Effect, EffectKind, Experiment, Machine as RigMachine, Trajectory};
 use std::path::Path;
 
+use crate::light_machine::ROTOR;
+use crate::stepped::torque_driven;
+
 /// Length of a log, s.
 const SECONDS: f64 = 8.0;
 
@@ -80,6 +83,22 @@ fn guesses_within_a_factor_of_three_change_no_answer() {
             }
         }
     }
+}
+
+/// A load that hangs at a rotor, 36 times as large as the friction that is declared, which is a third of the true one: what
+/// acts on a machine is bounded by its motor, not by a guess of its friction.
+#[test]
+fn a_load_may_be_many_times_the_declared_friction() {
+    const WEIGHT: f64 = 2.5e-3;
+    let torque = |acting: f64, position: f64, _: f64| acting - WEIGHT * position.sin();
+    let log = ROTOR.log_of_position("load.csv", [1.0, 2.5, 0.2], torque);
+    let fit = ["inertia", "viscous", "coulomb", "static"];
+    let machine = torque_driven([3.0e-6, 6.0e-5], [7.0e-5, 8.0e-5], ROTOR.count, &fit);
+    let report = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ());
+    let outcome = report.unwrap().outcome;
+    assert_eq!(names(&outcome), ["gravity"], "{outcome:?}");
+    let sine = &outcome.effects[0].parameters[0];
+    assert!((sine.value - WEIGHT).abs() < 0.02 * WEIGHT, "{sine:?}");
 }
 
 /// A machine of which nothing is missing, with a friction that no guess would be so far from: the fit

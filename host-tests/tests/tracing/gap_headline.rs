@@ -353,7 +353,7 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
     // Before the last word on it that file is not the last one either.
     report.free_motor = free_motor(&["resistance", "torque_constant"]);
     let text = words(&report);
-    assert!(text.contains("until then use refitted.toml"), "{text}");
+    assert!(text.contains("for now use refitted.toml"), "{text}");
     assert!(!text.contains("from now on"), "{text}");
 }
 

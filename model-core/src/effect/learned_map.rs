@@ -88,7 +88,7 @@ impl Kind {
 pub struct Ranges {
     /// Smallest and largest position.
     pub position: (f32, f32),
-    /// Smallest and largest velocity.
+    /// Smallest and largest velocity, without rare peaks.
     pub velocity: (f32, f32),
     /// Smallest and largest motor torque.
     pub motor_torque: (f32, f32),

@@ -149,6 +149,19 @@ pub struct Scope {
     pub rotary: bool,
 }
 
+/// Typical sizes that a fit looks within.
+pub const REACH: f32 = 20.0;
+
+impl Scope {
+    /// Where what acts is as large as the motor's torque, if that is more than the declared friction: a load may be a hundred times that.
+    pub fn strong(&self) -> Self {
+        Self {
+            friction: self.friction.max(self.torque),
+            ..*self
+        }
+    }
+}
+
 /// Longest delay of a drive or a sensor, s: beyond it a position loop would hardly be stable.
 pub const LONGEST_DELAY: f32 = 0.25;
 
@@ -275,7 +288,7 @@ pub trait Effect: Copy {
 
     /// How far from 0 a fit looks for the `index`-th strength, as far as its bounds allow that.
     fn reach(scope: &Scope, index: usize) -> f32 {
-        20.0 * Self::scale(scope, index)
+        REACH * Self::scale(&scope.strong(), index)
     }
 
     /// The largest value that a fit lets a shape parameter have: beyond it a log does not show what the effect is.

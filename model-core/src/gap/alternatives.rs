@@ -7,7 +7,7 @@ use super::criterion::{
 use super::found::Found;
 use super::held_out::{HeldOut, Refusal, compare};
 use super::judging::{is_rounding, judge};
-use super::model::Model;
+use super::model::{Base, Model};
 use super::replay::Schedule;
 use super::verdict::{Accepted, Decision};
 use super::workbench::Workbench;
@@ -80,14 +80,15 @@ pub(super) fn exchange_for_twin(
     Some(false)
 }
 
-/// An effect that was found before the last one of a model, if the log does not tell the last one from a freer law of
-/// that effect: the same mechanism with knots over its variable, or, if it is periodic, with overtones. A mechanism hardly
-/// has the very law of the catalogue, and what another law leaves goes by the name of some second effect then.
-/// `with`: the fit with all of them.
+/// An effect that was found before, if the log does not tell what is found next from a freer law of that effect: the same
+/// mechanism with knots over its variable, or, if it is periodic, with overtones. A mechanism hardly has the very law of the
+/// catalogue, and what another law leaves goes by the name of some second effect, or of a wrong number, then.
+/// `with`: the fit with what is found next, which has freed these numbers.
 #[inline(never)]
 pub(super) fn other_law(
     workbench: &mut Workbench<impl Schedule>,
     with: &Model,
+    numbers: &[Base],
     found: &Found,
 ) -> Option<Option<Id>> {
     let mut held_out = None;
@@ -98,8 +99,11 @@ pub(super) fn other_law(
             continue;
         };
         let freer = held_out_once_fitted(workbench, start)?;
-        let with = judge(workbench, &mut held_out, with)?;
-        if compare(with, &freer).ratio <= TOLD_APART {
+        let fixed = workbench.base.len();
+        let _ = workbench.base.extend_from_slice(numbers);
+        let ratio = compare(judge(workbench, &mut held_out, with)?, &freer).ratio;
+        workbench.base.truncate(fixed);
+        if ratio <= TOLD_APART {
             return Some(Some(known.id));
         }
     }

@@ -6,13 +6,9 @@
 
 // What is known before a log is looked at.
 
-/// Weight of a base parameter's declared value, in squared residuals a squared scale: nothing beside
-/// a log that determines the parameter, and what holds one that it does not.
+/// Weight of a declared value, in squared residuals a squared scale: nothing beside a log that determines the number, and
+/// what holds one that it does not. So is that of zero for the points of a learned map, some of which the log hardly visits.
 pub const DECLARED_WEIGHT: f64 = 3.0;
-
-/// Weight of zero for the knots of a map: the log hardly visits some of them, and a wild value there
-/// would spoil the few windows that do.
-pub const KNOT_WEIGHT: f64 = 300.0;
 
 /// How far a current's sensor errs in its gain: what a shunt and its amplifier are off by in a cheap drive.
 /// [`DECLARED_WEIGHT`] is one over the variance of what lies anywhere within such a scale.
@@ -109,8 +105,9 @@ pub const LEAST_MEDIAN: f32 = 0.05;
 /// Held-out mean square error that a larger model must fall below, as a share of the smaller one's.
 pub const LARGEST_RATIO: f64 = 0.9;
 
-/// Standard deviations that an effect's strength must be from zero.
-pub const LEAST_CERTAINTY: f64 = 3.0;
+/// Standard deviations that an effect's strength must be from zero. A two-sided test at [`SIGNIFICANCE`], shared among the 20 to
+/// 28 effects that a machine may have, asks for 3.48 to 3.57.
+pub const LEAST_CERTAINTY: f64 = 3.5;
 
 // What is worth a refit.
 

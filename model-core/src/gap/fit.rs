@@ -1,12 +1,12 @@
 //! Levenberg–Marquardt on the sums of the windowed replay.
 
-use super::criterion::{DECLARED_WEIGHT, KNOT_WEIGHT, SENSOR_GAIN, SENSOR_OFFSET, SENSOR_REACH};
+use super::criterion::{DECLARED_WEIGHT, SENSOR_GAIN, SENSOR_OFFSET, SENSOR_REACH};
 use super::current_sensor::Reading;
 use super::ensemble::{Ensemble, Store};
 use super::model::{Base, Model};
 use super::replay::{self, Data, Fold, Schedule, Sums};
 use crate::effect::learned_map::KNOTS;
-use crate::effect::{Id, MOST_PARAMETERS, Role, Scope};
+use crate::effect::{Id, MOST_PARAMETERS, REACH, Role, Scope};
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
@@ -156,11 +156,12 @@ impl Variable {
 
     /// A knot of the learned map; zero unless the log says otherwise.
     fn knot(index: usize, scope: &Scope) -> Self {
+        let scale = scope.strong().friction;
         Self {
             target: Target::Knot(index),
-            scale: scope.friction,
-            lower: -20.0 * scope.friction,
-            upper: 20.0 * scope.friction,
+            scale,
+            lower: -REACH * scale,
+            upper: REACH * scale,
             declared: Some(0.0),
         }
     }
@@ -173,11 +174,7 @@ impl Variable {
 
     /// What its declared value weighs in a fit.
     pub(super) fn weight(&self) -> f64 {
-        match (self.declared, self.target) {
-            (Some(_), Target::Knot(_)) => KNOT_WEIGHT,
-            (Some(_), _) => DECLARED_WEIGHT,
-            (None, _) => 0.0,
-        }
+        self.declared.map_or(0.0, |_| DECLARED_WEIGHT)
     }
 
     /// How far it is from its declared value, in scales.

@@ -41,7 +41,7 @@ pub enum Refusal {
     GainNotCommon,
     /// Fitted without it from where the fit with it has come to, the model follows the log as well.
     NotNeeded,
-    /// The fitted strength is within three standard deviations of zero.
+    /// The fitted strength is not significantly other than zero.
     Uncertain,
     /// A fitted number has gone beyond its limits with it.
     Implausible,

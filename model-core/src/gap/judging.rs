@@ -67,6 +67,25 @@ pub fn judge_effect(
     looks: usize,
     leader: &mut Leader,
 ) -> Option<Result<(Comparison, Option<Refusal>), Decision>> {
+    let chosen = workbench.data;
+    if !workbench.restart_as_with(model, effect.id)? {
+        return judge_on_these_starts(workbench, model, smaller, effect, looks, leader);
+    }
+    let smaller = workbench.held_out(model)?;
+    let judged = judge_on_these_starts(workbench, model, &smaller, effect, looks, leader);
+    workbench.data = chosen;
+    judged
+}
+
+/// The same with windows that start as they do.
+fn judge_on_these_starts(
+    workbench: &mut Workbench<impl Schedule>,
+    model: &Model,
+    smaller: &HeldOut,
+    effect: Active,
+    looks: usize,
+    leader: &mut Leader,
+) -> Option<Result<(Comparison, Option<Refusal>), Decision>> {
     let Some(with) = workbench.start(model, effect)? else {
         return Some(Err(Decision::Hopeless));
     };

@@ -7,6 +7,7 @@
 //! two neighbouring lengths, and what is found over both is said: stability selection (N. Meinshausen, P. Bühlmann,
 //! *Stability selection*, 2010), with lengths of prediction in the place of random halves of the data.
 
+use super::current_sensor::Reading;
 use super::found::Found;
 use super::held_out::{Refusal, compare};
 use super::model::{Base, Model};
@@ -126,8 +127,18 @@ fn keep(
     if other.has_found(fixed) && beats(workbench, trace, other).unwrap_or(false) {
         return Some(());
     }
-    workbench.readings = trace.readings.clone();
     let declared = workbench.declared;
+    // A number that is taken back may have made up for an error of the current's sensor, so the sensor's numbers that
+    // either tracing freed are fitted again.
+    workbench.readings = Reading::ALL
+        .into_iter()
+        .filter(|reading| trace.readings.contains(reading) || other.readings.contains(reading))
+        .collect();
+    let before = if workbench.readings.len() > trace.readings.len() {
+        workbench.best_fit(&[&trace.before.model, declared])?
+    } else {
+        trace.before.clone()
+    };
     let mut found = Found {
         after: trace.after.clone(),
         accepted: trace.accepted.clone(),
@@ -154,26 +165,24 @@ fn keep(
             ..unknown.dropped()
         });
     }
-    let before = &trace.before.model;
     let mut unknown = None;
     let stands = found.is_more(workbench) && {
         found.after = workbench.fit(&found.after.model)?;
         // What is left without the others may be the law of something else.
-        let beneath = look_beneath(workbench, before, &mut found, observe)?;
+        let beneath = look_beneath(workbench, &before.model, &mut found, observe)?;
         unknown = beneath.filter(|it| other.confirms_map(it.kind));
         if let Some(learned) = &mut unknown {
             found.outdone_by(learned, observe);
             take_map(workbench, learned, &mut found)?;
         }
-        stands(workbench, before, &mut found, observe)?
+        stands(workbench, &before.model, &mut found, observe)?
     };
     if !stands {
         unknown = None;
         workbench.hold_freed();
-        found.accepted.clear();
-        found.after = trace.before.clone();
+        found = Found::nothing(&before);
     }
-    let concluded = conclude(workbench, trace.before.clone(), found, unknown)?;
+    let concluded = conclude(workbench, before, found, unknown)?;
     *trace = Trace {
         unconfirmed: !stands,
         ..concluded

@@ -1,45 +1,110 @@
 //! Numbers of the machine file and of the current's sensor that are freed where they explain what is left.
 
+use super::alternatives::other_law;
 use super::criterion::{EQUALLY_GOOD, LEAST_OFF};
 use super::current_sensor::{Reading, Readings};
+use super::fit::Fit;
 use super::found::Found;
-use super::held_out::compare;
+use super::held_out::{Comparison, HeldOut, compare};
 use super::judging::judge;
-use super::model::Base;
+use super::model::{Base, Model};
 use super::replay::Schedule;
 use super::round::Round;
-use super::verdict::{Consideration, Decision, Subject};
+use super::verdict::{Decision, Subject};
 use super::workbench::Workbench;
 use heapless::Vec;
 
-/// Frees gain, offset and lag of the current's sensor, if they explain what is left as well as the best effect does.
-/// Whether they do. From then on they are numbers of every fit: what they explain is no effect's.
+/// Frees gain, offset and lag of the current's sensor, if they explain what is left as well as the best effect does;
+/// or one number of the machine file, if that does what several of them do: a current that seems too large and late is
+/// that of another resistance. What it has freed. From then on they are numbers of every fit: what they explain is no
+/// effect's.
 #[inline(never)]
 pub(super) fn free_sensor(
     workbench: &mut Workbench<impl Schedule>,
-    round: &Round,
+    round: &mut Round,
     found: &mut Found,
-) -> Option<bool> {
+) -> Option<Option<Subject>> {
     if !workbench.readings.is_empty() || !workbench.has_sensor() {
-        return Some(false);
+        return Some(None);
     }
     let model = &found.after.model;
     let smaller = judge(workbench, &mut found.held_out, model)?;
     workbench.readings = Readings::from_array(Reading::ALL);
-    let comparison = compare(smaller, &workbench.held_out(model)?);
+    let with = workbench.held_out(model)?;
+    let comparison = compare(smaller, &with);
     if comparison.refusal(1).is_some() || comparison.ratio > EQUALLY_GOOD * round.least {
         workbench.readings.clear();
-        return Some(false);
+        return Some(None);
     }
     let fitted = workbench.fit(model)?.model;
-    if workbench.is_good_sensor(&fitted) {
+    let is_good = workbench.is_good_sensor(&fitted);
+    if is_good {
         workbench.readings.clear();
-        return Some(false);
+        return Some(None);
     }
+    let all = workbench.readings.clone();
+    let needed = needed_readings(workbench, &fitted, &all, &with)?;
+    workbench.readings.clear();
+    if needed.len() > 1
+        && let Some((fit, comparison)) = number_instead(workbench, found, &with)?
+    {
+        round.look_at_numbers(comparison, Decision::Accepted);
+        found.after = fit;
+        found.held_out = None;
+        return Some(Some(Subject::Numbers));
+    }
+    workbench.readings = all;
     workbench.restart(&fitted)?;
     found.after = workbench.fit(&fitted)?;
     found.held_out = None;
-    Some(true)
+    Some(Some(Subject::Sensor))
+}
+
+/// The fewest of these numbers of the current's sensor with which held-out blocks are followed about as well as with
+/// all of them. `with`: the errors with all.
+fn needed_readings(
+    workbench: &mut Workbench<impl Schedule>,
+    model: &Model,
+    freed: &Readings,
+    with: &HeldOut,
+) -> Option<Readings> {
+    fewest(freed, EQUALLY_GOOD, |some| {
+        workbench.readings = some.clone();
+        let model = model.with_readings(some, workbench.declared);
+        Some(compare(with, &workbench.held_out(&model)?).ratio)
+    })
+}
+
+/// A fit that has freed one number of the machine file, with which held-out blocks are followed about as well as with the
+/// current's sensor; `None` inside if none does that. `with`: the errors with the sensor's numbers.
+#[inline(never)]
+fn number_instead(
+    workbench: &mut Workbench<impl Schedule>,
+    found: &mut Found,
+    with: &HeldOut,
+) -> Option<Option<(Fit, Comparison)>> {
+    let model = &found.after.model;
+    let smaller = judge(workbench, &mut found.held_out, model)?;
+    let (chosen, fixed) = (workbench.data, workbench.base.len());
+    for number in workbench.held_numbers() {
+        let without = workbench.held_out_freeing(model, &[number])?;
+        if compare(with, &without).ratio > EQUALLY_GOOD {
+            continue;
+        }
+        let fit = workbench.free(model, &[number])?;
+        if is_off(workbench.declared, &fit.model, number) {
+            return Some(Some((fit, compare(smaller, &without))));
+        }
+        workbench.base.truncate(fixed);
+        workbench.data = chosen;
+    }
+    Some(None)
+}
+
+/// Whether a number is so far from what is declared that it counts as wrong.
+fn is_off(declared: &Model, fitted: &Model, number: Base) -> bool {
+    let declared = declared.get(number);
+    (fitted.get(number) - declared).abs() >= LEAST_OFF * declared.abs()
 }
 
 /// Holds those numbers of the current's sensor again without which held-out blocks are followed nearly as well; all of
@@ -53,20 +118,15 @@ pub(super) fn hold_readings(
         return Some(false);
     }
     let is_good = workbench.is_good_sensor(&found.after.model);
-    let freed = workbench.readings.clone();
-    let with = workbench.held_out(&found.after.model)?;
-    let mut with_some = |some: &Readings| {
-        workbench.readings = some.clone();
-        let model = &found.after.model;
-        workbench.held_out(&model.with_readings(some, workbench.declared))
-    };
-    let without = with_some(&Readings::new())?;
+    let model = &found.after.model;
+    let with = workbench.held_out(model)?;
+    let freed = core::mem::take(&mut workbench.readings);
+    let without = model.with_readings(&workbench.readings, workbench.declared);
+    let without = workbench.held_out(&without)?;
     let needed = if is_good || compare(&without, &with).refusal(1).is_some() {
         Readings::new()
     } else {
-        fewest(&freed, EQUALLY_GOOD, |some| {
-            Some(compare(&with, &with_some(some)?).ratio)
-        })?
+        needed_readings(workbench, model, &freed, &with)?
     };
     let is_held = needed.len() < freed.len();
     workbench.readings = needed;
@@ -95,14 +155,8 @@ pub(super) fn free_numbers(
     let smaller = judge(workbench, &mut found.held_out, model)?;
     let comparison = compare(smaller, &workbench.held_out_freeing(model, &held)?);
     let refusal = comparison.refusal(held.len());
-    let _ = round.looks.push(Consideration {
-        round: round.number,
-        subject: Subject::Numbers,
-        score: (1.0 - comparison.ratio).max(0.0) as f32,
-        identifiability: 1.0,
-        held_out: Some(comparison),
-        decision: refusal.map_or(Decision::Accepted, Decision::Refused),
-    });
+    let decision = refusal.map_or(Decision::Accepted, Decision::Refused);
+    round.look_at_numbers(comparison, decision);
     if refusal.is_some() || comparison.ratio > EQUALLY_GOOD * round.least {
         return Some(false);
     }
@@ -115,9 +169,18 @@ pub(super) fn free_numbers(
     while !numbers.is_empty() {
         let fit = workbench.free(&found.after.model, &numbers)?;
         let declared = workbench.declared;
-        let off = |number: Base| (fit.model.get(number) - declared.get(number)).abs();
-        let is_off = |number: &Base| off(*number) >= LEAST_OFF * declared.get(*number).abs();
+        let is_off = |number: &Base| is_off(declared, &fit.model, *number);
         if numbers.iter().all(is_off) {
+            let freed = workbench.base.clone();
+            workbench.base.truncate(fixed);
+            if let Some(other) = other_law(workbench, &fit.model, &numbers, found)? {
+                workbench.data = chosen;
+                if let Some(look) = round.looks.last_mut() {
+                    look.decision = Decision::LawOf { other };
+                }
+                return Some(false);
+            }
+            workbench.base = freed;
             found.after = fit;
             found.held_out = None;
             return Some(true);

@@ -1,6 +1,6 @@
 //! Replay in windows, in lockstep with perturbed copies, into least-squares sums.
 //!
-//! Every window restarts from the measured state, so that an error does not grow beyond it and
+//! Every window restarts from the measured state, or from one that is simulated from shortly before it, so that an error does not grow beyond it and
 //! windows are independent: they may be worked on in any order and by several cores. Sums inside a
 //! window are `f32`, sums over windows `f64` in the order of the log: the same bits on one core,
 //! on many and on the chip.

@@ -50,6 +50,8 @@ pub(super) fn take_winner(
         return Some(false);
     };
     let effect = winner.candidate.effect;
+    let chosen = workbench.data;
+    workbench.restart_as_with(&found.after.model, effect.id)?;
     let leads = |(_, model): &&(f64, Model)| {
         let last = model.effects.last();
         last.is_some_and(|last| last.id == effect.id)
@@ -58,7 +60,10 @@ pub(super) fn take_winner(
         Some((_, started)) => workbench.fit(started)?.model,
         None => match workbench.start(&found.after.model, effect)? {
             Some(started) => workbench.fit(&started)?.model,
-            None => return Some(false),
+            None => {
+                workbench.data = chosen;
+                return Some(false);
+            }
         },
     };
     let fell = workbench.error_ratio(&found.after.model, &fitted)?;
@@ -77,7 +82,6 @@ pub(super) fn take_winner(
     }
     // What is judged is the fit on its own restarts: on those of the model without, a window that restarts
     // wrongly may seem to decide all.
-    let chosen = workbench.data;
     workbench.restart(&fitted)?;
     let after = workbench.fit(&fitted)?;
     let after = workbench.multi_start(after);
@@ -92,7 +96,7 @@ pub(super) fn take_winner(
         observe(&winner.candidate.look(round.number, decision));
         return Some(true);
     }
-    if let Some(other) = other_law(workbench, &after.model, found)? {
+    if let Some(other) = other_law(workbench, &after.model, &[], found)? {
         workbench.data = chosen;
         observe(
             &winner
@@ -171,6 +175,18 @@ impl Round {
             rival: None,
             least: f64::INFINITY,
         }
+    }
+
+    /// Adds a look at numbers of the machine file.
+    pub fn look_at_numbers(&mut self, comparison: Comparison, decision: Decision) {
+        let _ = self.looks.push(Consideration {
+            round: self.number,
+            subject: Subject::Numbers,
+            score: (1.0 - comparison.ratio).max(0.0) as f32,
+            identifiability: 1.0,
+            held_out: Some(comparison),
+            decision,
+        });
     }
 
     /// Tells of every look, now that it is known what was taken.

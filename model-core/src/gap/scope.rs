@@ -5,7 +5,7 @@ use super::model::Model;
 use super::replay::{Data, MARGIN};
 use super::simulator::Simulator;
 use crate::effect::Scope;
-use crate::effect::learned_map::Ranges;
+use crate::effect::learned_map::{KNOTS, Ranges};
 use crate::plant::State;
 
 /// Samples from one look at the log to the next; the motor torque is averaged over as many.
@@ -52,6 +52,34 @@ fn looks<'a>(
     })
 }
 
+/// Parts that the range of the speed is divided into to find where the machine moves.
+const PARTS: usize = 256;
+
+/// Share of the moving time on either side of the range of velocities that a learned law's points are laid over: a
+/// tenth of what each point has where the time is even. The peak of a collision or of a spring that is let go would
+/// take the points from where the machine moves.
+const TAIL: f32 = 0.1 / KNOTS as f32;
+
+/// The part of a range in which the values lie but for a tail on either side.
+fn without_tails((lowest, highest): (f32, f32), values: impl Iterator<Item = f32>) -> (f32, f32) {
+    let part = (highest - lowest).max(LEAST) / PARTS as f32;
+    let mut counts = [0u32; PARTS];
+    for value in values {
+        counts[(((value - lowest) / part) as usize).min(PARTS - 1)] += 1;
+    }
+    let tail = TAIL * counts.iter().sum::<u32>() as f32;
+    let within = |counts: &mut dyn Iterator<Item = &u32>| {
+        let mut sum = 0;
+        let tails = counts.take_while(|&count| {
+            sum += count;
+            sum as f32 <= tail
+        });
+        tails.count() as f32
+    };
+    let (below, above) = (within(&mut counts.iter()), within(&mut counts.iter().rev()));
+    (lowest + below * part, highest - above * part)
+}
+
 /// Smallest and largest value so far.
 fn widen((lowest, highest): &mut (f32, f32), value: f32) {
     *lowest = lowest.min(value);
@@ -85,13 +113,12 @@ pub fn scope(data: &Data, model: &Model, rotary: bool) -> Option<(Scope, Ranges)
         torque.add(motor);
     }
     let slowest = REST * velocity.1.max(-velocity.0);
+    let moving = || {
+        let velocities = all().map(|(state, _)| state.velocity.value());
+        velocities.filter(|velocity| velocity.abs() > slowest)
+    };
     let mut speed = MeanSquare::default();
-    for (state, _) in all() {
-        let velocity = state.velocity.value();
-        if velocity.abs() > slowest {
-            speed.add(velocity);
-        }
-    }
+    moving().for_each(|velocity| speed.add(velocity));
     let mut input = MeanSquare::default();
     for log in data.logs {
         for index in (0..log.samples()).step_by(STRIDE) {
@@ -101,7 +128,7 @@ pub fn scope(data: &Data, model: &Model, rotary: bool) -> Option<(Scope, Ranges)
     let longest = data.logs.iter().map(Log::samples).max()?;
     let ranges = Ranges {
         position,
-        velocity,
+        velocity: without_tails(velocity, moving()),
         motor_torque,
         time: (0.0, longest as f32 * period),
     };

@@ -6,8 +6,8 @@
 //! large enough and common to most blocks; then the next round starts from the model with it. Where
 //! declared numbers that are not to be fitted do as well as that effect once they are, they are wrong:
 //! they are freed, and no effect is taken. In the end each effect that was taken before others is chosen
-//! anew beside these, all must hold against their own absence, and what they leave against [`unknown`](super::unknown)
-//! structure; a periodic one then has the overtones that the log asks for.
+//! anew beside these, all must hold against their own absence, a periodic one has the overtones that the log asks for, and
+//! what they leave is held against [`unknown`](super::unknown) structure.
 
 use super::alternatives::{add_overtones, tolerated};
 use super::criterion::CLEARLY_BETTER;
@@ -17,13 +17,14 @@ use super::held_out::{Total, compare};
 use super::judging::judge;
 use super::model::{Base, Model};
 use super::numbers::{free_numbers, free_sensor, hold_readings};
-use super::replay::{Data, Schedule};
+use super::replay::{Data, Schedule, Velocity};
 use super::round::{Round, consider, take_winner};
 use super::standing::{drop_replaced, look_beneath, stands, take_map, take_map_again};
 use super::unknown::Unknown;
 use super::verdict::{Consideration, Decision, ROUNDS, Residual, Subject, Trace};
 use super::workbench::{Options, Workbench};
 use crate::effect::Id;
+use heapless::Vec;
 
 /// Fewest windows that a model can be chosen and fitted on.
 pub const LEAST_WINDOWS: usize = 4;
@@ -50,6 +51,7 @@ pub(super) fn trace_over<S: Schedule>(
         before = workbench.best_fit(&[&before.model, model])?;
         workbench.base = fitted;
     }
+    drop_stand_ins(&mut workbench, &mut before, &mut found)?;
     let mut unknown = None;
     for challenged in [true, false] {
         unknown = look_beneath(&mut workbench, &before.model, &mut found, observe)?;
@@ -78,7 +80,6 @@ pub(super) fn trace_over<S: Schedule>(
             break;
         }
     }
-    add_overtones(&mut workbench, &mut found)?;
     conclude(&mut workbench, before, found, unknown)
 }
 
@@ -97,17 +98,10 @@ pub(super) fn conclude(
         before = workbench.fit(&start)?;
         workbench.base = fitted;
     }
-    let mut end = end_at(workbench, &mut found)?;
-    if workbench.has_freed()
-        && found.accepted.is_empty()
-        && unknown.is_none()
-        && end.proves_nothing()
-    {
-        // Something is missing that nobody found, and the numbers may stand in for it.
-        workbench.hold_freed();
-        found.after = before.clone();
-        end = end_at(workbench, &mut found)?;
+    if unknown.is_none() {
+        drop_stand_ins(workbench, &mut before, &mut found)?;
     }
+    let end = end_at(workbench, &mut found)?;
     if unknown.is_none() && !found.is_more(workbench) {
         before = found.after.clone();
     }
@@ -125,6 +119,26 @@ pub(super) fn conclude(
         unknown,
         unconfirmed: false,
     })
+}
+
+/// Holds numbers again that were freed, if nothing else was found and the model still does not follow the log: they may only
+/// make up for what is missing. `before`, the base fit, then starts its windows as it follows the log best.
+#[inline(never)]
+fn drop_stand_ins(
+    workbench: &mut Workbench<impl Schedule>,
+    before: &mut Fit,
+    found: &mut Found,
+) -> Option<()> {
+    let only_numbers = workbench.has_freed() && found.accepted.is_empty();
+    if !only_numbers || !end_at(workbench, found)?.proves_nothing() {
+        return Some(());
+    }
+    workbench.hold_freed();
+    workbench.restart(&before.model)?;
+    let declared = workbench.declared;
+    *before = workbench.best_fit(&[&before.model, declared])?;
+    *found = Found::nothing(before);
+    Some(())
 }
 
 /// What the final model leaves.
@@ -147,6 +161,7 @@ impl End {
 fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option<End> {
     let (after, farthest) = workbench.within_limits(found.after.clone())?;
     found.after = after;
+    found.held_out = None;
     let model = &found.after.model;
     let residual = Residual {
         position_rms: workbench.position_rms(model)?,
@@ -163,25 +178,46 @@ fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option
 /// `None` if a model cannot be built.
 #[inline(never)]
 pub fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
+    let mut best: Option<(Data, Fit, f64)> = None;
+    let has_shaft = workbench.declared.has(Id::Compliance);
+    for velocity in workbench.velocities(has_shaft) {
+        let fit = fit_base_from(workbench, velocity)?;
+        let data = workbench.data;
+        let error = workbench.misfit(&data, &fit.model)?;
+        let is_best = |(.., least): &(Data, Fit, f64)| error < *least || least.is_nan();
+        if best.as_ref().is_none_or(is_best) {
+            best = Some((data, fit, error));
+        }
+    }
+    let (data, fit, _) = best?;
+    workbench.data = data;
+    Some(workbench.multi_start(fit))
+}
+
+/// The declared model, fitted with windows that get their starting state in this way. Which way is best shows only after a fit.
+#[inline(never)]
+fn fit_base_from(workbench: &mut Workbench<impl Schedule>, velocity: Velocity) -> Option<Fit> {
     let declared = workbench.declared;
     let window = workbench.data.settings.window;
     // How replays restart comes before any fit, which would else bias the parameters by
     // wrong restarts. Then short windows: far from the truth, they are the smoother problem.
-    workbench.restart(declared)?;
+    workbench.restart_with(declared, &[velocity])?;
     let mut fitted = declared.clone();
     for window in [workbench.screen_window(), window, window] {
         workbench.weigh(&fitted, window)?;
         fitted = workbench.fit_windows(&fitted, window)?.model;
     }
-    workbench.restart(&fitted)?;
+    workbench.restart_with(&fitted, &[velocity])?;
     let near = workbench.approach(declared);
-    let best = workbench.best_fit(&[&fitted, declared, near.as_ref().unwrap_or(declared)])?;
-    Some(workbench.multi_start(best))
+    let far = workbench.search_around(declared);
+    let starts = [Some(&fitted), Some(declared), near.as_ref(), far.as_ref()];
+    let starts: Vec<&Model, 4> = starts.into_iter().flatten().collect();
+    workbench.best_fit(&starts)
 }
 
 impl Found {
-    /// Adds one effect after the other, and drops what the later ones replace. `first`: number of the
-    /// first round.
+    /// Adds one effect after the other, drops what the later ones replace, and gives the periodic ones the overtones that
+    /// the log asks for. `first`: number of the first round.
     fn search(
         &mut self,
         workbench: &mut Workbench<impl Schedule>,
@@ -194,7 +230,8 @@ impl Found {
             }
         }
         self.exchange(workbench, first + ROUNDS - 1, observe)?;
-        drop_replaced(workbench, self, observe)
+        drop_replaced(workbench, self, observe)?;
+        add_overtones(workbench, self)
     }
 
     /// Takes each effect that was chosen without the later ones out again, and has one chosen beside these:
@@ -299,8 +336,8 @@ fn add_effect(
 ) -> Option<bool> {
     let mut round = Round::new(round);
     consider(workbench, &mut round, found, observe)?;
-    if free_sensor(workbench, &round, found)? {
-        round.tell(Subject::Sensor, observe);
+    if let Some(freed) = free_sensor(workbench, &mut round, found)? {
+        round.tell(freed, observe);
         return Some(true);
     }
     if free_numbers(workbench, &mut round, found)? {

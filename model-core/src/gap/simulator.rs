@@ -12,7 +12,7 @@ use crate::effect::presliding::{Bristles, Free};
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::effect::{Memory, Middle};
 use crate::plant::actuator::{Actuator, External, Load, Unheld};
-use crate::plant::modes::{Basis, Modes};
+use crate::plant::modes::{Basis, Deviation, Modes};
 use crate::plant::parameters::{Drive, ParameterError, Winding};
 use crate::plant::{Compensated, InputRefused, Motion, State};
 use core::borrow::Borrow;
@@ -410,6 +410,17 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         })
     }
 
+    /// What becomes of a deviation over a sample in which the motion does not change, by its plant alone.
+    #[inline]
+    pub fn carry(&self, deviation: &mut Deviation, motion: Motion) {
+        let earlier = self.earlier.as_ref().map(Borrow::borrow);
+        for modes in earlier.into_iter().chain([self.actuator.modes()]) {
+            for _ in 0..self.parts {
+                modes.carry(deviation, motion);
+            }
+        }
+    }
+
     /// What friction yields by, unless it is rigid.
     #[inline]
     fn yielding(&self) -> Option<&Bristles> {
@@ -437,7 +448,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         Ok(())
     }
 
-    #[inline]
+    // Not inlined: eight copies of it are 16 KB of an image.
     fn advance_parts(
         &self,
         (actuator, share): (&Actuator<impl Borrow<Modes>>, f32),

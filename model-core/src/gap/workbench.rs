@@ -11,10 +11,11 @@ use super::model::{Base, Model, Numbers};
 use super::replay::{self, Contrasts, Data, HALF_WIDTHS, Schedule, Settings, Velocity, samples};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
-use crate::effect::Scope;
 use crate::effect::learned_map::Ranges;
+use crate::effect::{Id, Scope};
 use crate::plant::parameters::Drive;
 use crate::unit::Dimension;
+use heapless::Vec;
 
 mod cross_validation;
 mod fits;
@@ -73,11 +74,16 @@ impl<'a> Options<'a> {
     /// The least and the largest value that a fit may leave a number at, three standard deviations either way; `None` of one
     /// that is declared as none, or that says where something is.
     pub fn limits(&self, number: Base, declared: f32) -> Option<[f32; 2]> {
-        let stated = self.unsure.iter().find(|(own, _)| *own == number);
-        let factor = stated.map_or(UNSURE, |&(_, factor)| factor);
+        let factor = self.factor(number, declared)?;
         let farthest = (factor * factor * factor).min(FARTHEST);
+        Some([declared / farthest, farthest * declared])
+    }
+
+    /// By what factor a number may be off, a standard deviation; `None` as of [`limits`](Self::limits).
+    pub fn factor(&self, number: Base, declared: f32) -> Option<f32> {
         let is_limited = declared > 0.0 && number.dimension() != Dimension::Position;
-        is_limited.then_some([declared / farthest, farthest * declared])
+        let stated = self.unsure.iter().find(|(own, _)| *own == number);
+        is_limited.then_some(stated.map_or(UNSURE, |&(_, factor)| factor))
     }
 }
 
@@ -224,23 +230,46 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Restarts replays from the state that short ones of the model follow best: a quiet sensor
     /// wants little smoothing, a coarse one much. Then weighs the channels.
     pub fn restart(&mut self, model: &Model) -> Option<()> {
-        let window = self.screen_window();
+        let velocities = self.velocities(model.has(Id::Compliance));
+        self.restart_with(model, &velocities)
+    }
+
+    /// Where windows of these logs may have their velocity from. A model with a shaft starts from no simulation.
+    pub fn velocities(&self, has_shaft: bool) -> Vec<Velocity, 3> {
         let measured = self.data.logs.iter().all(|log| log.velocity.is_some());
-        let sources = [Velocity::Slope, Velocity::Simulated, Velocity::Measured];
-        let sources = &sources[..if measured { 3 } else { 2 }];
+        [
+            (Velocity::Slope, true),
+            (Velocity::Simulated, !has_shaft),
+            (Velocity::Measured, measured),
+        ]
+        .into_iter()
+        .filter_map(|(velocity, may)| may.then_some(velocity))
+        .collect()
+    }
+
+    /// Lets windows start as those of a model with this effect do, so that a model without it is compared with one that
+    /// has it on equal starts.
+    pub fn restart_as_with(&mut self, model: &Model, effect: Id) -> Option<bool> {
+        let has_shaft = effect == Id::Compliance;
+        let velocities = self.velocities(has_shaft);
+        let is_as_now = velocities.contains(&self.data.settings.velocity);
+        if !is_as_now {
+            self.restart_with(model, &velocities)?;
+        }
+        Some(!is_as_now)
+    }
+
+    /// As [`restart`](Self::restart), choosing among these ways to start a window only.
+    pub fn restart_with(&mut self, model: &Model, velocities: &[Velocity]) -> Option<()> {
+        let window = self.screen_window();
         let mut best: Option<(Data<'a>, f64)> = None;
-        for &velocity in sources {
+        for &velocity in velocities {
             for half_width in HALF_WIDTHS {
                 let mut tried = self.data;
                 tried.settings.half_width = half_width;
                 tried.settings.velocity = velocity;
-                let (position, second) = self.residuals(&tried.with_window(window), model)?;
-                let error = if self.data.settings.velocity_channel {
-                    position * second
-                } else {
-                    position
-                };
-                if best.is_none_or(|(_, least)| error < least) {
+                let error = self.misfit(&tried.with_window(window), model)?;
+                if best.is_none_or(|(_, least)| error < least || least.is_nan()) {
                     best = Some((tried, error));
                 }
             }
@@ -261,6 +290,17 @@ impl<'a, S: Schedule> Workbench<'a, S> {
             0.0
         };
         Some(())
+    }
+
+    /// How far a model is from logs that are cut in this way: the root mean square of its windowed position error, times that of
+    /// the velocity where that is the second channel.
+    pub fn misfit(&mut self, data: &Data, model: &Model) -> Option<f64> {
+        let (position, second) = self.residuals(data, model)?;
+        Some(if data.settings.velocity_channel {
+            position * second
+        } else {
+            position
+        })
     }
 
     /// Root mean square of a model's windowed position error.

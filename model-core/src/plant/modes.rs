@@ -13,8 +13,8 @@
 //! short step makes are not rounded against the state. A *ladder* holds it for h, h/2, … h/16: an
 //! event inside the step is found by going down it.
 
-use super::Directional;
 use super::parameters::{Drive, ParameterError, Parameters};
+use super::{Directional, Motion};
 use crate::numeric::matrix_exponential::{Matrix, exponential, multiply};
 
 /// Rungs of a ladder: the step halved up to four times.
@@ -81,6 +81,28 @@ impl Increment {
                 best = growth;
                 *self = candidate;
             }
+        }
+    }
+}
+
+/// By how much a state is off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// Of the current, A.
+    pub current: f32,
+    /// Of the velocity, rad/s or m/s.
+    pub velocity: f32,
+    /// Of the position, rad or m.
+    pub position: f32,
+}
+
+impl Deviation {
+    /// That of a velocity alone.
+    pub fn of_velocity(velocity: f32) -> Self {
+        Self {
+            current: 0.0,
+            velocity,
+            position: 0.0,
         }
     }
 }
@@ -159,6 +181,27 @@ impl Modes {
         let modes = Self::new(basis);
         modes.check()?;
         Ok(modes)
+    }
+
+    /// What becomes of a deviation over a step in which the motion does not change.
+    #[inline]
+    pub fn carry(&self, deviation: &mut Deviation, motion: Motion) {
+        let ladder = match motion {
+            Motion::Forward => &self.forward,
+            Motion::Backward => &self.backward,
+            Motion::Rest => {
+                deviation.current += self.rest[0].current * deviation.current;
+                deviation.velocity = 0.0;
+                return;
+            }
+        };
+        let before = *deviation;
+        let change = |row: &[f32; 5]| {
+            row[0] * before.current + row[1] * before.velocity + row[2] * before.position
+        };
+        deviation.current += change(&ladder[0].current);
+        deviation.velocity += change(&ladder[0].velocity);
+        deviation.position += change(&ladder[0].position);
     }
 
     /// Works them out for a usable period.

@@ -44,8 +44,8 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
                 steps.extend(without_declared(report));
             }
             let motor = free_motor(report);
-            // Then the line that declares an effect is not yet the last word on it.
-            let is_final = motor.is_empty();
+            // Else the line that declares an effect is not yet the last word on it.
+            let is_final = motor.is_empty() && times_left(outcome).is_none();
             steps.extend(motor);
             if validate.is_none() {
                 steps.push(said(
@@ -280,7 +280,7 @@ fn declare(report: &Report, is_final: bool) -> Vec<Step> {
             None if is_final => {
                 format!("use {file} from now on, the machine file with what was found")
             }
-            None => format!("until then use {file}, the machine file with what was found"),
+            None => format!("for now use {file}, the machine file with what was found"),
             Some(_) => format!(
                 "{file} has the fitted numbers, but not the learned law: no machine file can hold one"
             ),

@@ -10,13 +10,14 @@ pub const MARGIN: usize = 16;
 /// Half widths of the restarts' smoothing that are tried.
 pub(in crate::gap) const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 12, MARGIN];
 
-/// Where a replay that moves has its velocity from.
+/// How a window that moves gets its starting state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Velocity {
     /// The slope of the position over the samples around it.
     Slope,
-    /// What the model comes to from there over as many samples before: where the speed follows the input within a few
-    /// samples, no slope over them is the velocity at one.
+    /// The state that the model reaches when it is simulated from some time before, shifted in position and velocity to fit
+    /// the log on the way. Where the speed follows the input within a few samples, or where an encoder counts little in
+    /// them, no slope over these samples is the velocity at one of them. A model with a shaft starts from the slope.
     Simulated,
     /// The measured velocity, where there is one.
     Measured,
@@ -27,9 +28,10 @@ pub enum Velocity {
 pub struct Settings {
     /// Samples in a window.
     pub window: usize,
-    /// Samples on either side of a restart that its state is smoothed over, 1 to [`MARGIN`].
+    /// Samples on either side of a restart that its state is smoothed over, 1 to [`MARGIN`]; with [`Velocity::Simulated`] also the
+    /// length of that simulation, in samples or, if a sample is shorter, in milliseconds.
     pub half_width: usize,
-    /// Where a replay that moves has its velocity from.
+    /// How a window that moves gets its starting state.
     pub velocity: Velocity,
     /// Whether the second channel is the velocity: where no log has a current and each has a velocity.
     pub velocity_channel: bool,

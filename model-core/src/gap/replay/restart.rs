@@ -17,6 +17,10 @@ const SHAFT_RUN_IN: f32 = 0.1;
 
 const LEAST_RUN_IN: usize = 100;
 
+/// Shortest time, s, that the simulation before a restart takes for each sample of the half width; one sample where that is longer.
+/// How much a coarse sensor's rounding disturbs a velocity depends on the time, not on the number of samples in it.
+const FINEST_RUN_IN: f32 = 1e-3;
+
 /// Fewest samples on either side that a run-in's state is smoothed over, at the beginning of a log.
 const LEAST_HALF_WIDTH: usize = 2;
 
@@ -137,9 +141,10 @@ impl Restart {
     }
 
     /// Sample from which a model comes to a simulated velocity.
-    pub(super) fn simulated_since(&self, settings: &Settings) -> usize {
+    pub(super) fn simulated_since(&self, log: &Log, settings: &Settings) -> usize {
         let half_width = settings.half_width;
-        let since = self.start.saturating_sub(half_width).max(half_width);
+        let run_in = half_width * samples(FINEST_RUN_IN, log.period, 1);
+        let since = self.start.saturating_sub(run_in).max(half_width);
         since.min(self.start)
     }
 

@@ -10,9 +10,46 @@ use crate::gap::held::{Acting, Held};
 use crate::gap::log::Log;
 use crate::gap::simulator::{Course, Given, Simulator};
 use crate::plant::actuator::External;
-use crate::plant::modes::Modes;
+use crate::plant::modes::{Deviation, Modes};
 use crate::plant::{Compensated, Motion, State};
 use core::borrow::Borrow;
+
+/// Sums of a straight line's least squares.
+#[derive(Debug, Clone, Copy, Default)]
+struct Line {
+    count: f32,
+    abscissa: f32,
+    ordinate: f32,
+    square: f32,
+    product: f32,
+}
+
+impl Line {
+    #[inline]
+    fn add(&mut self, abscissa: f32, ordinate: f32) {
+        self.count += 1.0;
+        self.abscissa += abscissa;
+        self.ordinate += ordinate;
+        self.square += abscissa * abscissa;
+        self.product += abscissa * ordinate;
+    }
+
+    /// 0 if all abscissas are equal, except for rounding.
+    fn slope(&self) -> f32 {
+        let spread = self.count * self.square - self.abscissa * self.abscissa;
+        if spread > f32::EPSILON * self.count * self.square {
+            (self.count * self.product - self.abscissa * self.ordinate) / spread
+        } else {
+            0.0
+        }
+    }
+
+    /// Means of abscissa and ordinate.
+    fn means(&self) -> (f32, f32) {
+        let count = self.count.max(1.0);
+        (self.abscissa / count, self.ordinate / count)
+    }
+}
 
 /// What the log says of one step, for all simulations that take it.
 #[derive(Debug, Clone, Copy)]
@@ -109,7 +146,8 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         };
         runner.course.memory.warmth = restart.warmth(simulator, log);
         runner.course.memory.deflection = restart.deflection(simulator, log);
-        let is_simulated = settings.velocity == Velocity::Simulated;
+        // What is wound starts from the slope.
+        let is_simulated = settings.velocity == Velocity::Simulated && simulator.shaft().is_none();
         if is_simulated && restart.state.velocity.value() != 0.0 {
             let state = runner.come_to(restart, settings);
             runner.course = Course::with_history(state, &runner.course.memory);
@@ -117,37 +155,53 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         runner
     }
 
-    /// The state at a restart that the model comes to from the measured one before it, as far from the log as it is
-    /// in the mean on the way.
+    /// The state that the model reaches at a restart from the measured one some time before, shifted to be nearest to the log
+    /// on the way, in least squares. The offset of the position is taken as constant on the way, and a deviation of the
+    /// velocity changes by inertia, viscous friction, spring and winding alone: effects are left out.
     // Its frame is not to lie under the simulations behind it.
     #[inline(never)]
     fn come_to(&self, restart: &Restart, settings: &Settings) -> State {
         let (simulator, log) = (self.simulator, self.log);
-        let since = restart.simulated_since(settings);
+        let since = restart.simulated_since(log, settings);
+        // At the beginning of a log there is no time to be simulated in, and the modes carry a deviation as in a closed circuit.
+        let is_short = restart.start < since + settings.half_width;
+        if is_short || (since..restart.start).any(|index| log.is_released(index)) {
+            return self.course.state;
+        }
         let measured = measured_state(log, since, settings);
         let mut before = Self::from_state(simulator, log, (since, measured), settings);
         before.course = Course::with_history(before.course.state, &self.course.memory);
         simulator.lean(&mut before.course, Motion::of(measured.velocity.value()));
-        let (mut last, mut sum) = (0.0, 0.0);
+        let mut last = 0.0;
+        let mut deviation = Deviation::of_velocity(1.0);
+        let mut line = Line::default();
         for index in since..restart.start {
             last = before.advance(&Row::new(log, index)).0;
-            sum += last;
+            simulator.carry(&mut deviation, before.course.state.motion);
+            line.add(deviation.position, last);
         }
-        let mean = sum / (restart.start - since).max(1) as f32;
-        // Where the sensor would be then, and from there the drive.
-        let there = log.position.at(restart.start) + (last - mean);
-        let measured = State {
-            position: Compensated::new(there),
-            ..restart.state
+        let come = before.course.state;
+        let slope = line.slope();
+        let velocity = come.velocity.value() - slope * deviation.velocity;
+        // A deviation that turns or stops the motion does not grow in proportion.
+        let slope = if Motion::of(velocity) == come.motion {
+            slope
+        } else {
+            0.0
         };
-        let current = match log.current {
-            Some(_) => self.course.state.current,
-            None => before.course.state.current,
+        let less = |value: f32, deviation: f32| value - slope * deviation;
+        let (mean_deviation, mean) = line.means();
+        let ahead = less(last - mean, deviation.position - mean_deviation);
+        // Where the sensor would be then, and from there the drive.
+        let measured = State {
+            position: Compensated::new(log.position.at(restart.start) + ahead),
+            ..restart.state
         };
         State {
             position: simulator.state_behind(measured, false).position,
-            current,
-            ..before.course.state
+            velocity: Compensated::new(less(come.velocity.value(), deviation.velocity)),
+            current: less(come.current, deviation.current),
+            ..come
         }
     }
 

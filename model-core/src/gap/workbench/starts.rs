@@ -8,24 +8,81 @@ use crate::gap::fit::Fit;
 use crate::gap::model::{Base, Model};
 use crate::gap::replay::Schedule;
 use crate::gap::screen;
+use crate::numeric::random::Random;
+
+/// Models that a search for a start of the base tries.
+const DRAWS: u32 = 128;
+
+/// Each draw is spread so many times as far as the one before; the last one a fiftieth as far as the first.
+const CLOSER: f32 = 0.97;
+
+/// Seed of the search.
+const SEARCH_SEED: u64 = 2;
 
 impl<S: Schedule> Workbench<'_, S> {
+    /// A model that follows the log better than the declared one, by a random search of its fitted numbers, each
+    /// by as much as it may be off: where the machine sticks or turns at other times than the model, no slope leads
+    /// from the declared numbers to the true ones. Each number is drawn about the best one so far, from a log-normal
+    /// law with the factor by which it may be off, which closes in on it. `None` if no draw is better.
+    #[inline(never)]
+    pub fn search_around(&mut self, start: &Model) -> Option<Model> {
+        let mut random = Random::new(SEARCH_SEED, 0);
+        let mut best = None;
+        let mut least_cost = self.cost(start)?;
+        let mut reach = 1.0;
+        for _ in 0..DRAWS {
+            let center: &Model = best.as_ref().unwrap_or(start);
+            let mut drawn = center.clone();
+            for &number in &self.base {
+                let declared = self.declared.get(number);
+                let factor = self.options.factor(number, declared);
+                let limits = self.options.limits(number, declared);
+                let (Some(factor), Some([least, largest])) = (factor, limits) else {
+                    continue;
+                };
+                let moved = libm::expf(reach * libm::logf(factor) * random.normal());
+                let value = center.get(number) * moved;
+                drawn.set(number, value.max(least).min(largest));
+            }
+            // Beyond the plant's range there is nothing to try.
+            if let Some(cost) = self.cost(&drawn).filter(|cost| *cost < least_cost) {
+                (best, least_cost) = (Some(drawn), cost);
+            }
+            reach *= CLOSER;
+        }
+        best
+    }
+
     /// The model, where a fit of more than its base starts: as it is, or from the declared base.
     #[inline(never)]
     pub fn remove_bias(&mut self, model: &Model) -> Option<Model> {
         self.nearest(model.clone(), &self.with_declared_base(model))
     }
 
-    /// The start of a fit: a model, or what another one comes to in short windows. What lacks something
+    /// The start of a fit: a model, or what another one comes to in short windows or in a search. What lacks something
     /// has a biased base, by a factor of twenty where the machine sticks and the model slides, and no fit comes back
     /// from there. Of two that may be it, that is taken of which a rough fit follows the log better.
     fn nearest(&mut self, near: Model, unbiased: &Model) -> Option<Model> {
-        let cost = self.cost(&near)?;
-        let far = self.approach(unbiased);
-        match far.filter(|far| self.cost(far).is_some_and(|far| far < cost)) {
+        match self.nearer(&near, unbiased)? {
             Some(far) => Some(self.best_with(&[&near, &far], ROUGH)?.model),
             None => Some(near),
         }
+    }
+
+    /// What short windows or a search make of another model, if it follows the log better than this one.
+    #[inline(never)]
+    fn nearer(&mut self, near: &Model, unbiased: &Model) -> Option<Option<Model>> {
+        let mut least = self.cost(near)?;
+        let mut nearer = None;
+        for search in [Self::approach, Self::search_around] {
+            let Some(far) = search(self, unbiased) else {
+                continue;
+            };
+            if let Some(cost) = self.cost(&far).filter(|cost| *cost < least) {
+                (nearer, least) = (Some(far), cost);
+            }
+        }
+        Some(nearer)
     }
 
     /// The model with an effect, fitted from the strength at which it follows the log best beside the fitted base,
