@@ -350,6 +350,14 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
         "{text}"
     );
     assert!(!text.contains("declared_effects"), "{text}");
+    // Nor where more is missing.
+    let mut unexplained = report.clone();
+    let residual = unexplained.outcome.residual.as_mut().unwrap();
+    residual.position_rms = 10.0 * residual.floor;
+    let text = words(&unexplained);
+    assert!(text.contains("more than this is missing"), "{text}");
+    assert!(text.contains("for now use refitted.toml"), "{text}");
+    assert!(!text.contains("from now on"), "{text}");
     // Before the last word on it that file is not the last one either.
     report.free_motor = free_motor(&["resistance", "torque_constant"]);
     let text = words(&report);

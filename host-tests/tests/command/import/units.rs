@@ -222,6 +222,7 @@ fn a_log_is_checked_against_the_machine() {
         said.contains("Look again: `position` may be in deg"),
         "{said}"
     );
+    assert!(said.contains("log.csv was written"), "{said}");
     assert!(
         said.ends_with("Not compared with m.toml: first see to what is said above.\n"),
         "{said}"
@@ -294,6 +295,24 @@ fn a_log_is_checked_against_the_machine() {
             fs::remove_file(place.path(name)).unwrap();
         }
     }
+}
+
+/// The column that a sign comes from is listed beside the one with the size.
+#[test]
+fn a_direction_is_in_the_table() {
+    let raw = rows("t,x,pwm,dir", 300, |k| {
+        let angle = (0.02 * k as f64).sin();
+        format!("{},{angle},{},{}", 0.001 * k as f64, k % 60, k / 60 % 2)
+    });
+    let place = Place::with("raw.csv", raw);
+    let (log, said) = place.import("raw.csv --time t:s --position x:rad --input pwm:%*12@dir");
+    near(&log.input, |k| {
+        let sign = if k / 60 % 2 == 0 { -1.0 } else { 1.0 };
+        sign * (k % 60) as f64 * 0.12
+    });
+    let line = said.lines().find(|line| line.starts_with("input"));
+    assert!(line.unwrap().contains("its sign from dir"), "{said}");
+    assert!(!said.contains("Columns that were not asked for"), "{said}");
 }
 
 /// A name with its unit in brackets may be given without, where it means one column alone; and where a time
