@@ -8,7 +8,7 @@ use model_core::gap::current_sensor::{CurrentSensor, Reading};
 use model_core::gap::fit::variables;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::{Base, Model};
-use model_core::gap::replay::{self, Data, Fold, InOrder, Job, Schedule, Settings, Velocity};
+use model_core::gap::replay::{self, Data, Fold, InOrder, Job, Schedule, Settings, WindowStart};
 use model_core::gap::screen::screen;
 use model_core::plant::State;
 use model_core::plant::actuator::Actuator;
@@ -208,13 +208,13 @@ fn models(plant: &Parameters) -> Vec<(String, Model)> {
 /// Calls a test with windows of logs of each kind and of two kinds, as many as fill no lanes evenly.
 fn on_logs(plant: &Parameters, mut test: impl FnMut(&Data)) {
     let recordings = [1490, 700].map(|samples| Recording::of(plant, samples));
-    for (kinds, velocity) in [
-        ([0, 0], Velocity::Slope),
-        ([0, 0], Velocity::Simulated),
-        ([1, 1], Velocity::Slope),
-        ([2, 2], Velocity::Measured),
-        ([1, 0], Velocity::Simulated),
-        ([0, 1], Velocity::Slope),
+    for (kinds, window_start) in [
+        ([0, 0], WindowStart::Slope),
+        ([0, 0], WindowStart::Simulated),
+        ([1, 1], WindowStart::Slope),
+        ([2, 2], WindowStart::Measured),
+        ([1, 0], WindowStart::Simulated),
+        ([0, 1], WindowStart::Slope),
     ] {
         let logs = [0, 1].map(|recording: usize| recordings[recording].logs()[kinds[recording]]);
         let kind = kinds[0].max(kinds[1]);
@@ -223,7 +223,7 @@ fn on_logs(plant: &Parameters, mut test: impl FnMut(&Data)) {
         settings.half_width = 4;
         settings.position_weight = 300.0;
         settings.current_weight = if kind == 0 { 0.0 } else { 2.0 };
-        settings.velocity = velocity;
+        settings.window_start = window_start;
         settings.velocity_channel = kind == 2;
         test(&Data {
             logs: &logs,

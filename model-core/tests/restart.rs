@@ -4,7 +4,7 @@
 
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
-use model_core::gap::replay::{Row, Runner, Settings, Velocity};
+use model_core::gap::replay::{Row, Runner, Settings, WindowStart};
 use model_core::plant::parameters::{Drive, Parameters};
 
 const PERIOD: f32 = 1e-3;
@@ -144,9 +144,9 @@ fn a_velocity_that_the_model_comes_to_is_that_of_a_fast_motor() {
     let log = Log::new(PERIOD, Channel::Values(&input), Channel::Values(&positions));
     for late in [0, 1, 2] {
         let start = usize::from(step + late);
-        let [slope, simulated] = [Velocity::Slope, Velocity::Simulated].map(|velocity| {
+        let [slope, simulated] = [WindowStart::Slope, WindowStart::Simulated].map(|window_start| {
             let settings = Settings {
-                velocity,
+                window_start,
                 half_width: 4,
                 ..Settings::new(PERIOD, 0.0)
             };
@@ -191,9 +191,9 @@ fn a_fast_log_does_not_round_the_velocity() {
         Channel::Values(&input),
         Channel::Values(&positions),
     );
-    let rms = [Velocity::Slope, Velocity::Simulated].map(|velocity| {
+    let rms = [WindowStart::Slope, WindowStart::Simulated].map(|window_start| {
         let settings = Settings {
-            velocity,
+            window_start,
             half_width: 16,
             ..Settings::new(FAST as f32, COUNT as f32)
         };
@@ -247,7 +247,7 @@ fn the_noise_of_a_measured_current_is_forgotten_on_the_way_to_a_restart() {
     };
     for start in [90, 130, 170] {
         let settings = Settings {
-            velocity: Velocity::Simulated,
+            window_start: WindowStart::Simulated,
             half_width: RUN_IN,
             ..Settings::new(PERIOD, 0.0)
         };

@@ -196,7 +196,7 @@ pub(super) fn error_legend(errors: &Errors) -> [(&'static str, String); 7] {
         (
             "position and current",
             format!(
-                "replay in windows of {window}, each restarted from the measured state; NRMSE is \
+                "replay in windows of {window}, each restarted from what was measured there or shortly before; NRMSE is \
                  over the standard deviation of the measurement"
             ),
         ),

@@ -17,7 +17,7 @@ use host_tests::{measured, workspace};
 use model_core::effect::{Active, Id};
 use model_core::gap::log::{Channel, Log as CoreLog};
 use model_core::gap::model::{Base, Model};
-use model_core::gap::replay::{Data, Settings, Velocity};
+use model_core::gap::replay::{Data, Settings, WindowStart};
 use model_core::gap::verdict::Verdict;
 use rig::{Experiment, Noise, Trajectory};
 
@@ -92,7 +92,7 @@ fn torque_residuals(logs: &[Log; 2], model: &Model) -> [f64; 2] {
                 clear_travel: 0.0,
                 window: 200,
                 half_width: 8,
-                velocity: Velocity::Slope,
+                window_start: WindowStart::Slope,
                 velocity_channel: false,
                 resolution: 0.0,
                 position_weight: 1.0,

@@ -37,8 +37,7 @@ pub(super) fn free_sensor(
         return Some(None);
     }
     let fitted = workbench.fit(model)?.model;
-    let is_good = workbench.is_good_sensor(&fitted);
-    if is_good {
+    if workbench.is_good_sensor(&fitted) {
         workbench.readings.clear();
         return Some(None);
     }

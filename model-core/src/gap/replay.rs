@@ -1,7 +1,7 @@
 //! Replay in windows, in lockstep with perturbed copies, into least-squares sums.
 //!
-//! Every window restarts from the measured state, or from one that is simulated from shortly before it, so that an error does not grow beyond it and
-//! windows are independent: they may be worked on in any order and by several cores. Sums inside a
+//! Every window restarts from the measured state, or from one that is simulated from shortly before it, so that an error
+//! does not grow beyond it and windows are independent: they may be worked on in any order and by several cores. Sums inside a
 //! window are `f32`, sums over windows `f64` in the order of the log: the same bits on one core,
 //! on many and on the chip.
 
@@ -10,7 +10,7 @@ pub use contrast::Contrast;
 pub(super) use contrast::Contrasts;
 use core::slice;
 pub(super) use data::HALF_WIDTHS;
-pub use data::{Data, Fold, MARGIN, Settings, Velocity, WINDOW, Window, samples};
+pub use data::{Data, Fold, MARGIN, Settings, WINDOW, Window, WindowStart, samples};
 use places::Places;
 use restart::lead;
 pub use restart::turns;

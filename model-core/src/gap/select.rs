@@ -17,7 +17,7 @@ use super::held_out::{Total, compare};
 use super::judging::judge;
 use super::model::{Base, Model};
 use super::numbers::{free_numbers, free_sensor, hold_readings};
-use super::replay::{Data, Schedule, Velocity};
+use super::replay::{Data, Schedule, WindowStart};
 use super::round::{Round, consider, take_winner};
 use super::standing::{drop_replaced, look_beneath, stands, take_map, take_map_again};
 use super::unknown::Unknown;
@@ -180,8 +180,8 @@ fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option
 pub fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
     let mut best: Option<(Data, Fit, f64)> = None;
     let has_shaft = workbench.declared.has(Id::Compliance);
-    for velocity in workbench.velocities(has_shaft) {
-        let fit = fit_base_from(workbench, velocity)?;
+    for start in workbench.window_starts(has_shaft) {
+        let fit = fit_base_from(workbench, start)?;
         let data = workbench.data;
         let error = workbench.misfit(&data, &fit.model)?;
         let is_best = |(.., least): &(Data, Fit, f64)| error < *least || least.is_nan();
@@ -196,18 +196,18 @@ pub fn fit_base(workbench: &mut Workbench<impl Schedule>) -> Option<Fit> {
 
 /// The declared model, fitted with windows that get their starting state in this way. Which way is best shows only after a fit.
 #[inline(never)]
-fn fit_base_from(workbench: &mut Workbench<impl Schedule>, velocity: Velocity) -> Option<Fit> {
+fn fit_base_from(workbench: &mut Workbench<impl Schedule>, start: WindowStart) -> Option<Fit> {
     let declared = workbench.declared;
     let window = workbench.data.settings.window;
     // How replays restart comes before any fit, which would else bias the parameters by
     // wrong restarts. Then short windows: far from the truth, they are the smoother problem.
-    workbench.restart_with(declared, &[velocity])?;
+    workbench.restart_with(declared, &[start])?;
     let mut fitted = declared.clone();
     for window in [workbench.screen_window(), window, window] {
         workbench.weigh(&fitted, window)?;
         fitted = workbench.fit_windows(&fitted, window)?.model;
     }
-    workbench.restart_with(&fitted, &[velocity])?;
+    workbench.restart_with(&fitted, &[start])?;
     let near = workbench.approach(declared);
     let far = workbench.search_around(declared);
     let starts = [Some(&fitted), Some(declared), near.as_ref(), far.as_ref()];

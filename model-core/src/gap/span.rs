@@ -1,6 +1,6 @@
 //! From when to when an effect acts that comes and goes: the windows in a row that gain most by it.
 //!
-//! Every window restarts from the measured state, so that such an effect changes those windows alone in
+//! Every window restarts from what was measured, so that such an effect changes those windows alone in
 //! which it acts. One replay with it throughout and one without it give every window's gain, and the run
 //! of windows with the largest sum of gains is found while they come in, in order (J. Bentley,
 //! *Programming pearls: algorithm design techniques*, 1984, after J. B. Kadane).

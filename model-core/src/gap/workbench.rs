@@ -8,7 +8,7 @@ use super::fit::{self, Target, Variables};
 use super::held_out::windows_per_block;
 use super::log::Log;
 use super::model::{Base, Model, Numbers};
-use super::replay::{self, Contrasts, Data, HALF_WIDTHS, Schedule, Settings, Velocity, samples};
+use super::replay::{self, Contrasts, Data, HALF_WIDTHS, Schedule, Settings, WindowStart, samples};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
 use crate::effect::learned_map::Ranges;
@@ -230,20 +230,20 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// Restarts replays from the state that short ones of the model follow best: a quiet sensor
     /// wants little smoothing, a coarse one much. Then weighs the channels.
     pub fn restart(&mut self, model: &Model) -> Option<()> {
-        let velocities = self.velocities(model.has(Id::Compliance));
-        self.restart_with(model, &velocities)
+        let starts = self.window_starts(model.has(Id::Compliance));
+        self.restart_with(model, &starts)
     }
 
-    /// Where windows of these logs may have their velocity from. A model with a shaft starts from no simulation.
-    pub fn velocities(&self, has_shaft: bool) -> Vec<Velocity, 3> {
+    /// How windows of these logs may get their starting state. A model with a shaft starts from no simulation.
+    pub fn window_starts(&self, has_shaft: bool) -> Vec<WindowStart, 3> {
         let measured = self.data.logs.iter().all(|log| log.velocity.is_some());
         [
-            (Velocity::Slope, true),
-            (Velocity::Simulated, !has_shaft),
-            (Velocity::Measured, measured),
+            (WindowStart::Slope, true),
+            (WindowStart::Simulated, !has_shaft),
+            (WindowStart::Measured, measured),
         ]
         .into_iter()
-        .filter_map(|(velocity, may)| may.then_some(velocity))
+        .filter_map(|(start, may)| may.then_some(start))
         .collect()
     }
 
@@ -251,23 +251,23 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     /// has it on equal starts.
     pub fn restart_as_with(&mut self, model: &Model, effect: Id) -> Option<bool> {
         let has_shaft = effect == Id::Compliance;
-        let velocities = self.velocities(has_shaft);
-        let is_as_now = velocities.contains(&self.data.settings.velocity);
+        let starts = self.window_starts(has_shaft);
+        let is_as_now = starts.contains(&self.data.settings.window_start);
         if !is_as_now {
-            self.restart_with(model, &velocities)?;
+            self.restart_with(model, &starts)?;
         }
         Some(!is_as_now)
     }
 
     /// As [`restart`](Self::restart), choosing among these ways to start a window only.
-    pub fn restart_with(&mut self, model: &Model, velocities: &[Velocity]) -> Option<()> {
+    pub fn restart_with(&mut self, model: &Model, starts: &[WindowStart]) -> Option<()> {
         let window = self.screen_window();
         let mut best: Option<(Data<'a>, f64)> = None;
-        for &velocity in velocities {
+        for &window_start in starts {
             for half_width in HALF_WIDTHS {
                 let mut tried = self.data;
                 tried.settings.half_width = half_width;
-                tried.settings.velocity = velocity;
+                tried.settings.window_start = window_start;
                 let error = self.misfit(&tried.with_window(window), model)?;
                 if best.is_none_or(|(_, least)| error < least || least.is_nan()) {
                     best = Some((tried, error));

@@ -10,6 +10,7 @@ pub mod normal;
 pub mod random;
 pub mod sine;
 pub mod statistics;
+pub mod straight_line;
 pub mod student;
 pub mod sum;
 pub mod triangle;

@@ -183,7 +183,7 @@ impl Subject<'_> {
         let restarts_text = if restarts.is_empty() {
             ""
         } else {
-            " Uprights: the replay restarts from the measured state."
+            " Uprights: the replay restarts from what was measured there or shortly before."
         };
         for (_, row) in &mut panels {
             for panel in row {

@@ -12,7 +12,7 @@ pub(in crate::gap) const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 12, MARGIN];
 
 /// How a window that moves gets its starting state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Velocity {
+pub enum WindowStart {
     /// The slope of the position over the samples around it.
     Slope,
     /// The state that the model reaches when it is simulated from some time before, shifted in position and velocity to fit
@@ -28,11 +28,11 @@ pub enum Velocity {
 pub struct Settings {
     /// Samples in a window.
     pub window: usize,
-    /// Samples on either side of a restart that its state is smoothed over, 1 to [`MARGIN`]; with [`Velocity::Simulated`] also the
+    /// Samples on either side of a restart that its state is smoothed over, 1 to [`MARGIN`]; with [`WindowStart::Simulated`] also the
     /// length of that simulation, in samples or, if a sample is shorter, in milliseconds.
     pub half_width: usize,
     /// How a window that moves gets its starting state.
-    pub velocity: Velocity,
+    pub window_start: WindowStart,
     /// Whether the second channel is the velocity: where no log has a current and each has a velocity.
     pub velocity_channel: bool,
     /// Sensor resolution, rad or m; 0 if unknown.
@@ -71,7 +71,7 @@ impl Settings {
         Self {
             window: samples(WINDOW, period, 5),
             half_width: HALF_WIDTH,
-            velocity: Velocity::Slope,
+            window_start: WindowStart::Slope,
             velocity_channel: false,
             resolution,
             clear_travel: CLEAR_COUNTS * resolution,
@@ -82,7 +82,8 @@ impl Settings {
 
     /// The measured velocity, where replays restart from it.
     pub(super) fn own_velocity<'a>(&self, log: &Log<'a>) -> Option<Channel<'a>> {
-        log.velocity.filter(|_| self.velocity == Velocity::Measured)
+        log.velocity
+            .filter(|_| self.window_start == WindowStart::Measured)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The state that a window restarts from, and what is run in to it.
 
-use super::data::{Data, MARGIN, Settings, Velocity, WINDOW, Window, samples};
+use super::data::{Data, MARGIN, Settings, WINDOW, Window, WindowStart, samples};
 use crate::effect::compliance::Twist;
 use crate::effect::thermal_drift::ThermalDrift;
 use crate::gap::held::Acting;
@@ -379,7 +379,7 @@ pub(super) fn measured_state_less(
 ) -> State {
     let state = log.smoothed_state_less(start, settings.half_width, settings.resolution, part);
     match log.velocity {
-        Some(velocity) if settings.velocity == Velocity::Measured => {
+        Some(velocity) if settings.window_start == WindowStart::Measured => {
             State::new(state.position.value(), velocity.at(start))
         }
         _ => state,

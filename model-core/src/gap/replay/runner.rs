@@ -1,6 +1,6 @@
 //! One simulation on its way through a window.
 
-use super::data::{Settings, Velocity};
+use super::data::{Settings, WindowStart};
 use super::restart::{
     Approach, Restart, RunIn, Twists, current_at, deflection_at, measured_state,
     measured_state_less,
@@ -9,47 +9,11 @@ use crate::effect::compliance::Shaft;
 use crate::gap::held::{Acting, Held};
 use crate::gap::log::Log;
 use crate::gap::simulator::{Course, Given, Simulator};
+use crate::numeric::straight_line::StraightLine;
 use crate::plant::actuator::External;
 use crate::plant::modes::{Deviation, Modes};
 use crate::plant::{Compensated, Motion, State};
 use core::borrow::Borrow;
-
-/// Sums of a straight line's least squares.
-#[derive(Debug, Clone, Copy, Default)]
-struct Line {
-    count: f32,
-    abscissa: f32,
-    ordinate: f32,
-    square: f32,
-    product: f32,
-}
-
-impl Line {
-    #[inline]
-    fn add(&mut self, abscissa: f32, ordinate: f32) {
-        self.count += 1.0;
-        self.abscissa += abscissa;
-        self.ordinate += ordinate;
-        self.square += abscissa * abscissa;
-        self.product += abscissa * ordinate;
-    }
-
-    /// 0 if all abscissas are equal, except for rounding.
-    fn slope(&self) -> f32 {
-        let spread = self.count * self.square - self.abscissa * self.abscissa;
-        if spread > f32::EPSILON * self.count * self.square {
-            (self.count * self.product - self.abscissa * self.ordinate) / spread
-        } else {
-            0.0
-        }
-    }
-
-    /// Means of abscissa and ordinate.
-    fn means(&self) -> (f32, f32) {
-        let count = self.count.max(1.0);
-        (self.abscissa / count, self.ordinate / count)
-    }
-}
 
 /// What the log says of one step, for all simulations that take it.
 #[derive(Debug, Clone, Copy)]
@@ -147,7 +111,8 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         runner.course.memory.warmth = restart.warmth(simulator, log);
         runner.course.memory.deflection = restart.deflection(simulator, log);
         // What is wound starts from the slope.
-        let is_simulated = settings.velocity == Velocity::Simulated && simulator.shaft().is_none();
+        let is_simulated =
+            settings.window_start == WindowStart::Simulated && simulator.shaft().is_none();
         if is_simulated && restart.state.velocity.value() != 0.0 {
             let state = runner.come_to(restart, settings);
             runner.course = Course::with_history(state, &runner.course.memory);
@@ -174,7 +139,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         simulator.lean(&mut before.course, Motion::of(measured.velocity.value()));
         let mut last = 0.0;
         let mut deviation = Deviation::of_velocity(1.0);
-        let mut line = Line::default();
+        let mut line = StraightLine::default();
         for index in since..restart.start {
             last = before.advance(&Row::new(log, index)).0;
             simulator.carry(&mut deviation, before.course.state.motion);
