@@ -8,7 +8,7 @@ use model_core::gap::log::Log;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, InOrder};
 use model_core::gap::select::LEAST_WINDOWS;
-use model_core::gap::verdict::{ROUNDS, Trace, Verdict};
+use model_core::gap::verdict::{Accepted, ROUNDS, Trace, Verdict};
 use model_core::gap::workbench::Options;
 
 use super::machine::Machine;
@@ -102,23 +102,27 @@ fn finding(data: &Data, trace: &Trace) -> Result<Finding, Failed> {
         let simulator = model.build(period).map_err(|_| Failed::Machine)?;
         Ok(replay::total_error(&judged, &InOrder, &simulator).position_rms())
     };
-    let found = &trace.after.model.effects;
-    let effects = trace
-        .accepted
-        .iter()
-        .zip(found)
-        .map(|(accepted, effect)| Found {
-            effect: *effect,
-            reported: effect.report(&trace.after.model.plant),
-            score: accepted.candidate.score,
-            p_value: accepted.p_value,
-        });
+    let found = |accepted: &Accepted, effect: &Active, model: &Model| Found {
+        effect: *effect,
+        reported: effect.report(&model.plant),
+        score: accepted.candidate.score,
+        p_value: accepted.p_value,
+    };
+    let model = &trace.after.model;
+    let accepted = trace.accepted.iter().zip(&model.effects);
+    let unknown = trace.unknown.as_ref();
+    let mechanism = unknown.and_then(|unknown| unknown.mechanism.as_ref());
+    let named = mechanism.and_then(|mechanism| {
+        let nearest = &mechanism.nearest;
+        Some(found(&mechanism.accepted, nearest.effects.last()?, nearest))
+    });
+    let effects = accepted.map(|(accepted, effect)| found(accepted, effect, model));
+    let effects = effects.chain(named);
     Ok(Finding {
         verdict: trace.verdict(),
         effects: effects.collect(),
-        unknown: trace
-            .unknown
-            .as_ref()
+        unknown: unknown
+            .filter(|unknown| unknown.mechanism.is_none())
             .map(|unknown| unknown.kind.variable()),
         fitted: trace
             .base

@@ -3,15 +3,16 @@
 use std::f64::consts::TAU;
 
 use model_core::effect::Id;
-use model_core::effect::learned_map::Kind;
+use model_core::effect::learned_map::{Kind, LearnedMap};
 use model_core::gap::covariance::{Covariance, Information};
 use model_core::gap::criterion::LEAST_CERTAINTY;
 use model_core::gap::current_sensor::Reading;
 use model_core::gap::fit::{Variables, variables};
 use model_core::gap::held_out::Refusal;
+use model_core::gap::mechanism::Mechanism;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::Data;
-use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};
+use model_core::gap::verdict::{Accepted, Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
 
@@ -252,9 +253,11 @@ impl Spread {
     }
 }
 
+/// The effects that were found. `named`: how sure the formula is of that one of which a law was learned.
 pub(super) fn found(
     trace: &Trace,
     spread: &Spread,
+    named: Option<&Spread>,
     declared: &Model,
     rotary: bool,
 ) -> Vec<FoundEffect> {
@@ -263,74 +266,109 @@ pub(super) fn found(
         .iter()
         .filter(|number| !trace.base.contains(number));
     let believed: Vec<String> = believed.map(|number| number.name().to_owned()).collect();
-    trace
-        .accepted
-        .iter()
-        .enumerate()
-        .map(|(index, accepted)| {
-            let slot = declared.effects.len() + index;
-            let report = |model: &Model| model.effects[slot].report(&model.plant);
-            let values = report(&trace.after.model);
-            let description = accepted.candidate.effect.id.description();
-            let mut declare = format!("{{ id = \"{}\"", description.id);
-            let fitted = &trace.after.model.effects[slot];
-            let parameters = description.parameters.iter().enumerate();
-            for (index, parameter) in parameters.filter(|(index, _)| fitted.has(*index)) {
-                declare += &format!(", {} = {}", parameter.name, decimal(fitted.values[index]));
-            }
-            declare += " }";
-            let reported = fitted.reported();
-            let dimensions: Vec<Dimension> =
-                reported.iter().map(|(_, dimension)| *dimension).collect();
-            let stds = propagate(&trace.after.model, spread, &dimensions, report);
-            FoundEffect {
-                id: description.id.to_owned(),
-                parameters: reported
-                    .iter()
-                    .zip(values.iter().zip(stds))
-                    .map(|((name, dimension), (value, std))| Estimate {
-                        name: (*name).to_owned(),
-                        value: decimal(*value),
-                        std,
-                        unit: dimension.unit(rotary).to_owned(),
-                    })
-                    .collect(),
-                declare,
-                score: decimal(accepted.candidate.score),
-                identifiability: decimal(accepted.candidate.identifiability),
-                p_value: accepted.p_value,
-                equivalent: accepted
-                    .equivalent
-                    .iter()
-                    .map(|id| id.description().id.to_owned())
-                    .collect(),
-                presumes: if accepted.candidate.effect.id.needs_winding() {
-                    believed.clone()
-                } else {
-                    Vec::new()
-                },
-            }
-        })
-        .collect()
+    let presumed = |accepted: &Accepted| {
+        if accepted.candidate.effect.id.needs_winding() {
+            believed.clone()
+        } else {
+            Vec::new()
+        }
+    };
+    let first = declared.effects.len();
+    let fitted = trace.accepted.iter().enumerate().map(|(index, accepted)| {
+        let slot = first + index;
+        let effect = found_effect(accepted, (&trace.after.model, slot), spread, rotary);
+        FoundEffect {
+            presumes: presumed(accepted),
+            ..effect
+        }
+    });
+    let named = mechanism(trace).zip(named).map(|(mechanism, spread)| {
+        let accepted = &mechanism.accepted;
+        FoundEffect {
+            presumes: presumed(accepted),
+            law: trace.after.model.map.map(|map| learned(&map, rotary)),
+            ..found_effect(accepted, (&mechanism.nearest, first), spread, rotary)
+        }
+    });
+    fitted.chain(named).collect()
+}
+
+/// The effect of which a law was learned.
+pub(super) fn mechanism(trace: &Trace) -> Option<&Mechanism> {
+    trace.unknown.as_ref()?.mechanism.as_ref()
+}
+
+/// An effect that was found, in a slot of a fitted model.
+fn found_effect(
+    accepted: &Accepted,
+    (model, slot): (&Model, usize),
+    spread: &Spread,
+    rotary: bool,
+) -> FoundEffect {
+    let report = |model: &Model| model.effects[slot].report(&model.plant);
+    let values = report(model);
+    let description = accepted.candidate.effect.id.description();
+    let mut declare = format!("{{ id = \"{}\"", description.id);
+    let fitted = &model.effects[slot];
+    let parameters = description.parameters.iter().enumerate();
+    for (index, parameter) in parameters.filter(|(index, _)| fitted.has(*index)) {
+        declare += &format!(", {} = {}", parameter.name, decimal(fitted.values[index]));
+    }
+    declare += " }";
+    let reported = fitted.reported();
+    let dimensions: Vec<Dimension> = reported.iter().map(|(_, dimension)| *dimension).collect();
+    let stds = propagate(model, spread, &dimensions, report);
+    FoundEffect {
+        id: description.id.to_owned(),
+        parameters: reported
+            .iter()
+            .zip(values.iter().zip(stds))
+            .map(|((name, dimension), (value, std))| Estimate {
+                name: (*name).to_owned(),
+                value: decimal(*value),
+                std,
+                unit: dimension.unit(rotary).to_owned(),
+            })
+            .collect(),
+        declare,
+        score: decimal(accepted.candidate.score),
+        identifiability: decimal(accepted.candidate.identifiability),
+        p_value: accepted.p_value,
+        law: None,
+        equivalent: accepted
+            .equivalent
+            .iter()
+            .map(|id| id.description().id.to_owned())
+            .collect(),
+        presumes: Vec::new(),
+    }
 }
 
 /// Structure that the catalogue does not explain, with the map that was learned of it.
 pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
     let unknown = trace.unknown.as_ref()?;
-    let map = trace.after.model.map?;
-    let kind = unknown.kind;
-    let knots = 0..map.knots.len();
+    if unknown.mechanism.is_some() {
+        return None;
+    }
     Some(Unknown {
-        depends_on: kind.variable().to_owned(),
+        depends_on: unknown.kind.variable().to_owned(),
         score: decimal(unknown.score),
-        map: UnknownMap {
-            acts_as: kind.acts_as().to_owned(),
-            at: knots.map(|knot| decimal(map.place(knot))).collect(),
-            at_unit: kind.dimension().unit(rotary).to_owned(),
-            values: map.knots.iter().map(|&value| decimal(value)).collect(),
-            unit: Dimension::Torque.unit(rotary).to_owned(),
-        },
+        map: learned(&trace.after.model.map?, rotary),
     })
+}
+
+/// A learned map in the words of the answer.
+fn learned(map: &LearnedMap, rotary: bool) -> UnknownMap {
+    let kind = map.kind;
+    let knots = 0..map.knots.len();
+    UnknownMap {
+        over: kind.variable().to_owned(),
+        acts_as: kind.acts_as().to_owned(),
+        at: knots.map(|knot| decimal(map.place(knot))).collect(),
+        at_unit: kind.dimension().unit(rotary).to_owned(),
+        values: map.knots.iter().map(|&value| decimal(value)).collect(),
+        unit: Dimension::Torque.unit(rotary).to_owned(),
+    }
 }
 
 /// What a fit has made of numbers of the declared actuator: its model, and which.

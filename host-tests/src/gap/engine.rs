@@ -15,7 +15,7 @@ use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
-use super::answer::{Spread, candidate, current_sensor, fitted, found, unknown};
+use super::answer::{Spread, candidate, current_sensor, fitted, found, mechanism, unknown};
 use super::declared::{base_parameters, model, resolution, unsure};
 use super::demand::Demand;
 use super::disagreement;
@@ -312,6 +312,9 @@ pub fn trace(
         validate_errors = Some(errors);
     }
     let spread = Spread::new(&trace, &judged, &declared, &options).ok_or_else(left_range)?;
+    let moved = (&trace.base[..], &trace.readings[..]);
+    let named = mechanism(&trace)
+        .and_then(|it| Spread::of(&it.nearest, moved, &judged, &declared, &options));
     let train_evidence = evidence(&series, &judged, &declared, &trace)?;
     let demand = Demand::of(&judged, &trace.after.model).map_err(refused)?;
     let validate_evidence = if held_back.is_empty() {
@@ -330,7 +333,7 @@ pub fn trace(
             implausible: trace.farthest.map(Base::name),
             unconfirmed: trace.unconfirmed,
         }),
-        effects: found(&trace, &spread, &declared, rotary),
+        effects: found(&trace, &spread, named.as_ref(), &declared, rotary),
         unknown: unknown(&trace, rotary),
         fit: fitted(
             (&trace.after.model, &trace.base),

@@ -18,9 +18,11 @@ pub(super) use self::next::sentence as next_sentence;
 use super::answer::listed;
 use super::effect_words::{Workshop, sentence};
 use super::experiment::any_of;
-use super::outcome::{Candidate, Estimate, FittedParameter, FoundEffect, Outcome, Report};
+use super::outcome::{
+    Candidate, Estimate, FittedParameter, FoundEffect, Outcome, Report, UnknownMap,
+};
 use crate::data_sheet::WITHIN;
-use crate::quantity::{Scale, change, probability, significant};
+use crate::quantity::{Scale, capitalised, change, probability, significant};
 
 /// Most effects that the first sentence names; of more it says the number.
 const NAMED: usize = 3;
@@ -246,26 +248,19 @@ fn learned(report: &Report) -> Vec<(String, String)> {
             (parameter.name.clone(), sentence)
         })
         .collect();
+    for effect in &outcome.effects {
+        if let Some(law) = &effect.law {
+            let sentence = format!(
+                "The machine has another law of it than the formula: {}, learned from the logs.",
+                law_in_words(law)
+            );
+            found.push((format!("{} over {}", effect.id, law.over), sentence));
+        }
+    }
     if let Some(unknown) = &outcome.unknown {
-        let map = &unknown.map;
-        let range = |values: &[f64], unit: &str| {
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let scale = Scale::of(unit, [low, high]);
-            format!("{} to {}", scale.number(low), scale.quantity(high))
-        };
-        let acts_as = &map.acts_as;
-        let knots = map.at.iter().zip(&map.values);
-        let most = knots.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        let most = most.map_or(String::new(), |(&at, _)| {
-            format!(", most at {}", Scale::of(&map.at_unit, [at]).quantity(at))
-        });
         let sentence = format!(
-            "A {acts_as} of {} over a {} of {}{most}, learned from the logs, explains {} of what the fitted \
-             model leaves.",
-            range(&map.values, &map.unit),
-            unknown.laid_over(),
-            range(&map.at, &map.at_unit),
+            "{}, learned from the logs, explains {} of what the fitted model leaves.",
+            capitalised(&law_in_words(&unknown.map)),
             Scale::percent().quantity(unknown.score)
         );
         found.push((
@@ -274,6 +269,28 @@ fn learned(report: &Report) -> Vec<(String, String)> {
         ));
     }
     found
+}
+
+/// A learned law: how large it is, over what, and where it is largest.
+fn law_in_words(law: &UnknownMap) -> String {
+    let range = |values: &[f64], unit: &str| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let scale = Scale::of(unit, [low, high]);
+        format!("{} to {}", scale.number(low), scale.quantity(high))
+    };
+    let knots = law.at.iter().zip(&law.values);
+    let most = knots.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let most = most.map_or(String::new(), |(&at, _)| {
+        format!(", most at {}", Scale::of(&law.at_unit, [at]).quantity(at))
+    });
+    format!(
+        "a {} of {} over a {} of {}{most}",
+        law.acts_as,
+        range(&law.values, &law.unit),
+        law.laid_over(),
+        range(&law.at, &law.at_unit),
+    )
 }
 
 /// How the log's current errs, by those of its numbers that are surely not a good sensor's.

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use model_core::gap::verdict::Verdict;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 
+use super::answer::mechanism;
 use super::declared::{self, numbers};
 use super::effect_words::DEVIATIONS;
 use super::engine::Found;
@@ -62,9 +63,13 @@ pub(super) fn text(
     let mut document: DocumentMut = without_head(&source.replace("\r\n", "\n"))
         .parse()
         .map_err(|error: toml_edit::TomlError| failed(error.to_string()))?;
-    for (parameter, value) in numbers(machine, &found.model, &found.trace.base) {
+    // With a formula in place of the law that was learned, the numbers are those that were fitted beside the formula; the
+    // intervals are those of the others.
+    let named = mechanism(&found.trace);
+    let model = named.map_or(&found.model, |mechanism| &mechanism.nearest);
+    for (parameter, value) in numbers(machine, model, &found.trace.base) {
         let mut fit = outcome.fit.iter();
-        let fit = fit.find(|fit| fit.name == parameter.name);
+        let fit = fit.find(|fit| fit.name == parameter.name && named.is_none());
         set_number(&mut document, &parameter, value, fit);
         if fit.is_some_and(|fit| fit.std.is_some() && !fit.at_limit) {
             take_for_sure(&mut document, parameter.name);
@@ -120,9 +125,21 @@ fn head(machine: &Machine, train: &[PathBuf], outcome: &Outcome) -> String {
         ),
         format!("Training logs: {}.", logs.join(", ")),
         format!("Verdict: {verdict}."),
-        "Behind each fitted number stands what it was, and its 95 % interval.".to_owned(),
     ];
     let freed: Vec<&str> = outcome.freed().collect();
+    let mut effects = outcome.effects.iter();
+    let named = effects.find(|effect| effect.law.is_some());
+    let interval = named.map_or(", and its 95 % interval", |_| "");
+    paragraphs.push(format!(
+        "Behind each fitted number stands what it was{interval}."
+    ));
+    if let Some(effect) = named {
+        paragraphs.push(format!(
+            "The law of {} that was learned from the logs is not in this file, for no machine file can declare it. All \
+             numbers are those with the formula in its place.",
+            effect.id
+        ));
+    }
     if !freed.is_empty() {
         paragraphs.push(format!(
             "Fitted, though not in [fit]: {}.",
@@ -429,6 +446,7 @@ mod tests {
             score: 1.0,
             identifiability: 1.0,
             p_value: 1e-6,
+            law: None,
             equivalent: Vec::new(),
             presumes: Vec::new(),
         };

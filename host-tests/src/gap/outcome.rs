@@ -128,6 +128,10 @@ pub struct FoundEffect {
     /// than one percent of the error were to be gained. Of few blocks twice the lesser of that and of the
     /// paired t-test's.
     pub p_value: f64,
+    /// The machine's law of it, where it is another one than the catalogue's formula and was learned: the final model has it in
+    /// place of the formula, of which the parameters are those that come nearest. Left out of the JSON elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub law: Option<UnknownMap>,
     /// Effects that this log cannot tell from it.
     pub equivalent: Vec<String>,
     /// Numbers of the motor that its values presume, for they were not fitted: freed instead of it, they
@@ -213,19 +217,11 @@ pub struct Unknown {
     pub map: UnknownMap,
 }
 
-impl Unknown {
-    /// What the points of its map are values of, in words.
-    pub(super) fn laid_over(&self) -> &str {
-        match self.depends_on.as_str() {
-            "current" => "motor torque",
-            variable => variable,
-        }
-    }
-}
-
 /// A torque or a friction level that was learned over a variable: linear between its points, constant beyond them.
 #[derive(Debug, Clone, Serialize)]
 pub struct UnknownMap {
+    /// `position`, `velocity`, `current`, `load` or `time`.
+    pub over: String,
     /// `torque`, positive forwards, or `friction`, which opposes motion and holds at rest.
     pub acts_as: String,
     /// Values of the variable, SI: of a friction over velocity, current or load its magnitude, of a
@@ -237,6 +233,16 @@ pub struct UnknownMap {
     pub values: Vec<f64>,
     /// Unit of `values`.
     pub unit: String,
+}
+
+impl UnknownMap {
+    /// What its points are values of, in words.
+    pub(super) fn laid_over(&self) -> &str {
+        match self.over.as_str() {
+            "current" => "motor torque",
+            variable => variable,
+        }
+    }
 }
 
 /// Errors on the training log, and on the validation log where there is one.

@@ -16,7 +16,9 @@ use super::table::{
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
-use crate::quantity::{Scale, change, given, prefixed_estimate, probability, significant};
+use crate::quantity::{
+    Scale, capitalised, change, given, prefixed_estimate, probability, significant,
+};
 use model_core::gap::verdict::Verdict;
 
 /// The page, HTML. It holds its style and its drawings, and asks for no script, font or other file.
@@ -206,6 +208,14 @@ fn effects(report: &Report) -> io::Result<String> {
     for effect in &outcome.effects {
         text += &found(effect);
         text += &figure(&effect.id)?;
+        if let Some(law) = &effect.law {
+            let _ = writeln!(
+                text,
+                "<p>The machine has another law of it than this formula. It was learned over the {}:</p>",
+                escape(law.laid_over())
+            );
+            text += &figure(component::LEARNED)?;
+        }
     }
     if let Some(unknown) = &outcome.unknown {
         let _ = write!(
@@ -425,12 +435,4 @@ fn considered(candidate: &Candidate, best: f64) -> String {
         escape(&candidate.p_value.map_or("–".into(), probability)),
         escape(&candidate.reason),
     )
-}
-
-/// The text with its first letter in upper case, as the start of a sentence.
-fn capitalised(text: &str) -> String {
-    let mut characters = text.chars();
-    characters.next().map_or(String::new(), |first| {
-        first.to_uppercase().chain(characters).collect()
-    })
 }

@@ -6,7 +6,7 @@ use model_core::gap::verdict::Verdict;
 use super::headline;
 use super::outcome::{
     Candidate, ErrorSet, Errors, FittedParameter, FoundEffect, Outcome, Report, Resampled, Stages,
-    Unknown,
+    UnknownMap,
 };
 pub use super::terminal::WIDTH;
 use super::terminal::{Page, Style, printable};
@@ -317,6 +317,15 @@ fn effects(page: &mut Page, outcome: &Outcome) {
             let value = prefixed_estimate(parameter.value, parameter.std, &parameter.unit);
             page.line(&format!("  {:28} {value}", parameter.name), Style::Plain);
         }
+        if let Some(law) = &effect.law {
+            let words = format!(
+                "  the machine's law instead of this formula, a {} over {}:",
+                law.acts_as,
+                law.laid_over()
+            );
+            page.line(&words, Style::Plain);
+            learned(page, law);
+        }
         if !effect.equivalent.is_empty() {
             let others = effect.equivalent.join(", ");
             page.wrapped(
@@ -346,15 +355,14 @@ fn effects(page: &mut Page, outcome: &Outcome) {
             0,
             Style::Warning,
         );
-        learned(page, unknown);
+        learned(page, &unknown.map);
     }
 }
 
 /// What was learned, point by point.
-fn learned(page: &mut Page, unknown: &Unknown) {
-    let map = &unknown.map;
+fn learned(page: &mut Page, map: &UnknownMap) {
     for (name, unit, values) in [
-        (unknown.laid_over(), &map.at_unit, &map.at),
+        (map.laid_over(), &map.at_unit, &map.at),
         (map.acts_as.as_str(), &map.unit, &map.values),
     ] {
         let largest = values

@@ -25,6 +25,7 @@ fn effect(id: &str, values: &[(&str, f64, f64)]) -> FoundEffect {
         score: 0.5,
         identifiability: 0.5,
         p_value: 1e-6,
+        law: None,
         equivalent: vec![],
         presumes: vec![],
     }

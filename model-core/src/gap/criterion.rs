@@ -181,6 +181,10 @@ pub const POOR_EXPLANATION: f64 = 0.3;
 /// sensor's it is.
 pub const NOTHING_LEFT: f64 = 1e-3;
 
+/// Share of what a learned law takes off the held-out error that an effect has to take off, for the law to be another one of
+/// that effect: more is explained by the effect's own law then than by what the learned one is otherwise.
+pub const SAME_MECHANISM: f64 = 0.5;
+
 /// Share of the windows from which on what acts in them acts always: what tells it from an effect
 /// without edges is too little to be more than noise.
 pub const MOST_FILLED: f32 = 0.9;

@@ -10,6 +10,7 @@
 use super::current_sensor::Reading;
 use super::found::Found;
 use super::held_out::{Refusal, compare};
+use super::mechanism::name;
 use super::model::{Base, Model};
 use super::replay::{Data, Schedule};
 use super::select::{conclude, trace_over};
@@ -24,7 +25,8 @@ const LEAST_SAMPLES: usize = 5;
 /// candidate, round by round.
 ///
 /// What is found over the windows of `data` is said if it is found over windows half as long too, or if it predicts
-/// clearly better over these than what is found there instead. Where nothing is proven over the windows of `data`, though
+/// clearly better over these than what is found there instead. A learned law goes by the name of the effect that it is
+/// another law of, where there is one. Where nothing is proven over the windows of `data`, though
 /// the model does not follow the log, the same is asked of half and a quarter of them. An effect over a variable on
 /// the one hand, and on the other a law over it that no effect of the catalogue is, are an unknown effect
 /// that depends on that variable. A log of which the shorter window has fewer than five samples is traced over one length.
@@ -81,6 +83,7 @@ pub fn trace<S: Schedule>(
         }
     }
     said.simulated = samples / said.settings.window as u64;
+    name(&data, schedule, model, options, &mut said)?;
     Some(said)
 }
 

@@ -51,6 +51,7 @@ pub mod held_out;
 pub mod judging;
 pub mod lengths;
 pub mod log;
+pub mod mechanism;
 pub mod model;
 pub mod numbers;
 pub mod replay;

@@ -134,7 +134,7 @@ impl Candidate {
     }
 
     /// What its scores say: whether it is worth a refit.
-    fn first_look(&self, round: usize, resolution: f32) -> Consideration {
+    pub(super) fn first_look(&self, round: usize, resolution: f32) -> Consideration {
         let decision = if self.effect.id.biases_base() {
             Decision::NotShortlisted
         } else if self.identifiability < LEAST_IDENTIFIABILITY {

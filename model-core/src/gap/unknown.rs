@@ -2,6 +2,7 @@
 
 use super::criterion::{FAR_BEHIND, LEAST_SCORE, LEFT_BY_MAP, NEAR};
 use super::held_out::{HeldOut, compare};
+use super::mechanism::Mechanism;
 use super::model::Model;
 use super::replay::Schedule;
 use super::verdict::{Consideration, Decision, Subject};
@@ -18,6 +19,8 @@ pub struct Unknown {
     pub score: f32,
     /// The base model with that map, where a fit of it starts; once it has been taken, as it was fitted.
     pub start: Model,
+    /// The effect of the catalogue that it is another law of, where there is one.
+    pub mechanism: Option<Mechanism>,
 }
 
 impl Unknown {
@@ -113,6 +116,7 @@ pub fn learn(
                 kind: map.kind,
                 score: look.score,
                 start,
+                mechanism: None,
             };
             leading = Some(Leading { ratio, map });
         }

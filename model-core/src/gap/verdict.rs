@@ -119,7 +119,7 @@ pub enum Verdict {
     /// What is left is what the sensors and the restarts leave, and no fitted number had to go where a data
     /// sheet would not let it.
     NoMissingEffect,
-    /// At least one effect of the catalogue was accepted.
+    /// At least one effect of the catalogue was accepted, or a law of one was learned.
     EffectsFound,
     /// Something is proven that no effect of the catalogue explains.
     UnknownEffect,
@@ -177,7 +177,8 @@ pub struct Trace {
     pub base: Numbers,
     /// Numbers of the current's sensor that were fitted.
     pub readings: Readings,
-    /// Structure that none of the catalogue explains, where nothing was accepted.
+    /// A learned law that none of the catalogue follows, where nothing was accepted: structure that none explains, unless it is
+    /// another law of an effect.
     pub unknown: Option<Unknown>,
     /// Whether something was found over predictions of one length, and nothing of it over those of another.
     pub unconfirmed: bool,
@@ -224,7 +225,9 @@ impl Trace {
 
     /// What it concludes.
     pub fn verdict(&self) -> Verdict {
-        if !self.accepted.is_empty() {
+        let unknown = self.unknown.as_ref();
+        let is_named = unknown.is_some_and(|unknown| unknown.mechanism.is_some());
+        if !self.accepted.is_empty() || is_named {
             Verdict::EffectsFound
         } else if self.unknown.is_some() {
             Verdict::UnknownEffect
