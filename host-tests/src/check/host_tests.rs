@@ -136,26 +136,31 @@ impl Tests {
         }
     }
 
-    /// Runs the tests at length, as many at a time as there are cores, from any of them on, so that one that no time is
-    /// left for has its turn another time.
-    pub(super) fn at_length(&mut self, programs: &[Program], limit: Limit) -> Result<(), Failure> {
+    /// Runs the other cases and, if they are asked for, the tests at length behind them, as many at a time as there are
+    /// cores.
+    ///
+    /// # Errors
+    /// A program of tests that does not run.
+    pub(super) fn longer(
+        &mut self,
+        programs: &[Program],
+        at_length: bool,
+        limit: Limit,
+    ) -> Result<(), Failure> {
         let mut each = Vec::new();
-        for program in programs {
-            each.extend(program.at_length()?.into_iter().map(|test| (program, test)));
+        for reason in [OTHER_CASES, AT_LENGTH] {
+            if reason == OTHER_CASES || at_length {
+                each.extend(left_out(programs, reason)?);
+            }
         }
-        let first = SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .unwrap_or(Duration::ZERO)
-            .as_secs() as usize;
-        let first = first % each.len().max(1);
-        each.rotate_left(first);
-        let cores = thread::available_parallelism().map_or(1, usize::from);
         let (queue, done) = (Mutex::new(each.iter()), Mutex::new(Vec::new()));
+        let next = || lock(&queue).next();
+        let cores = thread::available_parallelism().map_or(1, usize::from);
         thread::scope(|scope| {
             for _ in 0..cores {
                 scope.spawn(|| {
                     while !limit.is_reached()
-                        && let Some((program, test)) = lock(&queue).next()
+                        && let Some((program, test)) = next()
                     {
                         let run = program.run(&["--ignored", "--exact", test]);
                         lock(&done).push((program, run));
@@ -163,16 +168,38 @@ impl Tests {
                 });
             }
         });
-        self.left.extend(
-            lock(&queue)
-                .by_ref()
-                .map(|(program, test)| format!("{}: {test}", program.name)),
-        );
+        let left = lock(&queue).clone();
+        self.left
+            .extend(left.map(|(program, test)| format!("{}: {test}", program.name)));
         for (program, run) in lock(&done).drain(..) {
             self.take(&program.name, run?)?;
         }
         Ok(())
     }
+}
+
+/// What the `#[ignore]` of a test begins with that has other cases of what a shorter test has some of.
+const OTHER_CASES: &str = "other cases";
+
+/// And that of one that takes longer still.
+const AT_LENGTH: &str = "at length";
+
+/// The tests that are left out for a reason, from any of them on: one that no time is left for has its turn another
+/// time.
+fn left_out<'a>(
+    programs: &'a [Program],
+    reason: &str,
+) -> Result<Vec<(&'a Program, String)>, Failure> {
+    let mut each = Vec::new();
+    for program in programs {
+        let tests = program.left_out(reason)?;
+        each.extend(tests.into_iter().map(|test| (program, test)));
+    }
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let seconds = now.unwrap_or(Duration::ZERO).as_secs() as usize;
+    let first = seconds % each.len().max(1);
+    each.rotate_left(first);
+    Ok(each)
 }
 
 /// What a mutex holds; a thread that panicked with it left it whole.
@@ -265,17 +292,38 @@ impl Program {
         listen(command)
     }
 
-    /// The names of its tests at length.
-    fn at_length(&self) -> Result<Vec<String>, Failure> {
+    /// The names of its tests that are left out for a reason.
+    fn left_out(&self, reason: &str) -> Result<Vec<String>, Failure> {
         let output = self
             .command()
-            .args(["--ignored", "--list", "--format", "terse"])
+            // The harness tells the reasons only where what is not stable is allowed.
+            .env("RUSTC_BOOTSTRAP", "1")
+            .args(["-Z", "unstable-options", "--ignored", "--list"])
+            .args(["--format", "json"])
             .output()
             .map_err(|error| Failure::system(self.executable.display(), &error))?;
         let lines = String::from_utf8_lossy(&output.stdout);
-        let names = lines.lines().filter_map(|line| line.strip_suffix(": test"));
-        Ok(names.map(str::to_owned).collect())
+        Ok(lines
+            .lines()
+            .filter_map(|line| ignored(line, reason))
+            .collect())
     }
+}
+
+/// A test as the harness lists it.
+#[derive(Deserialize)]
+struct Listed {
+    name: String,
+    ignore_message: String,
+}
+
+/// The test of a line of the list, if that is left out for a reason.
+fn ignored(line: &str, reason: &str) -> Option<String> {
+    let listed: Listed = serde_json::from_str(line).ok()?;
+    listed
+        .ignore_message
+        .starts_with(reason)
+        .then_some(listed.name)
 }
 
 /// A program of tests that has ended.
@@ -365,6 +413,24 @@ mod tests {
         let kept = pass_on(Some(&text[..]), &mut copy);
         assert_eq!(copy, text);
         assert_eq!(kept, ["test a ... ok <0.010s>", "SKIPPED a: b"]);
+    }
+
+    #[test]
+    fn tests_that_are_left_out_are_told_apart_by_their_reasons() {
+        let line = |name: &str, reason: &str| {
+            format!(
+                r#"{{ "type": "test", "event": "discovered", "name": "{name}", "ignore": false, "ignore_message": "{reason}" }}"#
+            )
+        };
+        let (one, other) = (
+            line("a", "other cases"),
+            line("b", "at length: it is built"),
+        );
+        assert_eq!(ignored(&one, OTHER_CASES).as_deref(), Some("a"));
+        assert_eq!(ignored(&one, AT_LENGTH), None);
+        assert_eq!(ignored(&other, AT_LENGTH).as_deref(), Some("b"));
+        let suite = r#"{ "type": "suite", "event": "discovery" }"#;
+        assert_eq!(ignored(suite, OTHER_CASES), None);
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub(super) struct Images {
     pub(super) left: Vec<String>,
 }
 
-/// Builds the images and what runs them, and runs them; with `--all`, a log of each kind of verdict too, which takes
+/// Builds the images and what runs them, and runs them; with `--cases` or `--all`, a log of each kind of verdict too, which takes
 /// longest.
 ///
 /// # Errors
@@ -42,7 +42,7 @@ pub(super) fn run(args: &Args, limit: Limit) -> Result<Images, Failure> {
     READERS.test(BOARD_LOG)?;
     let sizes = run_images(args, &prepared)?;
     let mut left = Vec::new();
-    if !args.all {
+    if !args.is_longer() {
         announce("a sound actuator's log traced on the emulated chip");
         check_verdicts(&prepared.first_verdict()?)?;
     } else if limit.is_reached() {

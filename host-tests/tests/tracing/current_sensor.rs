@@ -93,7 +93,7 @@ fn what_it_errs_by_is_said_and_is_no_effect_and_no_wrong_number() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn what_others_err_by_is_said_and_is_no_effect_and_no_wrong_number() {
     what_it_errs_by_is_said(&[(1.05, -0.03, 8), (0.94, 0.0, 0), (1.0, 0.0, 24)]);
 }
@@ -114,7 +114,7 @@ fn nothing_is_said_of_a_good_one() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn nothing_is_said_of_a_good_one_without_a_weight() {
     nothing_is_said_of_a_good_sensor(0.0);
 }
@@ -158,7 +158,7 @@ fn the_lag_of_a_winding_that_the_machine_file_neglects_is_said_to_be_that() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn other_lags_of_a_winding_that_the_machine_file_neglects_are_said_to_be_that() {
     the_lag_of_a_winding_is_said(&[1.5e-3, 5e-3]);
 }

@@ -58,7 +58,7 @@ fn a_late_drive_is_named_beside_a_motor_with_wrong_numbers() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn drives_of_other_delays_are_named_beside_a_motor_with_wrong_numbers() {
     a_late_drive_is_named(&[(6e-3, false), (12e-3, true), (20e-3, true)]);
 }

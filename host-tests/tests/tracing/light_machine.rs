@@ -82,7 +82,7 @@ fn a_law_that_is_as_strong_as_the_motor_is_learned() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn such_a_law_is_learned_with_the_true_friction_declared() {
     a_strong_law_is_learned(ROTOR.viscous, ROTOR.coulomb);
 }

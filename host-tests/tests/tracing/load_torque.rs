@@ -97,7 +97,7 @@ fn a_measured_load_is_no_effect_and_an_unmeasured_one_is() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn a_measured_load_of_a_slide_is_no_effect_and_an_unmeasured_one_is() {
     a_measured_load_is_no_effect(&RigMachine::force_slide(), 5302);
 }

@@ -75,7 +75,7 @@ fn a_loose_gear_is_not_called_complete() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn looser_gears_are_not_called_complete() {
     a_gap_is_not_called_complete(&[1.5, 3.0]);
 }

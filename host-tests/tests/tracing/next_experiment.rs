@@ -394,7 +394,7 @@ fn viscous_friction_by_direction_is_told_from_a_push_in_another_log() {
 
 /// While the motor drives, brushes and dead time take the same voltage.
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn brushes_are_told_from_dead_time() {
     let machine = with_stops(RigMachine::rotary_ema());
     let triangle = Experiment::tracking(machine.clone(), Trajectory::triangle(&machine));
@@ -428,7 +428,7 @@ fn what_a_single_pass_mixes(seeds: &[u64]) {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn what_a_single_pass_mixes_is_told_apart() {
     what_a_single_pass_mixes(&[6301]);
 }
@@ -480,7 +480,7 @@ fn no_friction_that_grows_with_load(machine: &RigMachine, seed: u64) {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn no_friction_that_grows_with_load_is_shown_where_there_is_none() {
     no_friction_that_grows_with_load(&with_stops(RigMachine::force_slide()), 6911);
 }

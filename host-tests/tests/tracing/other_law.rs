@@ -89,7 +89,7 @@ fn overtones_of_a_cogging_are_no_second_effect_and_are_found() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn weaker_overtones_of_a_cogging_are_no_second_effect_and_are_found() {
     overtones_are_found(&[[0.24, 0.09], [0.35, 0.12]]);
 }

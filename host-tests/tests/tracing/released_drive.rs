@@ -73,7 +73,7 @@ fn a_drive_that_lets_go_is_no_effect_where_the_log_says_when() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn without_a_current_too_a_drive_that_lets_go_is_no_effect_where_the_log_says_when() {
     a_drive_that_lets_go_is_no_effect(false);
 }

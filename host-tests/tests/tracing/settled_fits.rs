@@ -55,7 +55,7 @@ fn a_found_effect_is_fitted_as_well_as_from_the_truth() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn in_other_logs_a_found_effect_is_fitted_as_well_as_from_the_truth() {
     found_effects_are_fitted(LOGS, 8);
 }

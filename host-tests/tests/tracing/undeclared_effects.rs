@@ -104,7 +104,7 @@ macro_rules! on_each_machine {
             }
 
             #[test]
-            #[ignore = "at length"]
+            #[ignore = "other cases"]
             fn on_the_others() {
                 is_named(EffectKind::$kind, On::Others, $seed, $tolerance, $truth);
             }
@@ -368,7 +368,7 @@ fn presliding_on_one_machine() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn presliding_on_the_others() {
     presliding_is_named(On::Others);
 }
@@ -453,7 +453,7 @@ fn compliance_on_one_machine() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn compliance_on_the_others() {
     compliance_is_named(On::Others);
 }
@@ -554,7 +554,7 @@ fn levels_of_a_brake_tell_a_loss_from_a_wrong_friction() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn levels_of_a_brake_tell_a_loss_of_another_machine_from_a_wrong_friction() {
     levels_of_a_brake_tell(On::Others);
 }
@@ -594,7 +594,7 @@ fn nothing_is_found_where_nothing_is_missing() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn nothing_is_found_on_the_other_machines() {
     nothing_is_found_on_trajectories(On::Others);
 }
@@ -643,7 +643,7 @@ fn nothing_is_found_in_what_the_sensor_makes_of_small_motions() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn nothing_is_found_in_what_other_sensors_make_of_small_motions() {
     nothing_is_found_in_small_motions(On::Others);
 }
@@ -706,7 +706,7 @@ fn a_wrong_parameter_is_refitted_and_not_called_an_effect() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn a_wrong_parameter_of_other_machines_is_refitted() {
     a_wrong_parameter_is_refitted(On::Others);
 }
@@ -743,7 +743,7 @@ fn of_two_effects_both_are_named() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn of_two_effects_of_other_machines_both_are_named() {
     both_effects_are_named(On::Others);
 }
@@ -791,7 +791,7 @@ fn an_effect_outside_the_catalogue_is_called_unknown() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn an_effect_of_any_machine_outside_the_catalogue_is_called_unknown() {
     let parts = [On::One, On::Others].map(unknown_effects_are_called_so);
     let [shown, cases] = [parts[0].0 + parts[1].0, parts[0].1 + parts[1].1];
@@ -873,7 +873,7 @@ fn behind_a_soft_loop_what_is_one_model_is_said_to_be() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn behind_every_soft_loop_what_is_one_model_is_said_to_be() {
     let found: usize = [On::One, On::Others]
         .map(what_is_one_model_is_said_to_be)
@@ -909,7 +909,7 @@ fn behind_a_soft_loop_a_load_that_comes_and_goes_is_found() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn behind_other_soft_loops_a_load_that_comes_and_goes_is_found() {
     a_load_that_comes_and_goes_is_found(On::Others);
 }
@@ -952,7 +952,7 @@ fn a_hysteresis_is_found_with_its_torque_and_its_reach() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn a_hysteresis_of_another_machine_is_found_with_its_torque_and_its_reach() {
     a_hysteresis_is_found(On::Others);
 }

@@ -88,7 +88,7 @@ fn a_wrong_motor_is_refitted_where_it_may_be() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn a_wrong_motor_is_refitted_from_other_logs() {
     a_wrong_motor_is_refitted(72_801..72_804);
 }
@@ -141,7 +141,7 @@ fn a_wrong_motor_is_no_effect_though_it_is_not_to_be_fitted() {
 }
 
 #[test]
-#[ignore = "at length"]
+#[ignore = "other cases"]
 fn other_wrong_motors_are_no_effect_though_they_are_not_to_be_fitted() {
     a_wrong_motor_is_no_effect(true);
 }
