@@ -6,6 +6,7 @@ use std::io::{self, IsTerminal, Write};
 use std::panic::resume_unwind;
 use std::process::{Command, Stdio};
 use std::sync::LazyLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -86,9 +87,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Whether a step has failed.
+static FAILED: AtomicBool = AtomicBool::new(false);
+
 /// Says at once what failed, for a step beside it may go on for long.
 fn told<T>(outcome: Result<T, Failure>) -> Result<T, Failure> {
     if let Err(failure) = &outcome {
+        FAILED.store(true, Ordering::Relaxed);
         say(&format!("failed, beside what may go on: {failure}"));
     }
     outcome
@@ -104,8 +109,9 @@ impl Limit {
         Self(minutes.map(|minutes| *START + Duration::from_secs(60 * minutes)))
     }
 
+    /// Whether nothing more is to be begun: it is too late, or a step has failed.
     fn is_reached(self) -> bool {
-        self.0.is_some_and(|until| Instant::now() >= until)
+        FAILED.load(Ordering::Relaxed) || self.0.is_some_and(|until| Instant::now() >= until)
     }
 }
 
