@@ -381,7 +381,9 @@ fn viscous_friction_by_direction(seeds: &[u64]) {
     }
 }
 
+/// The search for it takes minutes, and is done on such a log by `the_command_leaves_it_as_a_file` too.
 #[test]
+#[ignore = "other cases"]
 fn viscous_friction_by_direction_is_told_from_a_push() {
     viscous_friction_by_direction(&[6101]);
 }
