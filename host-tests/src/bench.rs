@@ -145,6 +145,8 @@ struct Extent {
     long_runs: u32,
     /// Runs of the tracing.
     gap_runs: u32,
+    /// Logs that are traced besides, on each machine.
+    traced: usize,
     /// Actuators of the batch.
     actuators: usize,
 }
@@ -156,6 +158,7 @@ const FULL: Extent = Extent {
     short_runs: 30,
     long_runs: 3,
     gap_runs: 2,
+    traced: tracing::EFFECTS.len(),
     actuators: 4096,
 };
 
@@ -166,6 +169,7 @@ const QUICK: Extent = Extent {
     short_runs: 3,
     long_runs: 1,
     gap_runs: 1,
+    traced: 2,
     actuators: 256,
 };
 

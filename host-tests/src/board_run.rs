@@ -119,6 +119,25 @@ impl Prepared {
         })
     }
 
+    /// Builds the program that traces a log of each kind of verdict, runs it up to the second of these logs, and
+    /// compares the first with this host: a sound actuator, in which there is nothing to find.
+    ///
+    /// # Errors
+    /// As [`unattended::run_up_to`]; a board that reports an error.
+    pub fn first_verdict(&self) -> Result<VerdictsRun, Failure> {
+        let build = self.toolchain.build(VERDICTS)?;
+        Size::read(&build.elf)?.fitting()?;
+        let [first, second, ..] = verdicts::VERDICTS;
+        let is_second = |line: &Line| line.value("experiment", "name") == Some(second.name);
+        let log = unattended::run_up_to(&build.elf, is_second)?;
+        let comparisons = compare(&log, &[first]).map_err(Failure::Other)?;
+        Ok(VerdictsRun {
+            build,
+            log,
+            comparisons,
+        })
+    }
+
     /// Builds and runs the program that traces a log of each kind of verdict, and compares with this host. It is
     /// the longest run of all: let it run beside another.
     ///

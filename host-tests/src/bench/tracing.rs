@@ -14,7 +14,7 @@ use crate::gap_benchmark::cases::{self, Case, Group, Motion};
 use crate::workspace;
 
 /// What is recorded on each machine.
-const EFFECTS: [&[EffectKind]; 6] = [
+pub(super) const EFFECTS: [&[EffectKind]; 6] = [
     &[],
     &[EffectKind::Presliding],
     &[EffectKind::Stribeck],
@@ -51,12 +51,12 @@ pub(super) fn directory() -> PathBuf {
     workspace::results().join("bench-gap")
 }
 
-/// Traces every log once.
+/// Traces as many logs of each machine as are asked for, once.
 pub(super) fn measure(extent: Extent) -> Result<Vec<Tracing>, Failure> {
     let directory = directory();
     let mut tracings = Vec::new();
     for rig in cases::machines() {
-        for kinds in EFFECTS {
+        for kinds in EFFECTS.into_iter().take(extent.traced) {
             let nominal = |&kind| Effect::nominal(kind, &rig);
             let case = Case {
                 group: if kinds.is_empty() {

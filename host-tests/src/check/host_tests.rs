@@ -3,12 +3,13 @@
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::Deserialize;
 
-use super::cargo_command;
+use super::{Limit, cargo_command};
 use crate::failure::Failure;
 use crate::measured::SKIPPED;
 
@@ -24,8 +25,8 @@ pub(super) struct Tests {
     failed: Vec<String>,
     /// Tests that could not run: name and reason.
     skipped: Vec<String>,
-    /// Tests at length for which no time was left.
-    left: usize,
+    /// What no time was left for, of what is done at length.
+    pub(super) left: Vec<String>,
 }
 
 impl Tests {
@@ -42,9 +43,8 @@ impl Tests {
             self.skipped.len()
         )];
         lines.extend(self.skipped.iter().map(|test| format!("  not run: {test}")));
-        if self.left > 0 {
-            lines.push(format!("  no time was left for {} long tests", self.left));
-        }
+        let left = self.left.iter();
+        lines.extend(left.map(|what| format!("  no time was left for: {what}")));
         let mut timed: Vec<(f64, &str)> = self
             .passed
             .iter()
@@ -91,36 +91,38 @@ fn seconds(outcome: &str) -> Option<f64> {
     time.strip_suffix("s>")?.parse().ok()
 }
 
-/// Builds and runs the tests, all of them also where one fails; those at length too if they are asked for, and begun up
-/// to a time if there is one.
+/// Runs the tests, all of them also where one fails, but for those at length.
 ///
 /// # Errors
-/// The tests that failed.
-pub(super) fn run(at_length: bool, until: Option<Instant>) -> Result<Tests, Failure> {
-    let programs = build()?;
+/// A program of tests that does not run.
+pub(super) fn run(programs: &[Program]) -> Result<Tests, Failure> {
     let mut tests = Tests::default();
-    for program in &programs {
+    for program in programs {
         let run = program.run(&[])?;
         tests.take(&program.name, run)?;
     }
     let mut examples = cargo_command();
     examples.args(["test", "--release", "--doc", "--no-fail-fast"]);
     tests.take("documentation", listen(examples)?)?;
-    if at_length {
-        tests.at_length(&programs, until)?;
-    }
-    if tests.failed.is_empty() {
-        Ok(tests)
-    } else {
-        Err(Failure::Other(format!(
-            "{} host tests failed\n  {}",
-            tests.failed.len(),
-            tests.failed.join("\n  ")
-        )))
-    }
+    Ok(tests)
 }
 
 impl Tests {
+    /// All of them, if none failed.
+    ///
+    /// # Errors
+    /// Those that failed.
+    pub(super) fn sound(self) -> Result<Self, Failure> {
+        if self.failed.is_empty() {
+            return Ok(self);
+        }
+        Err(Failure::Other(format!(
+            "{} host tests failed\n  {}",
+            self.failed.len(),
+            self.failed.join("\n  ")
+        )))
+    }
+
     fn take(&mut self, program: &str, run: Run) -> Result<(), Failure> {
         let failed = self.failed.len();
         self.read(program, &run.output, &run.complaints);
@@ -134,34 +136,80 @@ impl Tests {
         }
     }
 
-    /// Runs the tests at length one after another, from any of them on, so that one that no time is left
-    /// for has its turn another time.
-    fn at_length(&mut self, programs: &[Program], until: Option<Instant>) -> Result<(), Failure> {
+    /// Runs the other cases and, if they are asked for, the tests at length behind them, as many at a time as there are
+    /// cores.
+    ///
+    /// # Errors
+    /// A program of tests that does not run.
+    pub(super) fn longer(
+        &mut self,
+        programs: &[Program],
+        at_length: bool,
+        limit: Limit,
+    ) -> Result<(), Failure> {
         let mut each = Vec::new();
-        for program in programs {
-            each.extend(program.at_length()?.into_iter().map(|test| (program, test)));
-        }
-        let first = SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .unwrap_or(Duration::ZERO)
-            .as_secs() as usize;
-        let first = first % each.len().max(1);
-        each.rotate_left(first);
-        for (done, (program, test)) in each.iter().enumerate() {
-            if until.is_some_and(|until| Instant::now() >= until) {
-                self.left = each.len() - done;
-                break;
+        for reason in [OTHER_CASES, AT_LENGTH] {
+            if reason == OTHER_CASES || at_length {
+                each.extend(left_out(programs, reason)?);
             }
-            let run = program.run(&["--ignored", "--exact", test])?;
-            self.take(&program.name, run)?;
+        }
+        let (queue, done) = (Mutex::new(each.iter()), Mutex::new(Vec::new()));
+        let next = || lock(&queue).next();
+        let cores = thread::available_parallelism().map_or(1, usize::from);
+        thread::scope(|scope| {
+            for _ in 0..cores {
+                scope.spawn(|| {
+                    while !limit.is_reached()
+                        && let Some((program, test)) = next()
+                    {
+                        let run = program.run(&["--ignored", "--exact", test]);
+                        lock(&done).push((program, run));
+                    }
+                });
+            }
+        });
+        let left = lock(&queue).clone();
+        self.left
+            .extend(left.map(|(program, test)| format!("{}: {test}", program.name)));
+        for (program, run) in lock(&done).drain(..) {
+            self.take(&program.name, run?)?;
         }
         Ok(())
     }
 }
 
+/// What the `#[ignore]` of a test begins with that has other cases of what a shorter test has some of.
+const OTHER_CASES: &str = "other cases";
+
+/// And that of one that takes longer still.
+const AT_LENGTH: &str = "at length";
+
+/// The tests that are left out for a reason, from any of them on: one that no time is left for has its turn another
+/// time.
+fn left_out<'a>(
+    programs: &'a [Program],
+    reason: &str,
+) -> Result<Vec<(&'a Program, String)>, Failure> {
+    let mut each = Vec::new();
+    for program in programs {
+        let tests = program.left_out(reason)?;
+        each.extend(tests.into_iter().map(|test| (program, test)));
+    }
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let seconds = now.unwrap_or(Duration::ZERO).as_secs() as usize;
+    let first = seconds % each.len().max(1);
+    each.rotate_left(first);
+    Ok(each)
+}
+
+/// What a mutex holds; a thread that panicked with it left it whole.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// A program of tests.
 #[derive(Debug)]
-struct Program {
+pub(super) struct Program {
     /// Its package and target.
     name: String,
     executable: PathBuf,
@@ -189,7 +237,10 @@ struct Profile {
 }
 
 /// Builds the programs of tests.
-fn build() -> Result<Vec<Program>, Failure> {
+///
+/// # Errors
+/// Tests that do not build, which cargo has told.
+pub(super) fn build() -> Result<Vec<Program>, Failure> {
     let arguments = [
         "test",
         "--release",
@@ -241,17 +292,38 @@ impl Program {
         listen(command)
     }
 
-    /// The names of its tests at length.
-    fn at_length(&self) -> Result<Vec<String>, Failure> {
+    /// The names of its tests that are left out for a reason.
+    fn left_out(&self, reason: &str) -> Result<Vec<String>, Failure> {
         let output = self
             .command()
-            .args(["--ignored", "--list", "--format", "terse"])
+            // The harness tells the reasons only where what is not stable is allowed.
+            .env("RUSTC_BOOTSTRAP", "1")
+            .args(["-Z", "unstable-options", "--ignored", "--list"])
+            .args(["--format", "json"])
             .output()
             .map_err(|error| Failure::system(self.executable.display(), &error))?;
         let lines = String::from_utf8_lossy(&output.stdout);
-        let names = lines.lines().filter_map(|line| line.strip_suffix(": test"));
-        Ok(names.map(str::to_owned).collect())
+        Ok(lines
+            .lines()
+            .filter_map(|line| ignored(line, reason))
+            .collect())
     }
+}
+
+/// A test as the harness lists it.
+#[derive(Deserialize)]
+struct Listed {
+    name: String,
+    ignore_message: String,
+}
+
+/// The test of a line of the list, if that is left out for a reason.
+fn ignored(line: &str, reason: &str) -> Option<String> {
+    let listed: Listed = serde_json::from_str(line).ok()?;
+    listed
+        .ignore_message
+        .starts_with(reason)
+        .then_some(listed.name)
 }
 
 /// A program of tests that has ended.
@@ -324,12 +396,13 @@ mod tests {
         let skipped = ["SKIPPED gap::emps: no ../shared/data/emps/train.csv".to_owned()];
         let mut tests = Tests::default();
         tests.read("tracing", &output, &skipped);
+        tests.left.push("tracing: gap::long".to_owned());
         assert_eq!(tests.passed(), 1);
         assert_eq!(tests.failed, ["tracing: gap::slow"]);
         assert_eq!(
             tests.summary(),
             "1 host tests passed, 1 could not run\n  not run: gap::emps: no ../shared/data/emps/train.csv\n  \
-             \x20 12.3 s tracing: gap::emps"
+             no time was left for: tracing: gap::long\n  \x20 12.3 s tracing: gap::emps"
         );
     }
 
@@ -340,6 +413,24 @@ mod tests {
         let kept = pass_on(Some(&text[..]), &mut copy);
         assert_eq!(copy, text);
         assert_eq!(kept, ["test a ... ok <0.010s>", "SKIPPED a: b"]);
+    }
+
+    #[test]
+    fn tests_that_are_left_out_are_told_apart_by_their_reasons() {
+        let line = |name: &str, reason: &str| {
+            format!(
+                r#"{{ "type": "test", "event": "discovered", "name": "{name}", "ignore": false, "ignore_message": "{reason}" }}"#
+            )
+        };
+        let (one, other) = (
+            line("a", "other cases"),
+            line("b", "at length: it is built"),
+        );
+        assert_eq!(ignored(&one, OTHER_CASES).as_deref(), Some("a"));
+        assert_eq!(ignored(&one, AT_LENGTH), None);
+        assert_eq!(ignored(&other, AT_LENGTH).as_deref(), Some("b"));
+        let suite = r#"{ "type": "suite", "event": "discovery" }"#;
+        assert_eq!(ignored(suite, OTHER_CASES), None);
     }
 
     #[test]

@@ -60,6 +60,38 @@ pub fn run_at(
     elf: &Path,
     tape: Option<&Path>,
 ) -> Result<Run, Failure> {
+    follow(cycles_per_instruction, elf, tape, sound)
+}
+
+/// Runs an image as [`run`] does, but ends it at the first line of its log for which `is_enough` holds: what comes
+/// behind that would take longer than what came before.
+///
+/// # Errors
+/// As [`run`], and an image that ends before there is such a line.
+pub fn run_up_to(elf: &Path, is_enough: impl Fn(&Line) -> bool) -> Result<BoardLog, Failure> {
+    let run = follow(1.0, elf, None, |line| {
+        is_enough(line)
+            .then_some(true)
+            .or_else(|| sound(line).map(|_| false))
+    })?;
+    if run.sound {
+        return Ok(run.log);
+    }
+    Err(refused("ended before it was told to", &run.log, ""))
+}
+
+/// Whether everything was in order, in the line in which an image says that it ends.
+fn sound(line: &Line) -> Option<bool> {
+    line.value("exit", "sound")?.parse().ok()
+}
+
+/// Runs an image up to the line of its log of which `ending` says something.
+fn follow(
+    cycles_per_instruction: f64,
+    elf: &Path,
+    tape: Option<&Path>,
+    ending: impl Fn(&Line) -> Option<bool>,
+) -> Result<Run, Failure> {
     let dictionary = Dictionary::read(elf)?;
     let emulation = build()?;
     let mut child = clean_command(&emulation)
@@ -72,7 +104,7 @@ pub fn run_at(
         .spawn()
         .map_err(|error| Failure::system(emulation.display(), &error))?;
     let complaints = collect(child.stderr.take());
-    let run = read(child.stdout.take(), &dictionary);
+    let run = read(child.stdout.take(), &dictionary, ending);
     end(&mut child);
     let complaints = complaints.join().unwrap_or_default();
     match run? {
@@ -89,11 +121,12 @@ pub fn run_at(
     }
 }
 
-/// Reads a log until it says that the image ends, and whether that was in order; none if the stream ended
+/// Reads a log up to the line of which `ending` says something, and what it says; none if the stream ended
 /// before.
 fn read(
     stream: Option<ChildStdout>,
     dictionary: &Dictionary,
+    ending: impl Fn(&Line) -> Option<bool>,
 ) -> Result<(BoardLog, Option<bool>), Failure> {
     let mut log = BoardLog::default();
     let Some(stream) = stream else {
@@ -101,8 +134,7 @@ fn read(
     };
     let mut decoding = dictionary.follow(stream)?;
     for frame in decoding.frames() {
-        let ending = |line: &Line| line.value("exit", "sound")?.parse().ok();
-        let sound = frame.as_ref().and_then(ending);
+        let sound = frame.as_ref().and_then(&ending);
         log.push(frame);
         if sound.is_some() {
             return Ok((log, sound));

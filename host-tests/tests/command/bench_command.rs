@@ -66,7 +66,8 @@ fn json_has_the_documented_keys() {
     assert_positive(gap, &["seconds", "simulations", "samples"]);
     assert_eq!(gap["found"], serde_json::json!(["asymmetric_viscous"]));
     let tracings = outcome["tracings"].as_array().unwrap();
-    assert_eq!(tracings.len(), 18, "six logs of three machines");
+    // Without `--quick` six, which takes a minute.
+    assert_eq!(tracings.len(), 6, "two logs of three machines");
     for tracing in tracings {
         assert_positive(
             tracing,

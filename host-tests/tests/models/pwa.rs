@@ -6,16 +6,12 @@ use std::ops::RangeInclusive;
 use host_tests::free_run::{self, Errors};
 use host_tests::log::Log;
 use host_tests::pwa::{self, Identified, Options, Reading, figure, identify};
-use host_tests::reproduce::throttle::stand::{self, Logs};
 use host_tests::reproduce::throttle::tables::LIMIT;
+
+use crate::throttle_logs;
 
 /// The paper's PWA model on validation data (its Table 1): NRMSE.
 const PAPER: f64 = 0.06;
-
-fn logs(seed: u64) -> Logs {
-    let directory = tempfile::tempdir().unwrap();
-    stand::record(directory.path(), seed).unwrap()
-}
 
 fn errors(found: &Identified, log: &Log) -> Errors {
     free_run::errors(&pwa::positions(&found.model, log).unwrap(), &log.position)
@@ -32,7 +28,7 @@ fn quick(clusters: RangeInclusive<usize>) -> Options {
 
 fn the_model_keeps_the_papers_limit(seeds: &[u64]) {
     for &seed in seeds {
-        let logs = logs(seed);
+        let logs = throttle_logs(seed);
         let found = identify(&[&logs.slow, &logs.fast], &Options::default()).unwrap();
         for log in [&logs.fast, &logs.validate] {
             let errors = errors(&found, log);
@@ -59,7 +55,7 @@ fn the_model_keeps_the_papers_limit_on_more_data() {
 /// The fewest clusters that do nearly as well as the best, on data that was held out.
 #[test]
 fn the_number_of_clusters_is_chosen_by_held_out_data() {
-    let logs = logs(62);
+    let logs = throttle_logs(62);
     let found = identify(&[&logs.slow, &logs.fast], &quick(2..=6)).unwrap();
     let numbers: Vec<usize> = found.candidates.iter().map(|c| c.clusters).collect();
     assert_eq!(numbers, [2, 3, 4, 5, 6]);
@@ -82,7 +78,7 @@ fn the_number_of_clusters_is_chosen_by_held_out_data() {
 /// documentation, on the logs of the reproduction.
 #[test]
 fn readings_rank_as_documented() {
-    let logs = logs(1);
+    let logs = throttle_logs(1);
     let mut errors_of = [[0.0; 2]; Reading::ALL.len()];
     for (reading, errors_of) in Reading::ALL.into_iter().zip(&mut errors_of) {
         for (move_borders, nrmse) in [false, true].into_iter().zip(errors_of) {
@@ -117,7 +113,7 @@ fn readings_rank_as_documented() {
 /// One seed is one model, on any number of threads.
 #[test]
 fn one_seed_is_one_model() {
-    let logs = logs(62);
+    let logs = throttle_logs(62);
     let on_threads = |threads: usize, seed: u64| {
         let options = Options {
             seed,
@@ -134,7 +130,7 @@ fn one_seed_is_one_model() {
 
 #[test]
 fn what_no_model_can_be_had_from_is_refused_with_a_remedy() {
-    let logs = logs(62);
+    let logs = throttle_logs(62);
     let short = Log {
         input: logs.fast.input[..500].to_vec(),
         position: logs.fast.position[..500].to_vec(),
@@ -170,7 +166,7 @@ fn what_no_model_can_be_had_from_is_refused_with_a_remedy() {
 
 #[test]
 fn the_drawing_has_a_colour_for_each_cell() {
-    let logs = logs(62);
+    let logs = throttle_logs(62);
     let found = identify(&[&logs.fast], &quick(4..=4)).unwrap();
     let svg = figure::draw(&found, &[&logs.fast]).unwrap();
     let page = roxmltree::Document::parse(&svg).unwrap();

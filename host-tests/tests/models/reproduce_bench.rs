@@ -471,6 +471,7 @@ fn is_traced<'a>(find: &impl Fn(&str) -> &'a serde_json::Value, name: &str, size
 }
 
 #[test]
+#[ignore = "other cases"]
 fn the_command_gives_table_report_and_json() {
     gives_table_report_and_json(&["--short"]);
 }

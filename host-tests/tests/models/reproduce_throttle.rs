@@ -4,14 +4,16 @@ use host_tests::reproduce::throttle::tables::{Column, Judged, LIMIT};
 use host_tests::reproduce::throttle::{judge_all, models, stand};
 use rayon::prelude::*;
 
+use crate::throttle_logs;
+
 /// NRMSE of the paper's physical model on validation data (its Table 1).
 const PAPER: f64 = 0.06;
 
 /// The models of a stand, judged; what the gap loop found is in the rig.
 fn stand(seed: u64) -> Vec<Judged> {
     let directory = tempfile::tempdir().unwrap();
-    let logs = stand::record(directory.path(), seed).unwrap();
-    let models = models(&logs, directory.path()).unwrap();
+    let logs = throttle_logs(seed);
+    let models = models(logs, directory.path()).unwrap();
     let there: Vec<&str> = stand::effects()
         .iter()
         .filter_map(|effect| effect.kind().id())
@@ -20,7 +22,7 @@ fn stand(seed: u64) -> Vec<Judged> {
     for found in &models.effects {
         assert!(there.contains(&found.as_str()), "{seed}: {found}");
     }
-    let judged = judge_all(&models, &logs).unwrap();
+    let judged = judge_all(&models, logs).unwrap();
     for model in &judged {
         println!("{seed} {:?} {:?}", model.column, model.identification);
         println!("{seed} {:?} {:?}", model.column, model.validation);
@@ -43,8 +45,9 @@ fn closed(judged: &[Judged]) -> f64 {
 }
 
 /// On the stand of the reproduction every model keeps the limit, and the closed gap halves the paper's
-/// error.
+/// error. Pieces of it are looked at on other logs in `pwa` and in `tests/tracing/identify.rs`.
 #[test]
+#[ignore = "other cases"]
 fn the_reproduction_keeps_the_limit_in_every_column() {
     let judged = stand(1);
     let columns: Vec<Column> = judged.iter().map(|model| model.column).collect();

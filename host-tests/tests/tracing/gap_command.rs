@@ -181,6 +181,37 @@ impl Bench {
     }
 }
 
+/// A call with logs, JSON and report, and what came of it; several tests look at the same one.
+struct Traced {
+    output: Output,
+    answer: Value,
+    figures: Vec<String>,
+}
+
+fn traced() -> &'static Traced {
+    static TRACED: OnceLock<Traced> = OnceLock::new();
+    TRACED.get_or_init(|| {
+        let bench = Bench::new();
+        let logs = ["--train", TRAIN, "--validate", VALIDATE];
+        let outputs = ["--machine", MACHINE, "--json", JSON, "--report", REPORT];
+        let output = bench.run(&[&outputs[..], &logs].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        Traced {
+            output,
+            answer: bench.json(),
+            figures: figures(&bench),
+        }
+    })
+}
+
+/// An answer without the seconds that it took.
+fn timeless(answer: &Value) -> Value {
+    let mut answer = answer.clone();
+    let seconds = answer["cost"]["seconds"].take();
+    assert!(seconds.as_f64().unwrap() > 0.0);
+    answer
+}
+
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).expect("UTF-8")
 }
@@ -739,19 +770,13 @@ fn no_output_replaces_what_is_read() {
 
 #[test]
 fn a_pipe_gets_the_answer_and_nothing_else() {
-    let bench = Bench::new();
-    let logs = ["--train", TRAIN, "--validate", VALIDATE];
-    let arguments = [&["--machine", MACHINE, "--report", REPORT][..], &logs].concat();
-    let output = bench.run(&arguments);
-    assert_eq!(output.status.code(), Some(0));
+    let Traced { output, .. } = traced();
     assert_eq!(text(&output.stderr), "");
     let table = text(&output.stdout);
     assert!(!table.contains('\x1b'), "{table:?}");
     let finding = table.split(':').nth(1).unwrap();
     assert!(finding.starts_with(" one effect was missing, "), "{table}");
     assert!(finding.contains("offset_torque"), "{table}");
-    assert!(bench.path(REPORT).is_dir());
-    assert!(!bench.path(JSON).exists());
 
     // Twelve lines, which say what pushes, on unseen data, and what to do; the numbers are one option away.
     assert!(table.lines().count() <= LINES, "{table}");
@@ -764,7 +789,9 @@ fn a_pipe_gets_the_answer_and_nothing_else() {
         assert!(table.contains(part), "no {part:?} in {table}");
     }
     assert!(!table.contains("Round 1 of the selection"), "{table}");
-    let verbose = bench.run(&[&["--machine", MACHINE, "--verbose"][..], &logs].concat());
+    let bench = Bench::new();
+    let verbose = bench.run(&["--machine", MACHINE, "--verbose", "--train", TRAIN]);
+    assert!(!bench.path(REPORT).exists() && !bench.path(JSON).exists());
     let numbers = text(&verbose.stdout);
     for part in [
         "\nErrors\n",
@@ -929,9 +956,8 @@ mod structure {
 
 #[test]
 fn the_json_has_its_structure_and_finds_the_push() {
-    let bench = Bench::new();
-    let answer = bench.answer(&["--train", TRAIN, "--validate", VALIDATE]);
-    structure::check(&answer, true, false);
+    let Traced { answer, .. } = traced();
+    structure::check(answer, true, false);
     assert_eq!(answer["machine"], "slide-95kg");
     assert_eq!(answer["verdict"], "effects_found");
     assert_eq!(answer["effects"].as_array().unwrap().len(), 1);
@@ -1004,62 +1030,53 @@ fn several_logs_are_one_training_set() {
     assert_ne!(first["fit"], answer["fit"]);
 }
 
+/// What stands in the figures of a report.
+fn figures(bench: &Bench) -> Vec<String> {
+    let page = fs::read_to_string(bench.path(REPORT).join("index.html")).unwrap();
+    let figures: Vec<String> = page
+        .split("<svg")
+        .skip(1)
+        .map(|figure| figure.split("</svg>").next().unwrap().to_owned())
+        .collect();
+    assert!(!figures.is_empty());
+    figures
+}
+
 /// Logs often start at the seconds since 1970, which single precision holds to two minutes.
 #[test]
 fn the_answer_does_not_depend_on_when_the_log_starts() {
-    let bench = Bench::new();
-    let run = || {
-        let mut answer = bench.answer(&["--train", TRAIN, "--report", REPORT]);
-        let seconds = answer["cost"]["seconds"].take();
-        let page = fs::read_to_string(bench.path(REPORT).join("index.html")).unwrap();
-        let figures: Vec<String> = page
-            .split("<svg")
-            .skip(1)
-            .map(|figure| figure.split("</svg>").next().unwrap().to_owned())
-            .collect();
-        assert!(seconds.is_number() && !figures.is_empty());
-        (answer, figures)
-    };
-    let early = run();
-    let mut lines = log().lines();
-    let mut late = lines.next().unwrap().to_owned();
-    for row in lines {
-        let (time, rest) = row.split_once(',').unwrap();
-        let time: f64 = time.parse().unwrap();
-        late += &format!("\n{:.6},{rest}", time + 1.7e9);
+    let late = Bench::new();
+    for name in [TRAIN, VALIDATE] {
+        let log = fs::read_to_string(late.path(name)).unwrap();
+        let mut lines = log.lines();
+        let mut shifted = lines.next().unwrap().to_owned();
+        for row in lines {
+            let (time, rest) = row.split_once(',').unwrap();
+            let time: f64 = time.parse().unwrap();
+            shifted += &format!("\n{:.6},{rest}", time + 1.7e9);
+        }
+        late.write(name, shifted);
     }
-    bench.write(TRAIN, late);
-    let late = run();
-    assert_eq!(early.0, late.0);
-    assert_eq!(early.1, late.1);
+    let logs = ["--train", TRAIN, "--validate", VALIDATE];
+    let answer = late.answer(&[&["--report", REPORT][..], &logs].concat());
+    let early = traced();
+    assert_eq!(timeless(&answer), timeless(&early.answer));
+    assert_eq!(figures(&late), early.figures);
 }
 
 #[test]
 fn the_answer_depends_on_neither_run_nor_cores() {
     let bench = Bench::new();
-    let run = |threads: Option<&str>| {
-        let mut command = bench.command(&[
-            "--machine",
-            MACHINE,
-            "--train",
-            TRAIN,
-            "--validate",
-            VALIDATE,
-            "--json",
-            JSON,
-        ]);
-        match threads {
-            Some(threads) => command.env("RAYON_NUM_THREADS", threads),
-            None => command.env_remove("RAYON_NUM_THREADS"),
-        };
+    let run = |threads: &str| {
+        let logs = ["--train", TRAIN, "--validate", VALIDATE];
+        let outputs = ["--machine", MACHINE, "--json", JSON, "--report", REPORT];
+        let mut command = bench.command(&[&outputs[..], &logs].concat());
+        command.env("RAYON_NUM_THREADS", threads);
         assert_eq!(command.output().unwrap().status.code(), Some(0));
-        let mut answer = bench.json();
-        let seconds = answer["cost"]["seconds"].take();
-        assert!(seconds.as_f64().unwrap() > 0.0);
-        answer
+        timeless(&bench.json())
     };
-    let answer = run(None);
-    assert_eq!(run(None), answer);
-    assert_eq!(run(Some("1")), answer);
-    assert_eq!(run(Some("2")), answer);
+    // That of another run, on as many cores as there are.
+    let answer = timeless(&traced().answer);
+    assert_eq!(run("1"), answer);
+    assert_eq!(run("2"), answer);
 }
