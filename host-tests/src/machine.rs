@@ -525,7 +525,25 @@ impl Source<'_> {
         if let Some(key) = key.trim().strip_prefix("in ") {
             message = format!("{key}: {message}");
         }
+        if let Some(remedy) = self.decimal_comma(start) {
+            message += &remedy;
+        }
         self.error(line_of(self.text.as_bytes(), start), message)
+    }
+
+    /// What to do about a number with a decimal comma, where the reader stumbled over one.
+    fn decimal_comma(&self, at: usize) -> Option<String> {
+        let line = self
+            .text
+            .lines()
+            .nth(line_of(self.text.as_bytes(), at) - 1)?;
+        let (_, value) = line.split('#').next()?.split_once('=')?;
+        let (whole, rest) = value.trim().split_once(',')?;
+        let part: String = rest.chars().take_while(char::is_ascii_digit).collect();
+        let digits = whole.trim_start_matches(['-', '+']);
+        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        (is_number(digits) && is_number(&part))
+            .then(|| format!("; numbers take a decimal point, as in {whole}.{part}"))
     }
 
     /// Checks what types cannot say.
@@ -709,6 +727,9 @@ impl Source<'_> {
         for (name, number) in numbers.into_inner() {
             let line = self.line(&number);
             let Some(parameter) = known().find(|parameter| parameter.name == name) else {
+                if let Some(other) = PARAMETERS.iter().find(|other| other.name == name) {
+                    return Err(self.error(line, self.misplaced(&name, section, other.section)));
+                }
                 let names = list(
                     known()
                         .filter(|parameter| parameter.unit(coordinate).is_some())
@@ -737,6 +758,21 @@ impl Source<'_> {
             }
         }
         Ok(Section(values))
+    }
+
+    /// What is wrong with a number that stands in another section than its own.
+    fn misplaced(&self, name: &str, section: &str, own: &str) -> String {
+        let header = format!("[{own}]");
+        let is_there = self
+            .text
+            .lines()
+            .any(|line| line.trim().starts_with(&header));
+        let missing = if is_there {
+            String::new()
+        } else {
+            format!(", and the line {header} is missing")
+        };
+        format!("`{name}` stands in [{section}]; it belongs into {header}{missing}")
     }
 
     /// What the comments behind the numbers of a section say of how far they may be off.

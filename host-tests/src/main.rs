@@ -1,9 +1,10 @@
 //! `cargo hil`: the command line. Each command is a module of the library.
 
+use std::env;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use host_tests::failure::Failure;
 use host_tests::{
     bench, check, data_sheet, decode, ecu, emulate, error, export, gap, hil, identify, import,
@@ -153,6 +154,14 @@ fn run(command_line: CommandLine) -> Result<(), Failure> {
     }
 }
 
+/// The command that stands first on the command line, if it is one.
+fn asked_for() -> Option<String> {
+    let word = env::args_os().nth(1)?;
+    let line = CommandLine::command();
+    let command = line.find_subcommand(word);
+    command.map(|command| command.get_name().to_owned())
+}
+
 /// Help goes to standard output; anything else is a usage error, in one line.
 fn usage(error: &clap::Error) -> ExitCode {
     if matches!(
@@ -176,10 +185,11 @@ fn usage(error: &clap::Error) -> ExitCode {
             line.push_str(part);
         }
     }
-    error::tell(format_args!(
-        "{}; see cargo hil help",
-        error::one_line(&line)
-    ));
+    let help = match asked_for() {
+        Some(command) => format!("cargo hil {command} --help"),
+        None => "cargo hil help".to_owned(),
+    };
+    error::tell(format_args!("{}; see {help}", error::one_line(&line)));
     ExitCode::from(2)
 }
 

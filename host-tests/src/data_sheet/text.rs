@@ -102,6 +102,11 @@ fn fit(file: &mut File, args: &Args, sheet: &Sheet, derived: &Derived) {
     if args.measured_current {
         free.extend(MOTOR);
     }
+    // A spring's words are a guess as friction's are; one of nothing is none.
+    let has = |measure: &Option<Measure>| measure.as_ref().is_some_and(|it| it.value > 0.0);
+    if has(&sheet.spring) {
+        free.push("spring");
+    }
     if sheet.spring_preload.is_some() {
         free.push("spring_preload");
     }

@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::engine::Answer;
 use super::experiment::{self, Plan};
@@ -34,11 +34,13 @@ pub struct Args {
     /// Write the result to this file as JSON
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
-    /// Write a report with plots to this directory
+    /// Write a report with plots to this directory; where the logs leave something in doubt, an input that would settle
+    /// it is looked for too, as by --experiment
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
-    /// Where the logs leave something in doubt, look for an input that would settle it, and write it, if there is
-    /// one, to this file, CSV with time_s,input; with --report, it goes into the report's directory too
+    /// Where the logs leave something in doubt, look for an input that would settle it, which may take minutes, and
+    /// write it, if there is one, to this file, CSV with time_s,input; with --report, it goes into the report's
+    /// directory too
     #[arg(long, value_name = "FILE")]
     pub experiment: Option<PathBuf>,
     /// Write the machine file with what was found to this file: your file with its comments, fitted numbers
@@ -91,7 +93,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ProgressBar::hidden()
     };
     progress.enable_steady_tick(Duration::from_millis(100));
-    progress.set_message("tracing the residual");
+    progress.set_style(spinner());
+    progress.set_message("fitting the numbers of [fit], then looking for effects");
     let result = engine::trace(
         &machine,
         &train,
@@ -134,6 +137,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     out.write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
+}
+
+/// What is shown while it works: how long it has, and at what it is.
+fn spinner() -> ProgressStyle {
+    ProgressStyle::with_template("{spinner} {elapsed} {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_spinner())
 }
 
 /// Where the results go, as far as they were asked for.
@@ -219,7 +228,7 @@ fn results(
     };
     let (machine, source) = declared;
     let mut next = if args.experiment.is_some() || args.report.is_some() {
-        progress.set_message("looking for the next experiment");
+        progress.set_message("looking for the next experiment, which may take minutes");
         experiment::next(machine, train, &found)?
     } else {
         experiment::doubt(machine, train, &found)?
@@ -236,6 +245,7 @@ fn results(
         next.file = experiment_file(args);
     }
     let mut report = found.report;
+    report.has_page = args.report.is_some();
     report.outcome.next_experiment = next;
     let written = refitted.as_ref().and(args.machine_out.as_ref());
     report.outcome.machine_out = written.map(|file| file.display().to_string());

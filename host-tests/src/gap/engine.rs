@@ -261,13 +261,20 @@ pub fn trace(
             taken.reason = entry.reason;
             return;
         }
-        if entry.accepted {
-            progress(&format!("round {}: {} accepted", entry.round, entry.id));
-        }
+        let decision = if entry.accepted {
+            "accepted"
+        } else {
+            "refused"
+        };
+        progress(&format!(
+            "looking for effects, round {}: {} {decision}",
+            entry.round, entry.id
+        ));
         candidates.push(entry);
     })
     .ok_or_else(left_range)?;
     let seconds = started.elapsed().as_secs_f64();
+    progress("judging what was found");
 
     let judged = Data {
         settings: trace.settings,
@@ -365,6 +372,8 @@ pub fn trace(
         demand,
         declared: machine.declared_effects.clone(),
         free_motor: free_motor(machine, train),
+        has_return_spring: has_return_spring(machine),
+        has_page: false,
         without_inductance: machine
             .motor
             .as_ref()
@@ -380,6 +389,16 @@ pub fn trace(
         trace,
         looks,
     })))
+}
+
+/// Whether a machine has what `cargo hil identify` asks for: a spring between two stops, and neither weight nor effects.
+fn has_return_spring(machine: &Machine) -> bool {
+    let mechanics = &machine.mechanics;
+    mechanics.spring > 0.0
+        && mechanics.lower_stop.is_some()
+        && mechanics.upper_stop.is_some()
+        && mechanics.gravity_torque == 0.0
+        && machine.declared_effects.is_empty()
 }
 
 /// Which of resistance and torque constant `[fit]` leaves out. None where it has both; nor where a log has no current,

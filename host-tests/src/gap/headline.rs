@@ -54,8 +54,22 @@ pub struct Headline {
 }
 
 impl Headline {
-    /// The sentences for a report.
+    /// The sentences for a terminal.
     pub fn of(report: &Report) -> Self {
+        let law = match report.has_page {
+            true => "in the report",
+            false => "with --report DIR",
+        };
+        Self::with(report, law)
+    }
+
+    /// The sentences for the page, which shows what a terminal only refers to.
+    pub fn on_page(report: &Report) -> Self {
+        Self::with(report, "below")
+    }
+
+    /// The sentences; `law` says where a learned law is drawn.
+    fn with(report: &Report, law: &str) -> Self {
         let outcome = &report.outcome;
         let workshop = Workshop::of(report);
         let mut finding = finding(outcome);
@@ -75,7 +89,7 @@ impl Headline {
             details,
             gain: gain(report),
             certainty: certainty(report),
-            next: next::steps(report),
+            next: next::steps(report, law),
         }
     }
 }

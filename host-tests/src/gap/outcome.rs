@@ -415,6 +415,26 @@ pub struct Evidence {
     pub components: Vec<Component>,
 }
 
+impl Evidence {
+    /// Samples that a replay predicts, by the length of its windows: not those that no window reaches, where the model's
+    /// position is the measured one. All, where no window is known.
+    pub(super) fn predicted(&self, window_s: f64) -> Vec<usize> {
+        let samples = self.position.len();
+        let period = match self.time[..] {
+            [first, second, ..] => f64::from(second - first),
+            _ => f64::NAN,
+        };
+        let window = window_s / period;
+        if self.window_starts.is_empty() || !window.is_finite() {
+            return (0..samples).collect();
+        }
+        let window = window.round() as usize;
+        let starts = self.window_starts.iter();
+        let ahead = starts.flat_map(|start| start + 1..=start + window);
+        ahead.filter(|sample| *sample < samples).collect()
+    }
+}
+
 /// Everything that the report shows.
 #[derive(Debug, Clone)]
 pub struct Report {
@@ -432,6 +452,11 @@ pub struct Report {
     pub free_motor: Option<FreeMotor>,
     /// Resistance of a motor for which the machine file has no inductance, Ω.
     pub without_inductance: Option<f64>,
+    /// Whether the machine has a return spring between two stops and nothing beside it: `cargo hil identify` makes its
+    /// machine file from logs.
+    pub has_return_spring: bool,
+    /// Whether the page is written too, which draws what the terminal refers to.
+    pub has_page: bool,
     /// Training logs.
     pub train: Vec<Evidence>,
     /// Validation logs.

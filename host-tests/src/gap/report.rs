@@ -11,14 +11,12 @@ use super::component;
 use super::headline::{Headline, next_sentence};
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
-    ErrorCells, FREED, SELECTION_LEGEND, cost, error_legend, error_rows, fitted, is_extended,
-    presumed, resampled_line, rounds, whiteness,
+    ErrorCells, FREED, SELECTION_LEGEND, cost, effect_parameter, error_legend, error_rows, fitted,
+    is_extended, presumed, resampled_line, rounds, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
-use crate::quantity::{
-    Scale, capitalised, change, given, prefixed_estimate, probability, significant,
-};
+use crate::quantity::{Scale, capitalised, change, given, probability, significant};
 use model_core::gap::verdict::Verdict;
 
 /// The page, HTML. It holds its style and its drawings, and asks for no script, font or other file.
@@ -65,7 +63,7 @@ pub fn page(report: &Report) -> io::Result<String> {
 
 fn header(report: &Report) -> String {
     let outcome = &report.outcome;
-    let headline = Headline::of(report);
+    let headline = Headline::on_page(report);
     let (data, stages) = match &outcome.errors.validate {
         Some(validate) => ("unseen data", validate),
         None => ("training data", &outcome.errors.train),
@@ -242,11 +240,7 @@ fn found(effect: &FoundEffect) -> String {
             text,
             "<tr><td>{}</td><td class=\"strong\">{}</td></tr>",
             escape(&parameter.name),
-            escape(&prefixed_estimate(
-                parameter.value,
-                parameter.std,
-                &parameter.unit
-            ))
+            escape(&effect_parameter(effect, parameter))
         );
     }
     let _ = write!(
@@ -336,8 +330,13 @@ fn all_logs<'a>(
     title: &str,
     logs: impl Iterator<Item = &'a Evidence> + Clone,
 ) -> String {
+    let window_s = report.outcome.errors.train.after.window_s;
     let error = |model: &[f32], log: &Evidence| {
-        rms(difference(model, &log.position).into_iter().map(f64::from))
+        let errors = difference(model, &log.position);
+        let predicted = log.predicted(window_s).into_iter();
+        rms(predicted
+            .filter_map(|at| errors.get(at).copied())
+            .map(f64::from))
     };
     let torque = |residual: &[f32]| rms(residual.iter().map(|&value| f64::from(value)));
     let position = Scale::of(

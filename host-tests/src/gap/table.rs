@@ -1,12 +1,13 @@
 //! The result as a terminal shows it: plain text, at most [`WIDTH`] columns. The answer for people comes first;
 //! the tables of errors, effects, fitted numbers and candidates where they are asked for.
 
+use model_core::effect::{Bounds, Id};
 use model_core::gap::verdict::Verdict;
 
 use super::headline;
 use super::outcome::{
-    Candidate, ErrorSet, Errors, FittedParameter, FoundEffect, Outcome, Report, Resampled, Stages,
-    UnknownMap,
+    Candidate, ErrorSet, Errors, Estimate, FittedParameter, FoundEffect, Outcome, Report,
+    Resampled, Stages, UnknownMap,
 };
 pub use super::terminal::WIDTH;
 use super::terminal::{Page, Style, printable};
@@ -244,6 +245,19 @@ pub(crate) fn resampled_line(log: &Resampled, coordinate: &str) -> String {
     )
 }
 
+/// A parameter of an effect with its deviation. One that cannot be negative and whose deviation is as large as it is has
+/// any value from nothing on for the log.
+pub(super) fn effect_parameter(effect: &FoundEffect, parameter: &Estimate) -> String {
+    let known = Id::from_id(&effect.id).map(|id| id.description().parameters);
+    let mut known = known.into_iter().flatten();
+    let is_size =
+        known.any(|known| known.name == parameter.name && matches!(known.bounds, Bounds::Positive));
+    if is_size && parameter.std >= parameter.value {
+        return "not determined by the log".to_owned();
+    }
+    prefixed_estimate(parameter.value, parameter.std, &parameter.unit)
+}
+
 /// What the run cost.
 pub(super) fn cost(outcome: &Outcome) -> String {
     let cost = &outcome.cost;
@@ -314,7 +328,7 @@ fn effects(page: &mut Page, outcome: &Outcome) {
             Style::Good,
         );
         for parameter in &effect.parameters {
-            let value = prefixed_estimate(parameter.value, parameter.std, &parameter.unit);
+            let value = effect_parameter(effect, parameter);
             page.line(&format!("  {:28} {value}", parameter.name), Style::Plain);
         }
         if let Some(law) = &effect.law {

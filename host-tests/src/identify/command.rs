@@ -7,7 +7,7 @@ use model_core::identify::characteristic::{Direction, Kind, Side};
 use serde_json::{Value, json};
 
 use super::table::{self, Validation};
-use super::{Identified, Series, Start, figure, identify, machine_file};
+use super::{Identified, Series, Start, figure, identify, machine_file, page, verdict};
 use crate::error::{InputError, warn};
 use crate::failure::Failure;
 use crate::free_run::Errors;
@@ -37,7 +37,8 @@ pub struct Args {
     /// Write the result to this file as JSON
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
-    /// Write the plot of the characteristic and a machine file of each model to this directory
+    /// Write a page with the answer and the plot of the characteristic (index.html), that plot alone, and a machine
+    /// file of each model to this directory
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
@@ -74,11 +75,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         outputs.stage(machine_out, text)?;
     }
     outputs.stage_json(json, &outcome(machine, &identified, validation.as_ref()))?;
+    let mut text = table::render(machine, &identified, validation.as_ref());
+    text += &verdict::text(args, machine, &identified, validation.as_ref());
     if let Some(files) = files {
-        report(&mut outputs, files, machine, &identified, &slow)?;
+        report(&mut outputs, files, (machine, &text), &identified, &slow)?;
     }
     outputs.commit()?;
-    let text = table::render(machine, &identified, validation.as_ref());
     io::stdout()
         .write_all(text.as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
@@ -94,8 +96,9 @@ fn validate(identified: &Identified, log: &Log) -> Result<Validation, InputError
         .map_err(|message| InputError::new(&log.path, None, message))
 }
 
-/// What a report's directory holds: the plot, and a machine file of each model.
-const REPORT: [&str; 4] = [
+/// What a report's directory holds: the page, the plot, and a machine file of each model.
+const REPORT: [&str; 5] = [
+    "index.html",
     "characteristic.svg",
     "reduced.toml",
     "full.toml",
@@ -104,8 +107,8 @@ const REPORT: [&str; 4] = [
 
 fn report(
     outputs: &mut Outputs,
-    [plot, files @ ..]: [Output; REPORT.len()],
-    machine: &Machine,
+    [index, plot, files @ ..]: [Output; REPORT.len()],
+    (machine, text): (&Machine, &str),
     identified: &Identified,
     slow: &Log,
 ) -> Result<(), Failure> {
@@ -118,6 +121,7 @@ fn report(
     let svg = figure::draw(&slow, &identified.characteristic, units)
         .map_err(|error| Failure::system("the plot", &error))?;
     outputs.stage(plot, format!("<!-- {MARK} -->\n{svg}"))?;
+    outputs.stage(index, page::html(machine, text, svg))?;
     let mut models = table::models(identified).into_iter();
     for file in files {
         match models.next() {

@@ -17,8 +17,10 @@ pub(crate) mod figure;
 mod gain;
 pub(crate) mod machine_file;
 mod numbers;
+mod page;
 mod polish;
 mod table;
+mod verdict;
 
 use model_core::identify::characteristic::{Characteristic, Refusal, Task};
 use model_core::plant::parameters::{Drive, Parameters};
@@ -34,10 +36,10 @@ pub use numbers::{Number, Numbers};
 /// Time over which speeds are averaged, s.
 const SMOOTHING_S: f32 = 0.04;
 
-/// Rounds of ratios and b₀: the ratios want the inertia's part of the input, see
 /// Half width of a 95 % interval, as a share of the number, from which on the user is told.
 const UNCERTAIN: f64 = 0.3;
 
+/// Rounds of ratios and b₀: the ratios want the inertia's part of the input, see
 /// [`Task::acceleration_gain`].
 const ROUNDS: usize = 4;
 

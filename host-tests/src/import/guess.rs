@@ -3,7 +3,7 @@
 use super::raw::Raw;
 use super::recipe::Recipe;
 use super::unit::{Unit, unit_of_time};
-use crate::log::{COLUMNS, REQUIRED, TIME};
+use crate::log::{COLUMNS, COMMAND, REQUIRED, TIME};
 
 /// Names that loggers and papers give the columns of a log, without case, unit and punctuation. Of the times of an MCAP
 /// the message's own comes first, which is that of the measurement; then that of the recorder, which is of one clock
@@ -129,6 +129,11 @@ fn base(name: &str) -> String {
     letters.flat_map(char::to_lowercase).collect()
 }
 
+/// Whether a column is the position asked for by its name.
+pub(super) fn is_command(name: &str) -> bool {
+    NAMES[COMMAND].contains(&base(name).as_str())
+}
+
 /// What a name in a path ends with, without the number of an element: `current` of `/motor.current.0`.
 fn end_of_path(name: &str) -> &str {
     let is_number = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
@@ -190,6 +195,9 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
             continue;
         };
         let unit = raw.own_unit(column, COLUMNS[index].0);
+        // That the file says it is in SI units is worth seeing too; a time in seconds is the rule.
+        let stated = || raw.stated_unit(column, COLUMNS[index].0);
+        let unit = unit.or_else(|| stated().filter(|_| index != TIME));
         // Seconds that the name says are believed; without any the steps tell.
         let told = index != TIME || raw.units[column].is_some();
         let steps = || unit_of_time(&raw.columns[column].values);

@@ -153,11 +153,16 @@ impl Raw {
     /// The unit that the file itself gives a column, as it is spelled there, if a column of the log may be
     /// in it and it changes the values: an SI unit does not. A share and a count do by a size that it does not say.
     pub fn own_unit(&self, column: usize, log_column: &str) -> Option<&str> {
+        let own = self.stated_unit(column, log_column)?;
+        let unit = Unit::find(own)?;
+        (unit.factor != 1.0 || unit.needs_size()).then_some(own)
+    }
+
+    /// The same of any unit that a column of the log may be in, an SI unit too.
+    pub fn stated_unit(&self, column: usize, log_column: &str) -> Option<&str> {
         let own = self.units[column].as_deref()?;
         let unit = Unit::find(own)?;
-        let changes =
-            kinds(log_column).contains(&unit.kind) && (unit.factor != 1.0 || unit.needs_size());
-        changes.then_some(own)
+        kinds(log_column).contains(&unit.kind).then_some(own)
     }
 
     #[cfg(test)]

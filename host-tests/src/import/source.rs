@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use super::raw::Raw;
-use super::text::bracketed;
+use super::text::without_unit;
 use super::unit::{Kind, Unit, kinds};
 use crate::log::{COLUMNS, CURRENT, INPUT, TIME, VELOCITY, quoted};
 
@@ -211,6 +211,14 @@ impl Source {
         self.steps.is_empty() && self.direction.is_none()
     }
 
+    /// Whether the values are multiplied by anything but their unit.
+    pub fn is_scaled(&self) -> bool {
+        let mut steps = self.steps.iter().enumerate();
+        // A reversed sign is no size.
+        let scales = |step: &Step| matches!(step, Step::Times(factor) if factor.abs() != 1.0);
+        steps.any(|(place, step)| Some(place) != self.unit_at && scales(step))
+    }
+
     /// Length of a turn in the file's numbers, where these are an angle; without a unit they are taken
     /// for what becomes rad.
     pub fn turn(&self) -> Option<f64> {
@@ -280,11 +288,9 @@ fn find<'t>(text: &'t str, raw: &Raw) -> Option<(usize, &'t str)> {
         let rest = &text[digits..];
         (number >= 1 && number <= raw.names.len() && ends(rest)).then(|| (number - 1, rest))
     };
-    // `angle` is `angle [deg]` too, where there is one such column.
+    // `angle` is `angle [deg]` and `angle deg` too, where there is one such column.
     let bare = || {
-        let bare = whole
-            .iter()
-            .map(|name| bracketed(name).map_or("", |(name, _)| name));
+        let bare = whole.iter().map(|name| without_unit(name).unwrap_or(""));
         let bare: Vec<&str> = bare.collect();
         let mut counts: HashMap<&str, usize> = HashMap::new();
         for name in &bare {

@@ -106,12 +106,53 @@ pub(super) fn render(
     text
 }
 
+/// How many times its motor's speed without a load a machine may move at: a load that falls drives it faster, and the
+/// torque constant is known to some tenths.
+const FASTER: f64 = 5.0;
+
+/// Share of a log's speeds that may be beyond that: a sample that jumps is no speed.
+const JUMPS: f64 = 0.01;
+
+/// Time over which a speed is taken, s: over a shorter one noise of the sensor moves.
+const OVER_S: f64 = 0.01;
+
+/// A position that moves faster than the motor can turn it, if it does.
+fn too_fast(machine: &Machine, log: &Log) -> Option<String> {
+    let constant = machine.motor.as_ref()?.torque_constant;
+    let volts = |input: &f64| (input * machine.gain).abs();
+    let most_volts = log.input.iter().map(volts).fold(0.0, f64::max);
+    let motor = most_volts / constant;
+    let rows = (OVER_S / log.period_s).ceil().max(1.0);
+    let ahead = log.position.iter().skip(rows as usize);
+    let elapsed = rows * log.period_s;
+    let speeds = log.position.iter().zip(ahead);
+    let mut speeds: Vec<f64> = speeds.map(|(a, b)| (b - a).abs() / elapsed).collect();
+    speeds.sort_by(f64::total_cmp);
+    let fastest = *speeds.get((speeds.len() as f64 * (1.0 - JUMPS)) as usize)?;
+    let unit = machine.coordinate.unit();
+    (motor > 0.0 && fastest > FASTER * motor).then(|| {
+        format!(
+            "`position` moves at {} {unit}/s, and with the {} V that the log has at most the motor of {} does {} \
+             {unit}/s: is it the right column, in the right unit, and is `input` what drives the motor? {} was written \
+             as it is; remove it before you import again.",
+            significant(fastest, 2),
+            significant(most_volts, 3),
+            machine.path.display(),
+            significant(motor, 2),
+            log.path.display()
+        )
+    })
+}
+
 /// What the log says of a machine file.
 pub(super) fn compared(machine: &Machine, log: &Log) -> String {
     let (file, path) = (machine.path.display(), log.path.display());
     let found = disagreement::look(machine, slice::from_ref(log));
     if found.is_empty() {
-        return format!("Nothing in the log contradicts {file}.\n");
+        return match too_fast(machine, log) {
+            Some(sentence) => format!("Look again: {sentence}\n"),
+            None => format!("Nothing in the log contradicts {file}.\n"),
+        };
     }
     let lines: Vec<String> = found.iter().flat_map(Disagreement::lines).collect();
     format!(

@@ -1,8 +1,11 @@
-//! Units that a column looks like, where none was given for it.
+//! Units that a column looks like, where none was given for it; and units and names that contradict what it is
+//! taken for.
 
+use super::guess::is_command;
 use super::raw::Raw;
 use super::source::Source;
-use super::unit::{Kind, Unit, unit_of_time};
+use super::text::suffixed;
+use super::unit::{Kind, Unit, kinds, unit_of_time};
 use crate::gap::disagreement::channels::wrap_of;
 use crate::gap::disagreement::units::full_scale;
 use crate::log::{COLUMNS, CURRENT, Columns, INPUT, POSITION, TIME, VELOCITY};
@@ -33,6 +36,10 @@ pub(super) fn suspicions(
                 "`position` jumps by its whole range: if it starts again there, add --unwrap"
                     .into(),
             );
+        }
+        if let Some(doubt) = contradiction(raw, *index, source) {
+            said.push(doubt);
+            continue;
         }
         let is_stamp = raw.columns[source.column].first_stamp.is_some();
         let is_own = *index == INPUT && has_own_input;
@@ -68,6 +75,44 @@ pub(super) fn suspicions(
         ));
     }
     said
+}
+
+/// What the file says of a column that is not what it is taken for: another unit, or another name.
+fn contradiction(raw: &Raw, index: usize, source: &Source) -> Option<String> {
+    let column = COLUMNS[index].0;
+    let name = raw.name(source.column);
+    if index == POSITION && is_command(&name) {
+        return Some(format!(
+            "`position` is to be {name}, which by its name is the position asked for: is it the column of the \
+             measured one"
+        ));
+    }
+    let own = raw.units[source.column].as_deref()?;
+    let stated = Unit::find(own)?;
+    let allowed = kinds(column);
+    // What stands behind a name may be a part of it, as in theta_m and u_in.
+    let is_suffix = suffixed(&name).is_some_and(|(_, unit)| unit == own);
+    match &source.unit {
+        Some((given, unit)) if unit.kind == stated.kind => {
+            let flag = super::recipe::FLAGS[index];
+            (unit.factor != stated.factor).then(|| {
+                format!(
+                    "`{column}` was given in {given}, and the file says that {name} is in {own}: then {flag} \
+                     \"{name}:{own}{}",
+                    size(own)
+                )
+            })
+        }
+        // Who multiplies has a unit of their own, and counts are of any size.
+        _ if is_suffix || source.is_scaled() || stated.kind == Kind::Counts => None,
+        Some((given, _)) => Some(format!(
+            "`{column}` was given in {given}, and the file says that {name} is in {own}: is it the right column"
+        )),
+        None if allowed.is_empty() || allowed.contains(&stated.kind) => None,
+        None => Some(format!(
+            "`{column}` is to be {name}, which the file says is in {own}: is it the right column"
+        )),
+    }
 }
 
 /// What a unit needs beside its name, by example.

@@ -20,6 +20,10 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         let message = "is neither text nor a MATLAB file of version 5; export it as CSV";
         InputError::new(path, None, message)
     })?;
+    if text.trim().is_empty() {
+        let message = "is empty; expected a row a sample";
+        return Err(InputError::new(path, None, message));
+    }
     let lines = lines(&text);
     let Some(layout) = Layout::find(&lines, reading) else {
         let message = "has no two columns of numbers; expected a row a sample, \
@@ -247,13 +251,30 @@ pub(super) fn are_units(fields: &[Cow<'_, str>]) -> bool {
 /// The unit that a name ends with: `time [ms]`, `angle (deg)`, `t_ms`, `current/mA`.
 fn unit_in(name: &str) -> Option<String> {
     let bracketed = bracketed(name).map(|(_, unit)| unit);
-    let suffixed = || name.trim_end().rsplit_once(['_', '/', ' ']);
-    let unit = bracketed.or_else(|| suffixed().map(|(_, unit)| unit))?;
+    let unit = bracketed.or_else(|| suffixed(name).map(|(_, unit)| unit))?;
     Unit::find(unit).map(|_| unit.to_owned())
 }
 
+/// A name and the word behind it, which may be its unit.
+pub(super) fn suffixed(name: &str) -> Option<(&str, &str)> {
+    let name = name.trim_end();
+    if bracketed(name).is_some() {
+        return None;
+    }
+    name.rsplit_once(['_', '/', ' '])
+}
+
+/// What is left of a name without the unit that stands behind it, in brackets or as a word of its own.
+pub(super) fn without_unit(name: &str) -> Option<&str> {
+    let spaced = || {
+        let (rest, unit) = name.trim_end().rsplit_once(' ')?;
+        Unit::find(unit).map(|_| rest.trim_end())
+    };
+    bracketed(name).map(|(name, _)| name).or_else(spaced)
+}
+
 /// A name and what stands in brackets behind it.
-pub(super) fn bracketed(name: &str) -> Option<(&str, &str)> {
+fn bracketed(name: &str) -> Option<(&str, &str)> {
     let brackets = [('[', ']'), ('(', ')'), ('{', '}')];
     brackets.into_iter().find_map(|(open, close)| {
         let (name, inside) = name.trim_end().strip_suffix(close)?.rsplit_once(open)?;

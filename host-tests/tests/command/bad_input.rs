@@ -1048,6 +1048,30 @@ mod machine {
         }
     }
 
+    /// What is written as a German spreadsheet does, and what the next section's header is missing before.
+    #[test]
+    fn a_decimal_comma_and_a_missing_header_are_named() {
+        line_refused(
+            &rotary(),
+            "viscous",
+            "viscous = 2,5e-4   # N·m·s/rad",
+            &["decimal point, as in 2.5"],
+        );
+        line_refused(
+            &rotary(),
+            "inertia",
+            "coulomb = 1.0",
+            &["`coulomb` stands in [mechanics]", "belongs into [friction]"],
+        );
+        let text = rotary().replace("[friction]\n", "");
+        let line = text.lines().position(|line| line.starts_with("coulomb"));
+        refused(
+            &text,
+            line.expect("a friction") + 1,
+            &["belongs into [friction], and the line [friction] is missing"],
+        );
+    }
+
     #[test]
     fn an_unknown_key_is_named_with_the_known_ones() {
         line_refused(

@@ -121,6 +121,17 @@ fn files_are_written_and_read_back() {
     assert_eq!(json["models"][0]["numbers"].as_array().unwrap().len(), 6);
     let svg = std::fs::read_to_string(directory.join("report/characteristic.svg")).unwrap();
     roxmltree::Document::parse(&svg).unwrap();
+    // The end says how good it is and what to do with it; the logs are of the very machine that is identified.
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let verdict = "Verdict: the model \"polished, full motor\" follows the validation log, which nothing was fitted to:";
+    assert!(words.contains(verdict), "{text}");
+    let command = "\n  cargo hil gap --machine out.toml --train fast.csv --validate fast.csv\n";
+    assert!(text.ends_with(command), "{text}");
+    // The page holds both, and the drawing in the width of the window.
+    let page = std::fs::read_to_string(directory.join("report/index.html")).unwrap();
+    for part in ["Verdict: ", "<svg", "svg { display: block; width: 100%;"] {
+        assert!(page.contains(part), "no {part:?}");
+    }
 }
 
 /// The six numbers know no effects: a file that declares one is refused before anything is written.

@@ -244,6 +244,8 @@ pub fn example() -> Report {
         },
         declared: Vec::new(),
         free_motor: None,
+        has_return_spring: false,
+        has_page: false,
         without_inductance: None,
         train: vec![slide("train.csv", 12_000)],
         validate: vec![slide("validate.csv", 9_000)],

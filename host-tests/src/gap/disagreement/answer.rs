@@ -82,6 +82,8 @@ pub(in crate::gap) fn report(
         demand: Demand::default(),
         declared: machine.declared_effects.clone(),
         free_motor: None,
+        has_return_spring: false,
+        has_page: false,
         without_inductance: None,
         train: Vec::new(),
         validate: Vec::new(),

@@ -101,18 +101,45 @@ fn logs(kind: &str, count: usize) -> String {
 }
 
 /// Whether the position error on the validation logs has risen with what was found.
-pub(super) fn fails(report: &Report) -> bool {
+fn fails(report: &Report) -> bool {
     let validate = report.outcome.errors.validate.as_ref();
     validate.is_some_and(|stages| movements(stages, report)[0].rises())
 }
 
-/// The errors that have risen, a sentence for each set of logs.
+/// What a model with what was found cannot be relied on for, by the errors that rose where it is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reliance {
+    /// No error rose.
+    Full,
+    /// Only that of a replay without restarts rose.
+    ShortPredictions,
+    /// The position error over a window, or the unexplained torque, rose.
+    None,
+}
+
+impl Reliance {
+    /// On the validation logs, or on the training logs where there are no others.
+    pub fn on(report: &Report) -> Self {
+        if !is_extended(&report.outcome) {
+            return Self::Full;
+        }
+        let (stages, _) = judged(report);
+        let [position, torque, free_run] = movements(stages, report).map(|it| it.rises());
+        match (position || torque, free_run) {
+            (true, _) => Self::None,
+            (false, true) => Self::ShortPredictions,
+            (false, false) => Self::Full,
+        }
+    }
+}
+
+/// The errors that have risen, in one sentence for all sets of logs; and whether what was found holds on others.
 pub(super) fn rises(report: &Report) -> Vec<String> {
     let outcome = &report.outcome;
     if !is_extended(outcome) {
         return Vec::new();
     }
-    let mut sentences = Vec::new();
+    let mut risen_on = Vec::new();
     let (stages, logs_there) = judged(report);
     let movements_there = movements(stages, report);
     let risen = |movements: &[Movement; 3]| -> Vec<String> {
@@ -121,19 +148,24 @@ pub(super) fn rises(report: &Report) -> Vec<String> {
     };
     let there = risen(&movements_there);
     if !there.is_empty() {
-        let fails = if fails(report) {
-            " What was found does not hold there."
-        } else {
-            ""
-        };
-        sentences.push(format!("But on {logs_there} {}.{fails}", listed(&there)));
+        risen_on.push(format!("on {logs_there} {}", listed(&there)));
     }
     if outcome.errors.validate.is_some() {
         let train = risen(&movements(&outcome.errors.train, report));
         if !train.is_empty() {
             let logs = logs("training", report.train.len());
-            sentences.push(format!("But on {logs} {}.", listed(&train)));
+            risen_on.push(format!("on {logs} {}", listed(&train)));
         }
+    }
+    let mut sentences = Vec::new();
+    if !risen_on.is_empty() {
+        sentences.push(format!("But {}.", risen_on.join("; ")));
+    }
+    if fails(report) {
+        sentences.push(match risen_on.len() {
+            0 | 1 => "What was found does not hold there.".to_owned(),
+            _ => format!("What was found does not hold on {logs_there}."),
+        });
     }
     sentences
 }

@@ -114,12 +114,8 @@ impl<'h> Shown<'h> {
             self.gain.pop();
         } else if self.detailed > LEAST_DETAILED {
             self.detailed -= 1;
-        } else if self.next.len() > 1 {
-            // The first one stays, and what is there to be copied as long as it can.
-            let is_plain = |steps: &&[Step]| steps.len() == 1;
-            let last = self.next[1..].iter().rposition(is_plain);
-            let last = last.map_or(self.next.len() - 1, |place| place + 1);
-            self.next.remove(last);
+        } else if let Some(place) = self.least_step() {
+            self.next.remove(place);
         } else if self.certainty.pop().is_some() || self.note.take().is_some() {
             // One of them is out.
         } else if self.gain.pop().is_some() {
@@ -134,6 +130,18 @@ impl<'h> Shown<'h> {
             return false;
         }
         true
+    }
+}
+
+impl Shown<'_> {
+    /// The step that is needed least, if one can be left out: not the first one, nor that a file was written; what is
+    /// there to be copied goes last.
+    fn least_step(&self) -> Option<usize> {
+        let is_plain = |steps: &[Step]| matches!(steps, [Step::Do(_)]);
+        let is_written = |steps: &[Step]| matches!(steps, [Step::Written(_), ..]);
+        let places = || (1..self.next.len()).rev();
+        let plain = places().find(|&place| is_plain(self.next[place]));
+        plain.or_else(|| places().find(|&place| !is_written(self.next[place])))
     }
 }
 

@@ -4,7 +4,7 @@ use model_core::effect::Id;
 use model_core::gap::criterion::FARTHEST;
 use model_core::gap::verdict::Verdict;
 
-use super::gain::fails;
+use super::gain::Reliance;
 use super::{declared, nearest, times_left};
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
@@ -20,12 +20,14 @@ const MOST_REMEDIES: usize = 5;
 pub enum Step {
     /// In words, as a part of a sentence.
     Do(String),
+    /// What a file is for that has been written, likewise a part of a sentence: it is said however little room there is.
+    Written(String),
     /// A line to copy as it stands: a command, or a line of the machine file.
     Copy(String),
 }
 
-/// What to do, the most useful first.
-pub(super) fn steps(report: &Report) -> Vec<Step> {
+/// What to do, the most useful first; `law` says where a learned law is drawn.
+pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
     let outcome = &report.outcome;
     let unit = report.coordinate.as_str();
     match outcome.verdict {
@@ -33,19 +35,15 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
         Verdict::EffectsFound | Verdict::NoMissingEffect => {
             let mut steps = Vec::new();
             let validate = outcome.errors.validate.as_ref();
-            let fails = fails(report);
-            if fails {
-                steps.push(said(
-                    "do not rely on it yet; record a longer log with more varied motion and give it with \
-                     another --train",
-                ));
-            }
+            let reliance = Reliance::on(report);
+            steps.extend(not_yet(reliance));
             if times_left(outcome).is_some() {
                 steps.extend(without_declared(report));
             }
             let motor = free_motor(report);
             // Else the line that declares an effect is not yet the last word on it.
-            let is_final = motor.is_empty() && times_left(outcome).is_none();
+            let is_final =
+                motor.is_empty() && times_left(outcome).is_none() && reliance == Reliance::Full;
             steps.extend(motor);
             if validate.is_none() {
                 steps.push(said(
@@ -62,9 +60,7 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             };
             steps.extend(found);
             steps.extend(guessed(outcome));
-            if !fails {
-                steps.extend(declare(report, is_final));
-            }
+            steps.extend(declare(report, reliance, is_final));
             steps.extend(offered);
             if steps.is_empty() {
                 steps.push(said(
@@ -77,19 +73,23 @@ pub(super) fn steps(report: &Report) -> Vec<Step> {
             let variable = outcome.unknown.as_ref();
             let hint = hint(variable.map_or("", |unknown| unknown.depends_on.as_str()));
             let mut steps = Vec::from_iter(without_declared(report));
-            steps.push(said(&format!(
-                "see the learned law with --report DIR; {hint}"
-            )));
+            steps.push(said(&format!("see the learned law {law}; {hint}")));
             steps.extend(guessed(outcome));
             steps.extend(free_motor(report));
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
-            steps.extend(declare(report, true));
+            steps.extend(declare(report, Reliance::Full, true));
             steps
         }
         Verdict::NothingProven => {
             let mut steps = Vec::from_iter(without_declared(report));
             steps.extend(mounted(outcome).or_else(|| guessed(outcome)));
             steps.extend(free_motor(report));
+            if report.has_return_spring {
+                steps.push(said(
+                    "if this machine file does not come from `cargo hil identify`, record a slow triangle and fast \
+                     steps as docs/throttle.md says, and let that make one: spring and friction are on it line by line",
+                ));
+            }
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             // A current that is there shows where an input is written late or early; one that is not is missed.
             let is_measured = report.train.iter().all(|log| !log.current.is_empty());
@@ -110,7 +110,7 @@ pub(in crate::gap) fn sentence(steps: &[Step]) -> (String, Vec<&str>) {
     let (mut words, mut copied) = (Vec::new(), Vec::new());
     for step in steps {
         match step {
-            Step::Do(step) => words.push(step.as_str()),
+            Step::Do(step) | Step::Written(step) => words.push(step.as_str()),
             Step::Copy(line) => copied.push(line.as_str()),
         }
     }
@@ -120,6 +120,18 @@ pub(in crate::gap) fn sentence(steps: &[Step]) -> (String, Vec<&str>) {
 
 fn said(words: &str) -> Step {
     Step::Do(words.to_owned())
+}
+
+/// What to do where an error rose with what was found.
+fn not_yet(reliance: Reliance) -> Option<Step> {
+    let more = "record a longer log with more varied motion and give it with another --train";
+    match reliance {
+        Reliance::Full => None,
+        Reliance::ShortPredictions => Some(said(&format!(
+            "do not rely on it for long runs without restarts, whose error rose; for these {more}"
+        ))),
+        Reliance::None => Some(said(&format!("do not rely on it yet; {more}"))),
+    }
 }
 
 /// What mends the files; a command that mends several things is said once.
@@ -272,19 +284,13 @@ fn guessed(outcome: &Outcome) -> Option<Step> {
 }
 
 /// How the machine file takes what was found; the line to copy only where that is final.
-fn declare(report: &Report, is_final: bool) -> Vec<Step> {
+fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
     let outcome = &report.outcome;
-    let mut steps = Vec::new();
     if let Some(file) = &outcome.machine_out {
-        steps.push(said(&match outcome.unknown {
-            None if is_final => {
-                format!("use {file} from now on, the machine file with what was found")
-            }
-            None => format!("for now use {file}, the machine file with what was found"),
-            Some(_) => format!(
-                "{file} has the fitted numbers, but not the learned law: no machine file can hold one"
-            ),
-        }));
+        return vec![written(outcome, file, reliance, is_final)];
+    }
+    let mut steps = Vec::new();
+    if reliance == Reliance::None {
         return steps;
     }
     let freed = outcome.fit.iter().filter(|parameter| parameter.freed);
@@ -320,6 +326,24 @@ fn declare(report: &Report, is_final: bool) -> Vec<Step> {
         }
     }
     steps
+}
+
+/// What the machine file is for that has been written.
+fn written(outcome: &Outcome, file: &str, reliance: Reliance, is_final: bool) -> Step {
+    let what = "the machine file with what was found";
+    Step::Written(match (&outcome.unknown, reliance) {
+        (Some(_), _) => format!(
+            "{file} was written with the fitted numbers, but not the learned law: no machine file can hold one"
+        ),
+        (None, Reliance::None) => format!("until then {file}, {what}, is for trials alone"),
+        (None, Reliance::ShortPredictions) => {
+            let window = outcome.errors.train.after.window_s;
+            let window = Scale::of("s", [window]).quantity(window);
+            format!("for now use {file}, {what}, for predictions of {window} or so")
+        }
+        (None, Reliance::Full) if is_final => format!("use {file} from now on, {what}"),
+        (None, Reliance::Full) => format!("for now use {file}, {what}"),
+    })
 }
 
 /// Where to look on the machine for a law of this variable.

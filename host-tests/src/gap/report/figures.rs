@@ -142,10 +142,14 @@ impl Subject<'_> {
         let largest =
             |model: &Model| extent(wide(&model.error)).map_or(0.0, |(low, high)| high.max(-low));
         let coordinate = &self.report.coordinate;
+        // As the table of errors counts them, so that one log has one number.
+        let window_s = self.report.outcome.errors.train.after.window_s;
+        let predicted = self.log.predicted(window_s);
         Ok(Figure {
             statement: self.statement(&[
                 ("the rms position error", coordinate, &|model| {
-                    rms(wide(&model.error))
+                    let errors = predicted.iter().filter_map(|&at| model.error.get(at));
+                    rms(errors.map(|&error| f64::from(error)))
                 }),
                 ("its peak", coordinate, &largest),
             ]),

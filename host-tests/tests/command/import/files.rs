@@ -159,3 +159,23 @@ fn the_report_draws_every_column() {
         "the table stands on the page"
     );
 }
+
+/// What is wrong with a call is said beside the help of its own command, and an empty file is called that.
+#[test]
+fn a_short_call_and_an_empty_file_are_named() {
+    let place = Place::with("empty.csv", "");
+    place.refuses(
+        "import empty.csv --time t",
+        &[
+            "--input",
+            "--position",
+            "--out",
+            "see cargo hil import --help",
+        ],
+    );
+    place.refuses("imports empty.csv", &["see cargo hil help"]);
+    place.refuses(
+        "import empty.csv --time t --input u --position x --out log.csv",
+        &["empty.csv: is empty; expected a row a sample"],
+    );
+}

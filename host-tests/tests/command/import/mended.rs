@@ -49,6 +49,27 @@ fn mends(content: impl AsRef<[u8]>, words: &[&str]) {
     verdict(&place, "my~log-corrected.csv");
 }
 
+/// Units that the file states stand in the call, SI units too.
+#[test]
+fn a_call_carries_the_units_of_the_file() {
+    let body = log().lines().skip(1);
+    let body: Vec<String> = body.map(|line| line.replace(',', "\t")).collect();
+    let content = format!(
+        "Time\tF_cmd\tx\tRef\n[s]\t[N]\t[m]\t[m]\n{}\n",
+        body.join("\n")
+    );
+    mends(
+        content,
+        &[
+            "no column",
+            "--time Time ",
+            "--input F_cmd:N",
+            "--position x:m",
+            "--command Ref:m",
+        ],
+    );
+}
+
 #[test]
 fn headers() {
     let body = |header: &str| log().replacen(HEADER, header, 1);
@@ -66,7 +87,7 @@ fn headers() {
     );
     mends(
         body("time_s,input,winkel [rad],command"),
-        &["\"winkel [rad]\""],
+        &["\"winkel [rad]:rad\""],
     );
     mends(body("a,b,c,d"), &["--time a --input b --position c"]);
     mends(

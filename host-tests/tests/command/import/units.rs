@@ -161,6 +161,70 @@ fn shares_and_counts_are_pointed_out() {
     assert!(said.contains(hint), "{said}");
 }
 
+/// What the file says of its columns is not passed over because the user says otherwise.
+#[test]
+fn a_unit_or_a_name_that_contradicts_the_call_is_pointed_out() {
+    let numbers = rows(
+        "Time\tRef\tU_cmd\tPhi\ttheta_m\n[s]\t[rad]\t[V]\t[rad]\t",
+        200,
+        |k| {
+            let angle = (0.05 * k as f64).sin();
+            format!(
+                "{}\t{angle}\t{}\t{angle}\t{angle}",
+                1e-3 * k as f64,
+                0.1 * angle
+            )
+        },
+    );
+    let place = Place::with("raw.tsv", numbers);
+    for (columns, hint) in [
+        (
+            "--position Phi:deg --input U_cmd",
+            "Look again: `position` was given in deg, and the file says that Phi is in rad: then --position \"Phi:rad\"",
+        ),
+        (
+            "--position U_cmd --input Phi:V",
+            "Look again: `position` is to be U_cmd, which the file says is in V: is it the right column",
+        ),
+        (
+            "--position Phi --input Phi:V",
+            "Look again: `input` was given in V, and the file says that Phi is in rad: is it the right column",
+        ),
+        (
+            "--position Ref --input U_cmd",
+            "Look again: `position` is to be Ref, which by its name is the position asked for",
+        ),
+    ] {
+        let (_, said) = place.import(&format!("raw.tsv --time Time {columns}"));
+        assert!(said.contains(hint), "no {hint:?} in {said}");
+        assert!(said.contains("log.csv was written"), "{said}");
+    }
+    // A letter behind a name is a part of it more often than a unit; and who multiplies knows the unit.
+    for columns in [
+        "--position theta_m:rad --input U_cmd:V",
+        "--position U_cmd*0.5 --input U_cmd",
+        "--position -Phi:rad --input U_cmd",
+    ] {
+        let (_, said) = place.import(&format!("raw.tsv --time Time {columns}"));
+        assert!(!said.contains("Look again"), "{said}");
+    }
+}
+
+/// A name is found without the unit that stands behind it, in brackets or not.
+#[test]
+fn a_unit_behind_a_name_need_not_be_written() {
+    let raw = rows("Zeit ms;Encoder;PWM %;U1 [V]", 200, |k| {
+        format!("{k};{};{};{}", 3 * k, k % 60, k % 60)
+    });
+    let place = Place::with("raw.csv", raw);
+    let (log, said) =
+        place.import("raw.csv --time Zeit:ms --position Encoder:counts/64/70 --input PWM:%*12");
+    assert_eq!((log.samples(), log.period_s), (200, 1e-3));
+    near(&log.position, |k| 3.0 * k as f64 * TAU / 64.0 / 70.0);
+    near(&log.input, |k| (k % 60) as f64 / 100.0 * 12.0);
+    assert!(said.contains("Zeit ms"), "{said}");
+}
+
 /// A share of nothing and counts of no size would pass as volts and radians.
 #[test]
 fn a_share_needs_its_supply_and_counts_need_a_size() {
@@ -212,6 +276,11 @@ fn a_log_is_checked_against_the_machine() {
         said.ends_with("Nothing in the log contradicts m.toml.\n"),
         "{said}"
     );
+    // Volts for the position and the position for volts is no such log.
+    let (_, said) = place.import(&format!(
+        "raw.csv --position input:rad --input position:V {columns}"
+    ));
+    assert!(!said.contains("Nothing in the log contradicts"), "{said}");
     // Where a column may be in another unit, the machine file is not blamed.
     let degrees = log.replacen("position", "position [deg]", 1);
     place.write("degrees.csv", degrees);

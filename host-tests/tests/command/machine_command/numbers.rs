@@ -153,8 +153,18 @@ fn loads_springs_sensors_and_inputs_are_taken_over() {
     near(machine.resolution.unwrap(), TAU / 3200.0, PRINTED);
     assert_eq!(
         machine.fit,
-        ["inertia", "viscous", "coulomb", "static", "spring_preload"]
+        [
+            "inertia",
+            "viscous",
+            "coulomb",
+            "static",
+            "spring",
+            "spring_preload"
+        ]
     );
+    // A spring of nothing is none, and has nothing to fit.
+    let without = super::machine(&format!("{CART} --spring 0Nm/rad"));
+    assert_eq!(without.fit, ["inertia", "viscous", "coulomb", "static"]);
     for (input, gain) in [("V", 1.0), ("mV", 1e-3), ("duty", 12.0), ("%", 0.12)] {
         let machine = super::machine(&format!("{CART} --input {input}"));
         near(machine.gain, gain, 1e-12);
