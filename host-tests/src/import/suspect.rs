@@ -83,8 +83,8 @@ fn contradiction(raw: &Raw, index: usize, source: &Source) -> Option<String> {
     let name = raw.name(source.column);
     if index == POSITION && is_command(&name) {
         return Some(format!(
-            "`position` is to be {name}, which by its name is the position asked for: is it the column of the \
-             measured one"
+            "`position` is to be {name}, which by its name is the position asked for: check that it is the \
+             column of the measured one"
         ));
     }
     let own = raw.units[source.column].as_deref()?;
@@ -106,11 +106,11 @@ fn contradiction(raw: &Raw, index: usize, source: &Source) -> Option<String> {
         // Who multiplies has a unit of their own, and counts are of any size.
         _ if is_suffix || source.is_scaled() || stated.kind == Kind::Counts => None,
         Some((given, _)) => Some(format!(
-            "`{column}` was given in {given}, and the file says that {name} is in {own}: is it the right column"
+            "`{column}` was given in {given}, and the file says that {name} is in {own}: check that it is the right column"
         )),
         None if allowed.is_empty() || allowed.contains(&stated.kind) => None,
         None => Some(format!(
-            "`{column}` is to be {name}, which the file says is in {own}: is it the right column"
+            "`{column}` is to be {name}, which the file says is in {own}: check that it is the right column"
         )),
     }
 }

@@ -79,6 +79,9 @@ const ROUNDER: f64 = 0.005;
 /// Displacement, rms, from which on the stamps have no grid, in periods. Without any it is 1/√12 = 0.29.
 const NO_GRID: f64 = 0.2;
 
+/// The same from which on no period is any nearer to the stamps than another.
+const NO_PERIOD: f64 = 0.25;
+
 /// Distance of a sample from a row below which they are the same, in periods. Sums of stamps in `f64`
 /// err by less in any log that fits into memory.
 const SAME: f64 = 1e-6;
@@ -102,7 +105,8 @@ impl Instants {
         }
     }
 
-    /// Period and phase of the grid that rows at these times lie near, or the mean of their steps where there is none.
+    /// Period and phase of the grid that rows at these times lie near. Where there is none the period alone: the one that
+    /// the stamps are nearest to, or the mean of their steps.
     fn grid(time: &[f64]) -> Result<(f64, f64), f64> {
         let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let median = median(&steps);
@@ -124,6 +128,7 @@ impl Instants {
             .find(|(_, there)| there.rms <= least + ROUNDER);
         match chosen {
             Some((period, there)) if there.rms < NO_GRID => Ok((*period, there.phase)),
+            Some((period, there)) if there.rms < NO_PERIOD => Err(*period),
             Some(_) => Err(mean_step(&steps, median)),
             // Stamps beyond all bounds have no displacement that is a number.
             None => Err(median),

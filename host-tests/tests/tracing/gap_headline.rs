@@ -566,7 +566,15 @@ fn validate_window(report: &Report) -> String {
 /// Whatever else there is to say, and however much was found, a file that was written is said to be.
 #[test]
 fn a_machine_file_that_was_written_is_named() {
-    let mut reports = vec![crowded(), variant("unknown"), variant("at limit")];
+    // A number at its limit, which another step is about.
+    let mut at_limit = example();
+    at_limit.outcome.fit = variant("at limit").outcome.fit;
+    assert!(words(&at_limit).contains("larger factor"));
+    // What may change with that is not the last word.
+    at_limit.outcome.machine_out = Some("refitted.toml".into());
+    let text = words(&at_limit);
+    assert!(text.contains("for now use refitted.toml"), "{text}");
+    let mut reports = vec![crowded(), variant("unknown"), at_limit];
     let mut unknown = crowded();
     unknown.outcome.verdict = Verdict::UnknownEffect;
     unknown.outcome.unknown = variant("unknown").outcome.unknown;

@@ -42,8 +42,11 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             }
             let motor = free_motor(report);
             // Else the line that declares an effect is not yet the last word on it.
-            let is_final =
-                motor.is_empty() && times_left(outcome).is_none() && reliance == Reliance::Full;
+            let guessed = guessed(outcome);
+            let is_final = motor.is_empty()
+                && times_left(outcome).is_none()
+                && guessed.is_none()
+                && reliance == Reliance::Full;
             steps.extend(motor);
             if validate.is_none() {
                 steps.push(said(
@@ -59,7 +62,7 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
                 false => (None, experiment),
             };
             steps.extend(found);
-            steps.extend(guessed(outcome));
+            steps.extend(guessed);
             steps.extend(declare(report, reliance, is_final));
             steps.extend(offered);
             if steps.is_empty() {

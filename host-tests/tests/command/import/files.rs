@@ -127,7 +127,7 @@ fn a_wrong_call_names_what_there_is() {
         (b"\x89HDF\r\n", "HDF5"),
         (b"\x7fELF\0\0", "neither text"),
         (b"hello\nworld\n", "no two columns"),
-        (b"", "no two columns"),
+        (b"", "is empty"),
     ] {
         let place = Place::with("raw.csv", content);
         place.refuses(&format!("{WORDS} --out log.csv"), &["raw.csv: ", words]);

@@ -172,7 +172,7 @@ fn a_unit_or_a_name_that_contradicts_the_call_is_pointed_out() {
             format!(
                 "{}\t{angle}\t{}\t{angle}\t{angle}",
                 1e-3 * k as f64,
-                0.1 * angle
+                9.0 * angle
             )
         },
     );
@@ -184,11 +184,11 @@ fn a_unit_or_a_name_that_contradicts_the_call_is_pointed_out() {
         ),
         (
             "--position U_cmd --input Phi:V",
-            "Look again: `position` is to be U_cmd, which the file says is in V: is it the right column",
+            "Look again: `position` is to be U_cmd, which the file says is in V: check that it is the right column",
         ),
         (
             "--position Phi --input Phi:V",
-            "Look again: `input` was given in V, and the file says that Phi is in rad: is it the right column",
+            "Look again: `input` was given in V, and the file says that Phi is in rad: check that it is the right column",
         ),
         (
             "--position Ref --input U_cmd",
