@@ -33,7 +33,7 @@ use crate::app::work::ControlWork;
 pub enum Order {
     /// Numbers, from now on.
     Setup(Setup),
-    /// What the command is, from now on; it holds.
+    /// What the command is, from now on. It holds where the actuator is, whatever was ordered before.
     Mode(Mode),
     /// The command, from now on.
     Signal(Generator),
@@ -134,6 +134,8 @@ pub struct Drive {
     switches: [End; 2],
     /// The step before, as far as it is known: its voltage stands until this one.
     sample: Option<Sample>,
+    /// The encoder's counts at the step before.
+    counts: i32,
     /// Driven control steps since the terminal last sent a command.
     silent: u32,
     missed: u32,
@@ -173,6 +175,7 @@ impl Drive {
             temperature: temperature::State::default(),
             switches: [End::default(); 2],
             sample: None,
+            counts: 0,
             silent: 0,
             missed: 0,
             sequence: 0,
@@ -181,13 +184,17 @@ impl Drive {
         }
     }
 
-    fn obey(&mut self, position: f32) {
+    /// Does what was ordered, with the encoder at these counts.
+    fn obey(&mut self, counts: i32) {
         while let Some(order) = self.orders.peek() {
+            // An order before this one may have set another unit.
+            let position = self.setup.converters.position.value(counts);
             match *order {
                 Order::Setup(ref setup) => self.setup.take(setup),
                 Order::Mode(mode) => {
                     self.mode = mode;
                     self.wiring.set_commanded(mode != Mode::Wires);
+                    self.seeking = None;
                     self.rest(position);
                 }
                 Order::Signal(generator) => self.command = Command::Signal(generator, 0),
@@ -334,7 +341,13 @@ impl Drive {
     }
 
     /// Latches what is wrong. False if a number is not finite.
-    fn judge(&mut self, position: f32, current: f32, applied: Option<Applied>) -> bool {
+    fn judge(
+        &mut self,
+        (position, counts): (f32, i32),
+        current: f32,
+        applied: Option<Applied>,
+    ) -> bool {
+        let moved = counts.wrapping_sub(core::mem::replace(&mut self.counts, counts));
         let supply = self.wiring.supply();
         let is_driven = self.is_driven();
         let [lower, upper] = self.wiring.switches();
@@ -361,6 +374,7 @@ impl Drive {
         let bridge = self.setup.converters.bridge;
         let reading = Reading {
             position,
+            moved: self.setup.converters.position.value(moved),
             current,
             voltage: applied.map(|applied| bridge.value(applied.mean)),
             spread: applied.map_or(0.0, |applied| bridge.value(applied.spread)),
@@ -466,8 +480,10 @@ impl ControlWork for Drive {
         let angle = converters.position.value(position);
         let amperes = self.setup.current.of(converters.current.value(current));
         let applied = self.wiring.applied();
-        let mut finite = self.judge(angle, amperes, applied);
-        self.obey(angle);
+        let mut finite = self.judge((angle, position), amperes, applied);
+        self.obey(position);
+        let converters = self.setup.converters;
+        let angle = converters.position.value(position);
         // Whether a check is due is known once the orders of this step are.
         self.check_encoder((angle, position));
         self.wiring.set_encoder_follows(self.encoder_follows);
