@@ -283,6 +283,7 @@ pub fn variants() -> Vec<(&'static str, Report)> {
         depends_on: "velocity".into(),
         score: 0.4063,
         map: UnknownMap {
+            over: "velocity".into(),
             acts_as: "friction".into(),
             at: vec![0.0, 0.05, 0.1, 0.15],
             at_unit: "m/s".into(),
