@@ -83,14 +83,32 @@ pub fn one_line(text: &str) -> String {
     } else {
         Box::new(text.chars())
     };
-    for character in shown {
-        if character.is_control() {
-            line.extend(character.escape_default());
-        } else {
-            line.push(character);
+    shown.for_each(|character| show(character, &mut line));
+    line
+}
+
+/// Text of several lines as it can stand in a terminal: control characters are escaped, the ends of its lines are not.
+///
+/// ```
+/// assert_eq!(host_tests::error::escaped("a\u{1b}[31m\nb\n"), "a\\u{1b}[31m\nb\n");
+/// ```
+pub fn escaped(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '\n' => shown.push(character),
+            _ => show(character, &mut shown),
         }
     }
-    line
+    shown
+}
+
+fn show(character: char, shown: &mut String) {
+    if character.is_control() {
+        shown.extend(character.escape_default());
+    } else {
+        shown.push(character);
+    }
 }
 
 /// Largest log, logger's file, board's log or image that is read, bytes: some ten million rows. Larger ones

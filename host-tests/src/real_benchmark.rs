@@ -82,12 +82,12 @@ pub struct Judged {
 /// # Errors
 /// No directory of logs; a machine file of the project that is refused; a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut outputs = Outputs::reading([]);
-    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     let directory = match &args.directory {
         Some(directory) => directory.clone(),
         None => workspace::root().join(LOGS),
     };
+    let mut outputs = Outputs::reading([&directory]);
+    let json = outputs.file(args.json.as_deref(), Kind::Marked)?;
     if !directory.is_dir() {
         return Err(Failure::Usage(format!(
             "{}: no such directory; expected the measured logs, one directory for each of {}. They are not \

@@ -12,7 +12,7 @@ use super::recipe::{Recipe, Turn};
 use super::source::Source;
 use super::summary;
 use super::suspect::suspicions;
-use crate::error::{InputError, LARGEST_DATA, read_at_most, read_bytes, unreadable, warn};
+use crate::error::{InputError, LARGEST_DATA, escaped, read_at_most, read_bytes, unreadable, warn};
 use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
 use crate::log::{COLUMNS, Log, TIME, quoted};
@@ -168,8 +168,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         outputs.stage(out, converted.log.to_csv())?;
     }
     outputs.commit()?;
+    // The names of its columns are whoever's wrote the file.
     io::stdout()
-        .write_all(text.as_bytes())
+        .write_all(escaped(&text).as_bytes())
         .map_err(|error| Failure::system("standard output", &error))
 }
 

@@ -518,15 +518,21 @@ fn a_file_that_comes_up_during_a_run_is_not_replaced() {
 }
 
 #[test]
-fn a_log_is_not_appended_to_itself() {
+fn nothing_is_appended_to_what_is_read() {
     let bench = Bench::new();
     let before = bench.files();
-    let output = bench.shell("$HIL gap --machine machine.toml --train train.csv >> train.csv");
-    assert_refused_with(
-        &output,
-        "error: standard output goes to a file that this command reads",
-    );
-    assert!(bench.files() == before);
+    for line in [
+        "$HIL gap --machine machine.toml --train train.csv >> train.csv",
+        "$HIL gap --machine machine.toml --train train.csv --json /dev/stdout >> train.csv",
+        "$HIL export --machine machine.toml --to c >> machine.toml",
+    ] {
+        let output = bench.shell(line);
+        assert_refused_with(
+            &output,
+            "error: standard output goes to a file that this command reads",
+        );
+        assert!(bench.files() == before, "{line}");
+    }
 }
 
 /// Refused, with a line that starts so.
@@ -598,6 +604,38 @@ fn an_error_is_one_short_line_without_control_characters() {
         assert!(error.starts_with("error: "), "{error}");
         assert!(!error.contains(char::is_control), "{error:?}");
         assert!(error.chars().count() < 3000, "{} characters", error.len());
+    }
+}
+
+#[test]
+fn an_import_prints_no_control_characters_of_a_file() {
+    let bench = Bench::new();
+    let log = bench.read(TRAIN);
+    bench.write(TRAIN, log.replacen("input", "in\u{1b}]0;title\u{7}put", 1));
+    let arguments = "import train.csv --time time_s:s --input 2 --position position --out log.csv";
+    let printed = bench.succeeds(arguments);
+    assert!(printed.contains("in\\u{1b}]0;title\\u{7}put"), "{printed}");
+    let is_control = |character: char| character.is_control() && character != '\n';
+    assert!(!printed.contains(is_control), "{printed:?}");
+}
+
+/// A machine file of this program among the logs is an input as the others are.
+#[test]
+fn nothing_is_written_among_the_logs_of_a_benchmark() {
+    let bench = Bench::new();
+    bench.write("logs/emps/machine.toml", format!("# {MARK}\n"));
+    bench.write("logs/emps/train.csv", "");
+    symlink("logs", bench.path("other")).unwrap();
+    for json in [
+        "logs/emps/machine.toml",
+        "logs/emps/train.csv",
+        "other/emps/new.json",
+    ] {
+        bench.refuses(
+            &format!("bench real logs --json {json}"),
+            2,
+            &format!("error: {json}: is read by this command, and would be replaced"),
+        );
     }
 }
 
