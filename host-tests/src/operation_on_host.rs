@@ -224,6 +224,8 @@ pub struct Motor {
     pub encoder: f32,
     /// What it has counted, rad.
     counted: f32,
+    /// Counts that it has gone besides, which nothing drove.
+    pub turned: i32,
     /// The limit switches.
     pub switches: [bool; 2],
     /// Where they open besides, rad.
@@ -288,6 +290,7 @@ impl Motor {
             supply: 24.0,
             encoder: 1.0,
             counted: 0.0,
+            turned: 0,
             switches: [false; 2],
             edges: [f32::NEG_INFINITY, f32::INFINITY],
             broken: false,
@@ -384,7 +387,7 @@ impl Plant for Motor {
             current: CURRENT_MIDDLE.wrapping_add_signed(counts),
             supply: supply.unsigned_abs(),
             // The counter has 16 bits.
-            encoder: encoder as u16,
+            encoder: encoder.wrapping_add(self.turned) as u16,
             switches: [
                 self.switches[0] || position <= self.edges[0],
                 self.switches[1] || position >= self.edges[1],

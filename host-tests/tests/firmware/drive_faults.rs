@@ -81,6 +81,38 @@ fn a_sound_drive_within_its_tolerances_has_no_fault_whatever_it_is_told() {
     assert!(at_a_stop > 10_000, "{at_a_stop} ms against a stop");
 }
 
+/// A motor that turns one way for ever: its turns are counted in 32 bits, which wrap, and single precision holds 24 of them.
+#[test]
+fn a_sound_drive_has_no_fault_however_far_it_has_turned() {
+    let free = Parameters {
+        lower_stop: -1e4,
+        upper_stop: 1e4,
+        ..EMA.plant
+    };
+    // In a tick: the counter has 16 bits.
+    const MOST_TURNED: i32 = 30_000;
+    for turned in [1 << 24, 1 << 27, -(1 << 29), i32::MAX - 20_000] {
+        for (volts, limit) in [(3.0, 0.0), (20.0, 0.0), (20.0, 150.0)] {
+            let mut image = OperationOnHost::controller(&SharedFlash::new(), &free);
+            while image.plant.turned != turned {
+                let left = turned - image.plant.turned;
+                image.plant.turned += left.clamp(-MOST_TURNED, MOST_TURNED);
+                image.tick();
+            }
+            let [limit_told, told] = [
+                format!("set speed_limit {limit}"),
+                format!("step 0 {volts}"),
+            ];
+            perform(&mut image, &[&limit_told, "mode voltage", "arm", &told]);
+            image.run_ms(1000);
+            let causes = image.wiring.latch().causes();
+            let case = format!("{turned} counts, {volts} V, at most {limit} rad/s");
+            assert!(causes.is_empty(), "{case}: {causes}");
+            assert!(image.plant.state.velocity.value() > 5.0, "{case}");
+        }
+    }
+}
+
 /// What came of a fault.
 #[derive(Debug, Default)]
 struct Outcome {

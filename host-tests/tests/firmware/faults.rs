@@ -329,6 +329,7 @@ fn monitors() -> Monitors {
 const QUIET: Measured = Measured {
     reading: Reading {
         position: 0.0,
+        moved: 0.0,
         current: 0.0,
         voltage: None,
         spread: 0.0,
@@ -523,11 +524,12 @@ fn judge(machine: &Machine, samples: &[(f32, f32, f32)]) -> Vec<(usize, Fault)> 
     );
     let observer = observer.unwrap();
     let mut state = back_emf::State::default();
-    let mut stood = None;
+    let (mut stood, mut before) = (None, None);
     let mut found = Vec::new();
     for (step, &(input, position, current)) in samples.iter().enumerate() {
         let reading = Reading {
             position,
+            moved: position - before.replace(position).unwrap_or(position),
             current,
             voltage: stood.replace(input),
             spread: 0.0,
@@ -709,6 +711,7 @@ fn with_the_bridge_off_the_encoder_is_believed_and_a_fault_of_it_is_over() {
     let mut state = back_emf::State::default();
     let lying = Reading {
         position: 0.0,
+        moved: 0.0,
         current: 0.0,
         voltage: Some(24.0),
         spread: 0.0,
@@ -718,9 +721,10 @@ fn with_the_bridge_off_the_encoder_is_believed_and_a_fault_of_it_is_over() {
         found = observer.step(&mut state, &lying, SUPPLY);
     }
     assert_eq!(found, Some(Fault::EncoderLost));
-    for position in [0.0, 1.0, -1.0] {
+    for moved in [0.0, 1.0, -1.0] {
         let off = Reading {
-            position,
+            position: moved,
+            moved,
             current: 0.0,
             voltage: None,
             spread: 0.0,
@@ -739,6 +743,7 @@ fn readings_that_are_no_numbers_or_enormous_are_borne_by_the_encoders_monitor() 
     let mut any = || signed[(random.uniform() * signed.len() as f32) as usize % signed.len()];
     let rest = Reading {
         position: 0.0,
+        moved: 0.0,
         current: 0.0,
         voltage: Some(0.0),
         spread: 0.0,
@@ -749,6 +754,7 @@ fn readings_that_are_no_numbers_or_enormous_are_borne_by_the_encoders_monitor() 
         for _ in 0..10 {
             let reading = Reading {
                 position: any(),
+                moved: any(),
                 current: any(),
                 voltage: Some(any()),
                 spread: any().abs(),

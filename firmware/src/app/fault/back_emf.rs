@@ -220,7 +220,6 @@ impl Known {
 /// What is remembered of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Before {
-    position: f32,
     current: f32,
     /// The period that it ended, as far as the bridge drove.
     period: Option<Period>,
@@ -330,16 +329,15 @@ impl Coefficients {
     /// does with the bridge off.
     pub fn step(&self, state: &mut State, reading: &Reading, supply: f32) -> Option<Fault> {
         let &Reading {
-            position,
+            moved,
             current,
             spread,
             ..
         } = reading;
-        let finite = [position, current, spread, supply]
+        let finite = [moved, current, spread, supply]
             .into_iter()
             .all(f32::is_finite);
         let mut now = Before {
-            position,
             current,
             period: None,
         };
@@ -351,7 +349,6 @@ impl Coefficients {
             };
             return None;
         };
-        let moved = position - before.position;
         now.period = Some(Period {
             voltage,
             spread,

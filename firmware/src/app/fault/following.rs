@@ -83,7 +83,6 @@ pub struct Coefficients {
 /// What is remembered of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Step {
-    position: f32,
     current: f32,
     /// Whether it is in reach of the lower and the upper stop.
     in_reach: [bool; 2],
@@ -219,14 +218,14 @@ impl Coefficients {
     pub fn step(&self, state: &mut State, reading: &Reading) -> Option<Fault> {
         let &Reading {
             position,
+            moved,
             current,
             voltage,
             ..
         } = reading;
-        let finite = position.is_finite() && current.is_finite();
+        let finite = [position, moved, current].into_iter().all(f32::is_finite);
         let driven = voltage.is_some_and(f32::is_finite);
         let mut now = Step {
-            position,
             current,
             in_reach: [position <= self.reach[0], position >= self.reach[1]],
             motion: None,
@@ -238,7 +237,6 @@ impl Coefficients {
             };
             return None;
         };
-        let moved = position - before.position;
         let speed = moved / self.period;
         let friction = self.friction(moved);
         now.motion = Some(Motion {

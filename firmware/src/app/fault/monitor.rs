@@ -179,6 +179,7 @@ impl Monitors {
     pub fn step(&mut self, measured: &Measured) -> Faults {
         let Reading {
             position,
+            moved,
             current,
             voltage,
             ..
@@ -186,6 +187,7 @@ impl Monitors {
         let [least, most] = self.limits.supply;
         let supply = measured.supply;
         let finite = position.is_finite()
+            && moved.is_finite()
             && current.is_finite()
             && supply.is_finite()
             && voltage.is_none_or(f32::is_finite);

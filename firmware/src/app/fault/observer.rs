@@ -28,6 +28,9 @@ pub(super) fn check_encoder(resolution: f32, period: f32) -> Result<(), InvalidP
 pub struct Reading {
     /// By the encoder, rad or m.
     pub position: f32,
+    /// The encoder's way since the reading before, rad or m. A difference of positions is none after thousands of turns: single
+    /// precision no longer holds each count of them.
+    pub moved: f32,
     /// In the motor, A: its mean since the reading before.
     pub current: f32,
     /// That stood at the winding since the reading before, V, in the mean; none with the bridge off, which leaves

@@ -134,6 +134,8 @@ pub struct Drive {
     switches: [End; 2],
     /// The step before, as far as it is known: its voltage stands until this one.
     sample: Option<Sample>,
+    /// The encoder's counts at the step before.
+    counts: i32,
     /// Driven control steps since the terminal last sent a command.
     silent: u32,
     missed: u32,
@@ -173,6 +175,7 @@ impl Drive {
             temperature: temperature::State::default(),
             switches: [End::default(); 2],
             sample: None,
+            counts: 0,
             silent: 0,
             missed: 0,
             sequence: 0,
@@ -334,7 +337,13 @@ impl Drive {
     }
 
     /// Latches what is wrong. False if a number is not finite.
-    fn judge(&mut self, position: f32, current: f32, applied: Option<Applied>) -> bool {
+    fn judge(
+        &mut self,
+        (position, counts): (f32, i32),
+        current: f32,
+        applied: Option<Applied>,
+    ) -> bool {
+        let moved = counts.wrapping_sub(core::mem::replace(&mut self.counts, counts));
         let supply = self.wiring.supply();
         let is_driven = self.is_driven();
         let [lower, upper] = self.wiring.switches();
@@ -361,6 +370,7 @@ impl Drive {
         let bridge = self.setup.converters.bridge;
         let reading = Reading {
             position,
+            moved: self.setup.converters.position.value(moved),
             current,
             voltage: applied.map(|applied| bridge.value(applied.mean)),
             spread: applied.map_or(0.0, |applied| bridge.value(applied.spread)),
@@ -466,7 +476,7 @@ impl ControlWork for Drive {
         let angle = converters.position.value(position);
         let amperes = self.setup.current.of(converters.current.value(current));
         let applied = self.wiring.applied();
-        let mut finite = self.judge(angle, amperes, applied);
+        let mut finite = self.judge((angle, position), amperes, applied);
         self.obey(angle);
         // Whether a check is due is known once the orders of this step are.
         self.check_encoder((angle, position));

@@ -83,8 +83,8 @@ pub struct Coefficients {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
     limiter: current_limit::State,
-    /// Position and current of the step before.
-    before: Option<(f32, f32)>,
+    /// Current of the step before.
+    before: Option<f32>,
     /// Whether the position was within its limits since the drive was armed.
     was_within: bool,
 }
@@ -179,21 +179,24 @@ impl Coefficients {
     /// Takes a control step's reading.
     pub fn step(&self, state: &mut State, reading: &Reading) -> Verdict {
         let &Reading {
-            position, current, ..
+            position,
+            moved,
+            current,
+            ..
         } = reading;
         let free = Verdict {
             range: [-self.current, self.current],
             too_fast: false,
         };
-        let finite = position.is_finite() && current.is_finite();
+        let finite = [position, moved, current].into_iter().all(f32::is_finite);
         let before = state.before.filter(|_| finite && reading.voltage.is_some());
-        state.before = finite.then_some((position, current));
-        let Some((position_before, current_before)) = before else {
+        state.before = finite.then_some(current);
+        let Some(current_before) = before else {
             state.limiter = current_limit::State::default();
             state.was_within = false;
             return free;
         };
-        let speed = (position - position_before) / CONTROL_PERIOD;
+        let speed = moved / CONTROL_PERIOD;
         let most = match self.limits.speed {
             // Finite, as infinity times no resistance is no number.
             0.0 => f32::MAX,
