@@ -98,6 +98,11 @@ impl Application {
         self.range = Some([low.min(counts), high.max(counts)]);
     }
 
+    /// The position was told anew in this period: what the bridge does in it explains nothing of how far that goes.
+    pub fn forget(&mut self) {
+        self.off = true;
+    }
+
     /// Ends the period, and begins the next one.
     pub fn end(&mut self) -> Option<Applied> {
         let Self {

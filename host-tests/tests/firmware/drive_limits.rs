@@ -5,6 +5,7 @@ use firmware::app::capture::QUANTITIES;
 use firmware::app::fault::Fault;
 use firmware::app::fault::monitor::CURRENT_SHARE;
 use firmware::app::machine::EMA;
+use firmware::app::operation::homing::SWITCH_STEPS;
 use firmware::app::timing::CONTROL_PERIOD;
 use host_tests::operation_on_host::{Motor, OperationOnHost, SharedFlash};
 use model_core::numeric::random::Random;
@@ -782,4 +783,56 @@ fn after_a_fault_of_the_encoder_the_position_has_to_be_told_anew() {
     let refused = image.line("arm");
     assert!(refused.contains("not known"), "{refused}");
     perform(&mut image, &["zero", "arm"]);
+
+    // Also where it is cleared before the operator has looked.
+    perform(&mut image, &["step 0 12"]);
+    image.plant.encoder = 0.0;
+    image.tasks_held = 400;
+    while !image.wiring.latch().is_tripped() {
+        image.tick();
+    }
+    image.type_in(b"disarm\r");
+    image.run_ms(2);
+    let said = image.type_in(b"clear\r");
+    assert!(image.tasks_held > 0 && said.contains("ok"), "{said}");
+    let refused = image.line("arm");
+    assert!(refused.contains("not known"), "{refused}");
+}
+
+/// With another unit the same counts are another position.
+#[test]
+fn with_another_unit_the_position_has_to_be_told_anew() {
+    let mut image = anywhere(&mut Random::new(3, 9));
+    image.plant.state = State::new(0.5, 0.0);
+    perform(&mut image, &["home upper 0.85 0.5", "arm"]);
+    image.run_ms(2000);
+    perform(&mut image, &["arm", "disarm", "set position_unit 0.0003"]);
+    let refused = image.line("arm");
+    assert!(refused.contains("not known"), "{refused}");
+    perform(&mut image, &["zero", "arm"]);
+}
+
+/// A switch that was found is the one that was sought, not one that is to be sought next.
+#[test]
+fn what_a_search_has_found_says_nothing_of_the_next_one() {
+    let mut image = anywhere(&mut Random::new(3, 9));
+    image.plant.state = State::new(0.7, 0.0);
+    perform(&mut image, &["home upper 0.85 1", "arm"]);
+    while image.plant.is_driven() && image.plant.state.position.value() < 0.849 {
+        image.tick();
+    }
+    // Found, and not looked at by the operator: the queue of the samples holds as long.
+    image.tasks_held = 29 * 20;
+    let mut open = 0;
+    for _ in 0..25 {
+        image.run_ms(1);
+        open += u32::from(image.wiring.switches()[1]);
+    }
+    assert!(open >= SWITCH_STEPS && image.wiring.duty() == 0, "{open}");
+    let said = image.type_in(b"disarm\rhome lower -0.9 1\r");
+    assert_eq!(said.matches("ok").count(), 2, "{said}");
+    image.run_ms(20);
+    assert!(!image.said.contains("home: "), "{}", image.said);
+    let status = image.line("status");
+    assert!(status.contains("no end stop is trusted"), "{status}");
 }

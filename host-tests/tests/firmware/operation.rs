@@ -940,6 +940,62 @@ fn the_position_is_zero_where_it_is_told_to_be() {
     assert!(image.plant.state.position.value() > 0.4);
 }
 
+/// Lines that come together are done between two control steps, at any time in a control period.
+#[test]
+fn armed_in_one_batch_with_what_came_before_it_the_actuator_stays_where_it_is() {
+    let batches = [
+        ("disarm", "zero\rarm\r"),
+        ("disarm", "set position_unit 0.0006\rarm\r"),
+        ("disarm", "arm\rstep 0 -0.4\rdisarm\rarm\r"),
+        ("ping", "disarm\rzero\rarm\r"),
+        ("ping", "sine 0 0.4 1\rdisarm\rarm\r"),
+        ("ping", "mode voltage\rstep 6 6\rdisarm\rarm\r"),
+        ("ping", "disarm\rhome upper 0.9 1\rarm\rdisarm\rarm\r"),
+    ];
+    for (ticks, (before, batch)) in [0, 7]
+        .into_iter()
+        .flat_map(|ticks| batches.map(|it| (ticks, it)))
+    {
+        let mut image = controller();
+        perform(&mut image, &["arm", "step 0 0.5"]);
+        image.run_ms(800);
+        perform(&mut image, &[before]);
+        (0..ticks).for_each(|_| image.tick());
+        let start = image.plant.state.position.value();
+        let said = image.type_in(batch.as_bytes());
+        let lines = batch.matches('\r').count();
+        assert_eq!(said.matches("ok").count(), lines, "{said}");
+        image.run_ms(500);
+        let case = format!("{batch:?} {ticks} ticks behind a control step");
+        assert!(image.plant.is_driven(), "{case}: {}", image.said);
+        let moved = image.plant.state.position.value() - start;
+        assert!(moved.abs() < 1e-3, "{case}: {moved} rad");
+        // And it takes what comes then.
+        perform(&mut image, &["mode position", "hold"]);
+    }
+}
+
+#[test]
+fn a_fault_that_is_cleared_before_the_next_poll_is_told_of() {
+    let mut image = controller();
+    let told = "fault: queue_overflow; the bridge is off; see `faults`";
+    for _ in 0..2 {
+        // None of these is in a poll.
+        image.tasks_held = 200;
+        for _ in 0..2 {
+            image.wiring.trip(Fault::QueueOverflow);
+            let said = image.type_in(b"clear\r");
+            assert!(said.contains(told), "{said}");
+            assert!(!image.wiring.latch().is_tripped(), "{said}");
+        }
+        image.run_ms(20);
+        assert!(!image.said.contains("fault"), "{}", image.said);
+    }
+    image.wiring.trip(Fault::QueueOverflow);
+    image.run_ms(10);
+    assert!(image.said.contains(told), "{}", image.said);
+}
+
 #[test]
 fn a_throttle_body_follows_its_wires_when_armed() {
     let mut image = OperationOnHost::throttle(&SharedFlash::new());

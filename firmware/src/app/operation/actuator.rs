@@ -303,9 +303,11 @@ impl PlantWork for Actuator {
         self.sums[1] += i32::from(readings.supply);
         if self.wiring.take_zero() {
             self.encoder.zero();
+            self.application.forget();
         }
         if let Some(counts) = self.wiring.take_shift() {
             self.encoder.shift(counts);
+            self.application.forget();
         }
         let position = self.encoder.take(readings.encoder);
         self.ticks += 1;

@@ -33,7 +33,7 @@ use crate::app::work::ControlWork;
 pub enum Order {
     /// Numbers, from now on.
     Setup(Setup),
-    /// What the command is, from now on; it holds.
+    /// What the command is, from now on. It holds where the actuator is, whatever was ordered before.
     Mode(Mode),
     /// The command, from now on.
     Signal(Generator),
@@ -184,13 +184,17 @@ impl Drive {
         }
     }
 
-    fn obey(&mut self, position: f32) {
+    /// Does what was ordered, with the encoder at these counts.
+    fn obey(&mut self, counts: i32) {
         while let Some(order) = self.orders.peek() {
+            // An order before this one may have set another unit.
+            let position = self.setup.converters.position.value(counts);
             match *order {
                 Order::Setup(ref setup) => self.setup.take(setup),
                 Order::Mode(mode) => {
                     self.mode = mode;
                     self.wiring.set_commanded(mode != Mode::Wires);
+                    self.seeking = None;
                     self.rest(position);
                 }
                 Order::Signal(generator) => self.command = Command::Signal(generator, 0),
@@ -477,7 +481,9 @@ impl ControlWork for Drive {
         let amperes = self.setup.current.of(converters.current.value(current));
         let applied = self.wiring.applied();
         let mut finite = self.judge((angle, position), amperes, applied);
-        self.obey(angle);
+        self.obey(position);
+        let converters = self.setup.converters;
+        let angle = converters.position.value(position);
         // Whether a check is due is known once the orders of this step are.
         self.check_encoder((angle, position));
         self.wiring.set_encoder_follows(self.encoder_follows);

@@ -350,22 +350,28 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         if let Some(throttle) = self.plant.replaced.dequeue() {
             self.spare = Some(throttle);
         }
-        let latched = self.wiring.latch().causes();
-        if latched != self.announced {
-            self.announced = latched;
-            // What the encoder did not count is missing for good.
-            if latched.are_of_the_encoder() {
-                self.referenced = false;
-                self.found = None;
-            }
-            if !latched.is_empty() {
-                let text = format_args!("fault: {latched}; the bridge is off; see `faults`");
-                self.consoles.announce(text, out);
-            }
-        }
+        self.heed_faults(out);
         self.end_search(out);
         self.tell(out);
         self.send(out);
+    }
+
+    /// Tells what was latched since it was last told, and takes the position for unknown behind a fault of the encoder.
+    fn heed_faults(&mut self, out: &mut dyn Write) {
+        let latched = self.wiring.latch().causes();
+        if latched == self.announced {
+            return;
+        }
+        self.announced = latched;
+        // What the encoder did not count is missing for good.
+        if latched.are_of_the_encoder() {
+            self.referenced = false;
+            self.found = None;
+        }
+        if !latched.is_empty() {
+            let text = format_args!("fault: {latched}; the bridge is off; see `faults`");
+            self.consoles.announce(text, out);
+        }
     }
 
     /// Takes the power once a switch is found, or is not, and with what was found makes the position known.
@@ -488,7 +494,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
                     None => console::reply(&Response::Refused(Refusal::Unavailable), out),
                 },
                 _ => {
-                    let response = match self.perform(request).await {
+                    let response = match self.perform(request, out).await {
                         Ok(()) => Response::Done,
                         Err(refusal) => Response::Refused(refusal),
                     };
@@ -543,9 +549,9 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         ]
     }
 
-    async fn perform(&mut self, request: Request) -> Result<(), Refusal> {
+    async fn perform(&mut self, request: Request, out: &mut dyn Write) -> Result<(), Refusal> {
         match request {
-            Request::Clear => self.wiring.latch().clear().map_err(Refusal::NotCleared),
+            Request::Clear => self.clear(out),
             Request::Arm => self.arm(),
             Request::Disarm => {
                 self.disarm();
@@ -586,6 +592,17 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         }
     }
 
+    /// Forgets what is latched. What came since the last poll is heeded before.
+    fn clear(&mut self, out: &mut dyn Write) -> Result<(), Refusal> {
+        // From here on a fault that comes is not forgotten.
+        let clearing = self.wiring.latch().begin_to_clear();
+        self.heed_faults(out);
+        clearing.end().map_err(Refusal::NotCleared)?;
+        // The same fault is told anew, though it come before the next poll.
+        self.announced = Faults::NONE;
+        Ok(())
+    }
+
     fn arm(&mut self) -> Result<(), Refusal> {
         let must_be_known = self.machine.motion.has_position() && !self.kit.is_emulated;
         if must_be_known && !self.referenced && self.home.is_none() {
@@ -596,6 +613,11 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         if is_outdated && self.home.is_none() {
             self.order_setup()?;
             self.unlimited = false;
+        }
+        if !was_armed {
+            // Lines come faster than control steps: what was told before the drive was disarmed may still be on its way to it, and
+            // so may its last position before another zero.
+            self.order(drive::Order::Mode(self.mode))?;
         }
         self.switch_on()?;
         match self.home {
@@ -706,6 +728,8 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         }
         self.require_disarmed()?;
         self.set_mode(Mode::Position)?;
+        // What came of an earlier search says nothing of this one.
+        let _ = self.wiring.take_search();
         self.referenced = false;
         self.home = Some(home);
         Ok(())
@@ -713,8 +737,6 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
 
     /// Begins to seek a switch: nothing limits a position that is not known, but the way is no longer than the stroke.
     fn seek(&mut self, home: &Home) -> Result<(), Refusal> {
-        // What came of an earlier one says nothing of this.
-        let _ = self.wiring.take_search();
         self.unlimited = true;
         self.order_setup()?;
         let plant = &self.machine.plant;
@@ -834,6 +856,7 @@ impl<F: NorFlash, S: Station> Operator<F, S> {
         if self.machine.converters.position.unit() != unit {
             // What was counted, was counted in another unit.
             self.found = None;
+            self.referenced = false;
             if let Some(memory) = &mut self.memory {
                 memory.clear();
             }
