@@ -180,12 +180,23 @@ impl Outputs {
         });
     }
 
+    /// Refuses standard output that goes into an input, whatever else is asked for.
+    fn check_printed(&self) -> Result<(), Failure> {
+        if self.is_read_and_printed {
+            return Err(Failure::other(
+                "standard output goes to a file that this command reads; name another file",
+            ));
+        }
+        Ok(())
+    }
+
     /// An output that the user named; none where none was asked for.
     ///
     /// # Errors
     /// A place at which no file can be written; an input, another output, or a file that this program
-    /// did not write.
+    /// did not write; standard output that goes into an input.
     pub fn file(&mut self, path: Option<&Path>, kind: Kind) -> Result<Option<Output>, Failure> {
+        self.check_printed()?;
         let Some(path) = path else { return Ok(None) };
         self.declare(path, kind).map(Some)
     }
@@ -200,6 +211,7 @@ impl Outputs {
         directory: Option<&Path>,
         files: [(&str, Kind); N],
     ) -> Result<Option<[Output; N]>, Failure> {
+        self.check_printed()?;
         let Some(directory) = directory else {
             return Ok(None);
         };
@@ -330,11 +342,6 @@ impl Outputs {
     /// What the file system reports. A pipe may have got its part then; files are as before, unless the disk
     /// failed between two renames.
     pub fn commit(mut self) -> Result<(), Failure> {
-        if self.is_read_and_printed {
-            return Err(Failure::other(
-                "standard output goes to a file that this command reads; name another file",
-            ));
-        }
         let changes = std::mem::take(&mut self.changes);
         // Streams first: these fail, or wait for a reader, while nothing is in place yet.
         for change in &changes {

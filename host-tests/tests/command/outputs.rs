@@ -523,6 +523,7 @@ fn nothing_is_appended_to_what_is_read() {
     let before = bench.files();
     for line in [
         "$HIL gap --machine machine.toml --train train.csv >> train.csv",
+        "$HIL gap --machine machine.toml --train train.csv --json /dev/stdout >> train.csv",
         "$HIL export --machine machine.toml --to c >> machine.toml",
     ] {
         let output = bench.shell(line);
