@@ -75,13 +75,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         })
         .collect();
     warn(&named);
-    if let Some(out) = out {
-        outputs.stage(out, bytes)?;
-        return outputs.commit();
+    match out {
+        Some(out) => {
+            outputs.stage(out, bytes)?;
+            outputs.commit()
+        }
+        None => io::stdout()
+            .write_all(&bytes)
+            .map_err(|error| Failure::system("standard output", &error)),
     }
-    // Standard output may be the machine file.
-    outputs.commit()?;
-    io::stdout()
-        .write_all(&bytes)
-        .map_err(|error| Failure::system("standard output", &error))
 }
