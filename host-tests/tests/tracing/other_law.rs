@@ -1,5 +1,6 @@
-//! A mechanism whose law is not quite the catalogue's: gear teeth whose torque over one tooth is no sine. What the sine
+//! A mechanism whose law is not quite the catalogue's. Gear teeth whose torque over one tooth is no sine: what the sine
 //! leaves repeats twice and three times a tooth and reads like a second effect, an encoder that is not centred; it is none.
+//! And a friction that falls with the speed as a bell curve does, not as an exponential.
 
 use std::f64::consts::PI;
 
@@ -7,7 +8,7 @@ use host_tests::gap::engine;
 use host_tests::gap::outcome::{Estimate, FoundEffect};
 use host_tests::log::Log;
 
-use crate::stepped::{Stepped, torque_driven};
+use crate::stepped::{COUNTS, GEARMOTOR, Stepped, gearmotor, torque_driven};
 
 /// The machine that it is, in steps of 0.5 ms.
 const TOOTHED: Stepped<4> = Stepped {
@@ -120,4 +121,52 @@ fn a_spring_beside_them_is() {
     };
     assert_eq!(cogging, "cogging");
     assert!(["gravity", "spring"].contains(&returning), "{returning}");
+}
+
+/// What friction at a crawl has beyond that in fast motion, N·m, and the speed at which 1/e of that is left, rad/s.
+const DROP: f64 = 0.2;
+const STRIBECK_SPEED: f64 = 0.5;
+
+/// B. Armstrong-Hélouvry's Gaussian Stribeck curve (*Control of Machines with Friction*, 1991), on a geared motor.
+fn log_of_bell(phases: [f64; 4]) -> Log {
+    let [resistance, torque_constant] = [4.0, 1.482];
+    let machine = Stepped {
+        breakaway: GEARMOTOR.coulomb + DROP,
+        ..GEARMOTOR
+    };
+    machine.log("bell.csv", phases, 0, |volts, _, velocity| {
+        let current = (volts - torque_constant * velocity) / resistance;
+        let share = velocity / STRIBECK_SPEED;
+        let direction = if velocity == 0.0 {
+            0.0
+        } else {
+            velocity.signum()
+        };
+        let drop = DROP * (-share * share).exp() * direction;
+        (torque_constant * current - drop, current)
+    })
+}
+
+#[test]
+fn a_friction_that_falls_with_the_speed_has_its_name_by_any_law() {
+    let machine = gearmotor([4.0, 0.0, 1.482], COUNTS, "");
+    let train = log_of_bell([0.3, 1.9, 4.0, 5.5]);
+    let other = log_of_bell([2.2, 0.4, 5.1, 1.0]);
+    let report = engine::run(&machine, &[train], || Ok(vec![other]), |_| ()).unwrap();
+    let outcome = report.outcome;
+    assert_eq!(names(&outcome.effects), ["stribeck"], "{outcome:?}");
+    let remaining = outcome.errors.validate.unwrap().remaining();
+    assert!(remaining < 0.5, "{remaining} of the error is left");
+    // Where the law was learned, it is the bell curve, beyond what is the same at all speeds.
+    if let Some(law) = &outcome.effects[0].law {
+        let bell = |speed: f64| DROP * (-(speed / STRIBECK_SPEED).powi(2)).exp();
+        let fast = law.values.last().unwrap();
+        for (speed, friction) in law.at.iter().zip(&law.values) {
+            let there = bell(*speed) - bell(*law.at.last().unwrap());
+            assert!(
+                (friction - fast - there).abs() < 0.2 * DROP,
+                "{friction} N·m at {speed} rad/s"
+            );
+        }
+    }
 }
