@@ -1,7 +1,6 @@
 //! `cargo hil test`: everything that can be checked on this machine.
 
 use std::ffi::OsString;
-use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
 use std::panic::resume_unwind;
 use std::process::{Command, Stdio};
@@ -11,7 +10,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use host_tests::Tests;
-use images::Images;
 
 use crate::emulate::run::EMULATION;
 use crate::failure::Failure;
@@ -65,8 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     announce("lints");
     lint()?;
     // Before the images: both may have packages to install.
-    let browser = set_up_browser();
-    if let Err(reason) = &browser {
+    if let Err(reason) = set_up_browser() {
         say(&format!(
             "no browser: the live page is not opened in one; {reason}"
         ));
@@ -81,9 +78,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         (images.join(), tests)
     });
     let images = images.unwrap_or_else(|cause| resume_unwind(cause));
-    let (images, tests) = (images?, tests?);
+    let (images, mut tests) = (images?, tests?);
+    tests.left.extend(images.left);
     announce("done");
-    say(&summary(&images, &tests));
+    say(&tests.summary());
+    for (image, size) in images.sizes {
+        say(&format!("image {image}: {size}"));
+    }
     Ok(())
 }
 
@@ -125,7 +126,7 @@ fn lint() -> Result<(), Failure> {
         "-D",
         "warnings",
     ])?;
-    // Beside a package that is linted already: with the features that this one asks for nothing else is checked anew.
+    // Named beside host-tests the firmware has the features that the call before has built, and little is checked twice.
     cargo(&[
         "clippy",
         "--release",
@@ -209,17 +210,4 @@ fn succeed(mut command: Command, arguments: &[&str]) -> Result<(), Failure> {
 
 fn failed(arguments: &[&str]) -> Failure {
     Failure::Other(format!("failed: cargo {}", arguments.join(" ")))
-}
-
-/// What is said at the end.
-fn summary(images: &Images, tests: &Tests) -> String {
-    let mut text = tests.summary();
-    for what in &images.left {
-        // A string takes everything.
-        let _ = write!(text, "\n  no time was left for: {what}");
-    }
-    for (image, size) in &images.sizes {
-        let _ = write!(text, "\nimage {image}: {size}");
-    }
-    text
 }

@@ -18,7 +18,7 @@ use model_core::unit::Dimension;
 
 use super::engine::AllCores;
 use super::outcome::{
-    Candidate, Estimate, FittedParameter, FoundEffect, NUMBERS, Unknown, UnknownMap,
+    Candidate, Estimate, FittedParameter, FoundEffect, LearnedLaw, NUMBERS, Unknown,
 };
 use crate::machine::{Coordinate, Machine};
 use crate::quantity::decimal;
@@ -261,36 +261,20 @@ pub(super) fn found(
     declared: &Model,
     rotary: bool,
 ) -> Vec<FoundEffect> {
-    let of_motor = [Base::Resistance, Base::TorqueConstant];
-    let believed = of_motor
-        .iter()
-        .filter(|number| !trace.base.contains(number));
-    let believed: Vec<String> = believed.map(|number| number.name().to_owned()).collect();
-    let presumed = |accepted: &Accepted| {
-        if accepted.candidate.effect.id.needs_winding() {
-            believed.clone()
-        } else {
-            Vec::new()
-        }
-    };
     let first = declared.effects.len();
-    let fitted = trace.accepted.iter().enumerate().map(|(index, accepted)| {
-        let slot = first + index;
-        let effect = found_effect(accepted, (&trace.after.model, slot), spread, rotary);
-        FoundEffect {
-            presumes: presumed(accepted),
-            ..effect
-        }
+    let (after, fitted) = (&trace.after.model, &trace.base);
+    let accepted = trace.accepted.iter().enumerate();
+    let accepted = accepted.map(|(index, accepted)| {
+        found_effect(accepted, (after, first + index), (spread, fitted), rotary)
     });
     let named = mechanism(trace).zip(named).map(|(mechanism, spread)| {
-        let accepted = &mechanism.accepted;
+        let formula = (&mechanism.nearest, first);
         FoundEffect {
-            presumes: presumed(accepted),
-            law: trace.after.model.map.map(|map| learned(&map, rotary)),
-            ..found_effect(accepted, (&mechanism.nearest, first), spread, rotary)
+            law: after.map.map(|map| learned(&map, rotary)),
+            ..found_effect(&mechanism.accepted, formula, (spread, fitted), rotary)
         }
     });
-    fitted.chain(named).collect()
+    accepted.chain(named).collect()
 }
 
 /// The effect of which a law was learned.
@@ -298,24 +282,27 @@ pub(super) fn mechanism(trace: &Trace) -> Option<&Mechanism> {
     trace.unknown.as_ref()?.mechanism.as_ref()
 }
 
-/// An effect that was found, in a slot of a fitted model.
+/// An effect that was found, in a slot of a model to which these numbers were fitted.
 fn found_effect(
     accepted: &Accepted,
     (model, slot): (&Model, usize),
-    spread: &Spread,
+    (spread, fitted): (&Spread, &[Base]),
     rotary: bool,
 ) -> FoundEffect {
+    let mut presumed = vec![Base::Resistance, Base::TorqueConstant];
+    presumed
+        .retain(|number| accepted.candidate.effect.id.needs_winding() && !fitted.contains(number));
     let report = |model: &Model| model.effects[slot].report(&model.plant);
     let values = report(model);
     let description = accepted.candidate.effect.id.description();
     let mut declare = format!("{{ id = \"{}\"", description.id);
-    let fitted = &model.effects[slot];
+    let effect = &model.effects[slot];
     let parameters = description.parameters.iter().enumerate();
-    for (index, parameter) in parameters.filter(|(index, _)| fitted.has(*index)) {
-        declare += &format!(", {} = {}", parameter.name, decimal(fitted.values[index]));
+    for (index, parameter) in parameters.filter(|(index, _)| effect.has(*index)) {
+        declare += &format!(", {} = {}", parameter.name, decimal(effect.values[index]));
     }
     declare += " }";
-    let reported = fitted.reported();
+    let reported = effect.reported();
     let dimensions: Vec<Dimension> = reported.iter().map(|(_, dimension)| *dimension).collect();
     let stds = propagate(model, spread, &dimensions, report);
     FoundEffect {
@@ -340,7 +327,10 @@ fn found_effect(
             .iter()
             .map(|id| id.description().id.to_owned())
             .collect(),
-        presumes: Vec::new(),
+        presumes: presumed
+            .iter()
+            .map(|number| number.name().to_owned())
+            .collect(),
     }
 }
 
@@ -358,10 +348,10 @@ pub(super) fn unknown(trace: &Trace, rotary: bool) -> Option<Unknown> {
 }
 
 /// A learned map in the words of the answer.
-fn learned(map: &LearnedMap, rotary: bool) -> UnknownMap {
+fn learned(map: &LearnedMap, rotary: bool) -> LearnedLaw {
     let kind = map.kind;
     let knots = 0..map.knots.len();
-    UnknownMap {
+    LearnedLaw {
         over: kind.variable().to_owned(),
         acts_as: kind.acts_as().to_owned(),
         at: knots.map(|knot| decimal(map.place(knot))).collect(),

@@ -19,7 +19,7 @@ use super::answer::listed;
 use super::effect_words::{Workshop, sentence};
 use super::experiment::any_of;
 use super::outcome::{
-    Candidate, Estimate, FittedParameter, FoundEffect, Outcome, Report, UnknownMap,
+    Candidate, Estimate, FittedParameter, FoundEffect, LearnedLaw, Outcome, Report,
 };
 use crate::data_sheet::WITHIN;
 use crate::quantity::{Scale, capitalised, change, probability, significant};
@@ -56,9 +56,10 @@ pub struct Headline {
 impl Headline {
     /// The sentences for a terminal.
     pub fn of(report: &Report) -> Self {
-        let law = match report.has_page {
-            true => "in the report",
-            false => "with --report DIR",
+        let law = if report.has_page {
+            "in the report"
+        } else {
+            "with --report DIR"
         };
         Self::with(report, law)
     }
@@ -286,7 +287,7 @@ fn learned(report: &Report) -> Vec<(String, String)> {
 }
 
 /// A learned law: how large it is, over what, and where it is largest.
-fn law_in_words(law: &UnknownMap) -> String {
+fn law_in_words(law: &LearnedLaw) -> String {
     let range = |values: &[f64], unit: &str| {
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);

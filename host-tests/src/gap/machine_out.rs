@@ -127,8 +127,7 @@ fn head(machine: &Machine, train: &[PathBuf], outcome: &Outcome) -> String {
         format!("Verdict: {verdict}."),
     ];
     let freed: Vec<&str> = outcome.freed().collect();
-    let mut effects = outcome.effects.iter();
-    let named = effects.find(|effect| effect.law.is_some());
+    let named = outcome.with_law();
     let interval = named.map_or(", and its 95 % interval", |_| "");
     paragraphs.push(format!(
         "Behind each fitted number stands what it was{interval}."

@@ -131,7 +131,7 @@ pub struct FoundEffect {
     /// The machine's law of it, where it is another one than the catalogue's formula and was learned: the final model has it in
     /// place of the formula, of which the parameters are those that come nearest. Left out of the JSON elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub law: Option<UnknownMap>,
+    pub law: Option<LearnedLaw>,
     /// Effects that this log cannot tell from it.
     pub equivalent: Vec<String>,
     /// Numbers of the motor that its values presume, for they were not fitted: freed instead of it, they
@@ -204,6 +204,11 @@ impl Outcome {
         let freed = self.fit.iter().filter(|parameter| parameter.freed);
         freed.map(|parameter| parameter.name.as_str())
     }
+
+    /// The effect of which the final model has a learned law in place of the formula; no machine file can hold that law.
+    pub(super) fn with_law(&self) -> Option<&FoundEffect> {
+        self.effects.iter().find(|effect| effect.law.is_some())
+    }
 }
 
 /// Structure that the catalogue does not explain.
@@ -214,12 +219,12 @@ pub struct Unknown {
     /// Share of the residual that the learned map of this variable explains.
     pub score: f64,
     /// That map.
-    pub map: UnknownMap,
+    pub map: LearnedLaw,
 }
 
 /// A torque or a friction level that was learned over a variable: linear between its points, constant beyond them.
 #[derive(Debug, Clone, Serialize)]
-pub struct UnknownMap {
+pub struct LearnedLaw {
     /// `position`, `velocity`, `current`, `load` or `time`.
     pub over: String,
     /// `torque`, positive forwards, or `friction`, which opposes motion and holds at rest.
@@ -235,7 +240,7 @@ pub struct UnknownMap {
     pub unit: String,
 }
 
-impl UnknownMap {
+impl LearnedLaw {
     /// What its points are values of, in words.
     pub(super) fn laid_over(&self) -> &str {
         match self.over.as_str() {

@@ -6,8 +6,8 @@ use model_core::gap::verdict::Verdict;
 
 use super::headline;
 use super::outcome::{
-    Candidate, ErrorSet, Errors, Estimate, FittedParameter, FoundEffect, Outcome, Report,
-    Resampled, Stages, UnknownMap,
+    Candidate, ErrorSet, Errors, Estimate, FittedParameter, FoundEffect, LearnedLaw, Outcome,
+    Report, Resampled, Stages,
 };
 pub use super::terminal::WIDTH;
 use super::terminal::{Page, Style, printable};
@@ -374,7 +374,7 @@ fn effects(page: &mut Page, outcome: &Outcome) {
 }
 
 /// What was learned, point by point.
-fn learned(page: &mut Page, map: &UnknownMap) {
+fn learned(page: &mut Page, map: &LearnedLaw) {
     for (name, unit, values) in [
         (map.laid_over(), &map.at_unit, &map.at),
         (map.acts_as.as_str(), &map.unit, &map.values),

@@ -268,9 +268,12 @@ impl Instants {
         let is_shared = |row: &usize| nearest(*row + 1) - nearest(*row) < 0.5;
         let step = |row: usize| time[row + 1] - time[row];
         // Without a grid a sample is nearest to no row, or to two, by chance; the step between the rows has to say so too.
-        let filled = |row: usize| match self.has_grid {
-            true => between(row),
-            false => between(row).min(self.filled_in(step(row))),
+        let filled = |row: usize| {
+            if self.has_grid {
+                between(row)
+            } else {
+                between(row).min(self.filled_in(step(row)))
+            }
         };
         let is_merged =
             |row: &usize| is_shared(row) && (self.has_grid || step(*row) < 0.5 * self.period);

@@ -3,7 +3,7 @@
 use host_tests::gap::demand::Demand;
 use host_tests::gap::outcome::{
     Candidate, Correlations, Cost, ErrorSet, Errors, Estimate, Evidence, FittedParameter,
-    FoundEffect, Outcome, Report, Residual, Stages, Unknown, UnknownMap, Whiteness,
+    FoundEffect, LearnedLaw, Outcome, Report, Residual, Stages, Unknown, Whiteness,
 };
 use model_core::gap::verdict::Verdict;
 
@@ -282,7 +282,7 @@ pub fn variants() -> Vec<(&'static str, Report)> {
     report.outcome.unknown = Some(Unknown {
         depends_on: "velocity".into(),
         score: 0.4063,
-        map: UnknownMap {
+        map: LearnedLaw {
             over: "velocity".into(),
             acts_as: "friction".into(),
             at: vec![0.0, 0.05, 0.1, 0.15],

@@ -366,6 +366,31 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
     assert!(!text.contains("from now on"), "{text}");
 }
 
+/// A machine file holds formulas alone: where the model has a learned law, none is called what was found.
+#[test]
+fn a_machine_file_is_said_to_lack_a_learned_law() {
+    let law = variant("unknown").outcome.unknown.unwrap().map;
+    let mut report = example();
+    report.outcome.effects.truncate(1);
+    report.outcome.effects[0].law = Some(law);
+    let text = words(&report);
+    let it =
+        "to keep the formula that comes nearest to its law, run it again with --machine-out FILE";
+    assert!(text.contains(it), "{text}");
+    assert!(!text.contains("declared_effects"), "{text}");
+    for part in [
+        "another law of it than the formula",
+        "friction of -0.500 to 3.75 N over a velocity of",
+    ] {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+    report.outcome.machine_out = Some("refitted.toml".into());
+    let text = words(&report);
+    let lacks = "refitted.toml was written with the formula of asymmetric_viscous that comes nearest, but not the learned law";
+    assert!(text.contains(lacks), "{text}");
+    assert!(!text.contains("with what was found"), "{text}");
+}
+
 /// A number that has gone as far as any factor lets it is not asked to be more unsure.
 #[test]
 fn no_factor_is_asked_for_that_would_change_nothing() {

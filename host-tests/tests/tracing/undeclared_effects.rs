@@ -5,7 +5,7 @@
 //! nominal. Here are other seeds and another strength.
 
 use host_tests::gap::engine;
-use host_tests::gap::outcome::{Outcome, UnknownMap};
+use host_tests::gap::outcome::{LearnedLaw, Outcome};
 use host_tests::gap_benchmark::cases::{Case, Group, Motion};
 use host_tests::gap_benchmark::judgement::Judgement;
 use host_tests::gap_benchmark::trace_all;
@@ -965,7 +965,7 @@ fn a_hysteresis_of_another_machine_is_found_with_its_torque_and_its_reach() {
 /// The map has its highest point where the bump is, to a point's distance from the next,
 /// and about as far above the level between as the bump is high: lower, for it is as narrow as that
 /// distance.
-fn shows_the_bump(map: &UnknownMap, effect: Effect, case: &str) {
+fn shows_the_bump(map: &LearnedLaw, effect: Effect, case: &str) {
     let (Effect::SpeedBand { torque, centre, .. } | Effect::RoughSpot { torque, centre, .. }) =
         effect
     else {

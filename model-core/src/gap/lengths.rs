@@ -10,7 +10,7 @@
 use super::current_sensor::Reading;
 use super::found::Found;
 use super::held_out::{Refusal, compare};
-use super::mechanism::name;
+use super::mechanism;
 use super::model::{Base, Model};
 use super::replay::{Data, Schedule};
 use super::select::{conclude, trace_over};
@@ -83,7 +83,7 @@ pub fn trace<S: Schedule>(
         }
     }
     said.simulated = samples / said.settings.window as u64;
-    name(&data, schedule, model, options, &mut said)?;
+    mechanism::name(&data, schedule, model, options, &mut said)?;
     Some(said)
 }
 

@@ -94,7 +94,13 @@ pub(super) struct Candidates {
 /// What is in doubt after a tracing; `None` where nothing is.
 pub(super) fn doubt(trace: &Trace, looks: &[Consideration]) -> Option<Doubt> {
     if let Some(unknown) = &trace.unknown {
-        return doubt_of_map(unknown.kind, looks);
+        let mut doubt = doubt_of_map(unknown.kind, looks)?;
+        // The formula of the effect that the map is another law of is no other answer.
+        if let Some(mechanism) = &unknown.mechanism {
+            let own = mechanism.accepted.candidate.effect.id;
+            doubt.effects.retain(|id| *id != own);
+        }
+        return (!doubt.maps.is_empty() || !doubt.effects.is_empty()).then_some(doubt);
     }
     if trace.accepted.is_empty() {
         return doubt_of_nothing(looks);
@@ -191,6 +197,7 @@ fn doubt_of_nothing(looks: &[Consideration]) -> Option<Doubt> {
     })
 }
 
+/// What follows the logs about as well as a learned map; nothing in it where nothing does.
 fn doubt_of_map(kind: Kind, looks: &[Consideration]) -> Option<Doubt> {
     if is_past(Subject::Map(kind)) {
         return None;
@@ -211,7 +218,7 @@ fn doubt_of_map(kind: Kind, looks: &[Consideration]) -> Option<Doubt> {
             _ => {}
         }
     }
-    (!doubt.maps.is_empty() || !doubt.effects.is_empty()).then_some(doubt)
+    Some(doubt)
 }
 
 /// The candidates, each fitted to the logs as the named one is: the named one, those that the answer

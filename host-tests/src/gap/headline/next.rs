@@ -307,7 +307,7 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
             "{again}, or set {} in the machine file",
             listed(&freed)
         ))),
-        ([one], 0) if is_final => {
+        ([one], 0) if is_final && one.law.is_none() => {
             // The whole line: a second one of its name would be an error.
             let known = report.declared.iter().map(DeclaredEffect::to_toml);
             let all: Vec<String> = known.chain([one.declare.clone()]).collect();
@@ -320,7 +320,9 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
             )));
         }
         (effects, count) => {
-            let it = if effects.len() + count == 1 {
+            let it = if outcome.with_law().is_some() {
+                "the formula that comes nearest to its law"
+            } else if effects.len() + count == 1 {
                 "it"
             } else {
                 "all of that"
@@ -334,6 +336,13 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
 /// What the machine file is for that has been written.
 fn written(outcome: &Outcome, file: &str, reliance: Reliance, is_final: bool) -> Step {
     let what = "the machine file with what was found";
+    if let Some(effect) = outcome.with_law() {
+        return Step::Written(format!(
+            "{file} was written with the formula of {} that comes nearest, but not the learned law: no machine file can \
+             hold one",
+            effect.id
+        ));
+    }
     Step::Written(match (&outcome.unknown, reliance) {
         (Some(_), _) => format!(
             "{file} was written with the fitted numbers, but not the learned law: no machine file can hold one"
