@@ -6,7 +6,7 @@
 //! position at the row, then its input until the next one.
 
 use heapless::spsc::Producer;
-use model_core::gap::simulator::{Course, Given, Simulator};
+use model_core::gap::simulator::{Course, Given, Lateness, Simulator};
 use model_core::numeric::invalid_parameter::InvalidParameter;
 use model_core::plant::actuator::External;
 use model_core::plant::inter_sample::InterSample;
@@ -118,18 +118,18 @@ impl<'a> Replay<'a> {
             let tick = self.ticks - 1;
             match &mut self.plant {
                 Plant::Physical { simulator, course } => {
-                    let late = simulator.input_lateness().whole as u32;
-                    let (previous, input) = inputs(&self.tape, tick.checked_sub(late));
+                    let late = simulator.input_lateness();
+                    let acting = |late: Lateness| input(&self.tape, late.behind(tick as usize));
                     let given = Given {
-                        input,
-                        previous,
+                        input: acting(late),
+                        previous: acting(late.one_more()),
                         external: External::NONE,
                         index: tick as usize,
                     };
                     simulator.step(course, &given)?;
                 }
                 Plant::PiecewiseAffine(model) => {
-                    model.tick(input(&self.tape, Some(tick)))?;
+                    model.tick(input(&self.tape, Some(tick as usize)))?;
                 }
             }
         }
@@ -149,17 +149,11 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// The inputs that act in the beginning and in the end of the step behind a tick.
-fn inputs(tape: &Tape, tick: Option<u32>) -> (f32, f32) {
-    let before = tick.and_then(|tick| tick.checked_sub(1));
-    (input(tape, before), input(tape, tick))
-}
-
 /// The input that acts at a tick; none before the first one, as where the drive is late.
-fn input(tape: &Tape, tick: Option<u32>) -> f32 {
+fn input(tape: &Tape, tick: Option<usize>) -> f32 {
     tick.map_or(0.0, |tick| {
-        let row = (tick / tape.head.ticks_per_input).min(tape.head.inputs - 1);
-        tape.input(row as usize)
+        let row = tick / tape.head.ticks_per_input as usize;
+        tape.input(row.min(tape.head.inputs as usize - 1))
     })
 }
 

@@ -371,6 +371,7 @@ pub(super) fn fitted(
 ) -> Vec<FittedParameter> {
     let rotary = machine.coordinate == Coordinate::Radian;
     base.iter()
+        .filter(|&&parameter| parameter != Base::InputLead)
         .map(|&parameter| {
             let value = |model: &Model| [model.get(parameter)];
             let dimensions = [parameter.dimension()];
@@ -390,6 +391,24 @@ pub(super) fn fitted(
             }
         })
         .collect()
+}
+
+/// How much earlier each input acted than the log has it, s, where that was fitted.
+pub(super) fn input_lead(trace: &Trace, spread: &Spread) -> Option<Estimate> {
+    let lead = trace
+        .base
+        .iter()
+        .find(|&&number| number == Base::InputLead)?;
+    let model = &trace.after.model;
+    let [std] = propagate(model, spread, &[lead.dimension()], |model: &Model| {
+        [model.get(*lead)]
+    });
+    Some(Estimate {
+        name: lead.name().to_owned(),
+        value: decimal(model.get(*lead)),
+        std,
+        unit: lead.dimension().unit(true).to_owned(),
+    })
 }
 
 /// Gain, offset and lag of the current's sensor, where they were fitted.

@@ -167,6 +167,7 @@ pub(super) fn components(
         let without = Model {
             map: None,
             current_sensor: Default::default(),
+            input_lead: 0.0,
             ..model.clone()
         };
         let (x, component, partial_residual) =

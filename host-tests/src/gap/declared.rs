@@ -64,6 +64,7 @@ pub fn model(machine: &Machine) -> Result<Model, InputError> {
         effects: Default::default(),
         map: None,
         current_sensor: Default::default(),
+        input_lead: 0.0,
     };
     for declared in &machine.declared_effects {
         let known = || {
@@ -420,7 +421,11 @@ mod tests {
         let file = workspace::root().join("host-tests/machines/ema-24v.toml");
         let machine = Machine::read(&file).unwrap();
         let declared = model(&machine).unwrap();
-        for base in Base::ALL {
+        // The lead of the log's input is no number of the machine.
+        for base in Base::ALL
+            .into_iter()
+            .filter(|&base| base != Base::InputLead)
+        {
             let mut fitted = declared.clone();
             let value = 0.9 * declared.get(base) + 1e-6;
             fitted.set(base, value);

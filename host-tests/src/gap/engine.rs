@@ -15,7 +15,9 @@ use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
-use super::answer::{Spread, candidate, current_sensor, fitted, found, mechanism, unknown};
+use super::answer::{
+    Spread, candidate, current_sensor, fitted, found, input_lead, mechanism, unknown,
+};
 use super::declared::{base_parameters, model, resolution, unsure};
 use super::demand::Demand;
 use super::disagreement;
@@ -310,7 +312,7 @@ pub fn trace(
                 taken.accepted = false;
                 taken.reason.clone_from(&reason);
             }
-            trace.take_back(base.len());
+            trace.take_back();
             for errors in [&mut train_errors, &mut errors] {
                 errors.after = errors.before.clone();
             }
@@ -350,6 +352,7 @@ pub fn trace(
             machine,
         ),
         current_sensor: current_sensor(&trace, &spread),
+        input_lead: input_lead(&trace, &spread),
         errors: Errors {
             train: train_errors,
             validate: validate_errors,

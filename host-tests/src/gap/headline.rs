@@ -7,7 +7,7 @@ mod layout;
 mod next;
 
 use model_core::effect::Id;
-use model_core::gap::criterion::UNEXPLAINED;
+use model_core::gap::criterion::{GOOD_SENSOR, UNEXPLAINED};
 use model_core::gap::verdict::Verdict;
 
 use self::gain::{gain, rises};
@@ -84,6 +84,7 @@ impl Headline {
             .map(|effect| (effect.id.clone(), sentence(effect, &workshop)))
             .collect();
         details.extend(learned(report));
+        details.extend(late_input(report));
         details.extend(current_sensor(report));
         Self {
             finding,
@@ -308,6 +309,28 @@ fn law_in_words(law: &LearnedLaw) -> String {
     )
 }
 
+/// Whether the log has its input late, if that is sure and more than the timing of a good logger.
+fn late_input(report: &Report) -> Option<(String, String)> {
+    let lead = report.outcome.input_lead.as_ref()?;
+    let step = row_period(report)?;
+    if lead.value <= (2.0 * lead.std).max(GOOD_SENSOR * step) {
+        return None;
+    }
+    let late = Scale::of(&lead.unit, [lead.value]).quantity(lead.value);
+    let rows = significant(lead.value / step, 2);
+    let sentence = format!(
+        "The log has each input {late} late, {rows} of a row: it acted before the row that holds it. The model is given it \
+         that much earlier."
+    );
+    Some(("input".to_owned(), sentence))
+}
+
+/// Seconds from one row to the next.
+fn row_period(report: &Report) -> Option<f64> {
+    let log = report.train.first()?;
+    log.time.get(1).map(|&step| f64::from(step))
+}
+
 /// How the log's current errs, by those of its numbers that are surely not a good sensor's.
 fn current_sensor(report: &Report) -> Option<(String, String)> {
     let outcome = &report.outcome;
@@ -337,11 +360,7 @@ fn current_sensor(report: &Report) -> Option<(String, String)> {
     }
     // The input is held from row to row, so a current without inductance is that of half a row before when a row begins; one
     // with inductance is that much later anyhow.
-    let half_a_row = report
-        .train
-        .first()
-        .and_then(|log| Some(0.5 * f64::from(*log.time.get(1)?)));
-    let winding = lag.value + half_a_row.unwrap_or(0.0);
+    let winding = lag.value + 0.5 * row_period(report).unwrap_or(0.0);
     let late = is_sure(lag, 0.0).then_some(("the current", winding));
     if late.is_some() {
         errs.push(format!("comes {} late", quantity(lag.value, &lag.unit)));

@@ -92,7 +92,7 @@ pub fn torque_balance(
     let velocity = differentiate(&position, period);
     let acceleration = differentiate(&velocity, period);
     let back = |series: Channel, index: usize, late: Lateness| {
-        let at = |index: usize| f64::from(series.at(index.saturating_sub(late.whole)));
+        let at = |index: usize| f64::from(series.at(late.sample(index, series.len())));
         let (now, before) = (at(index), at(index.saturating_sub(1)));
         now + f64::from(late.share) * (before - now)
     };
@@ -160,7 +160,7 @@ pub fn torque_balance(
             ) => {
                 // The reading of a moment within the step that begins here, carried back to its beginning.
                 let read = |index: usize| f64::from(simulator.read(current, index));
-                let share = f64::from(simulator.current_match().share);
+                let share = f64::from(simulator.current_lateness().share);
                 let before = read(index.saturating_sub(1));
                 let now = read(index) + share * (before - read(index));
                 f64::from(torque_constant) * now

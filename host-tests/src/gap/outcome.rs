@@ -36,6 +36,10 @@ pub struct Outcome {
     /// 1, 0 and 0; left out of the JSON elsewhere.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub current_sensor: Vec<Estimate>,
+    /// How much earlier each input acted than the log has it, s, where the logs are followed clearly better so; left out of the
+    /// JSON elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input_lead: Option<Estimate>,
     /// Errors of the three models on both logs.
     pub errors: Errors,
     /// Every effect that was looked at, round by round, and why it was taken or refused.

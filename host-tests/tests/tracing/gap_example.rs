@@ -160,6 +160,7 @@ pub fn example() -> Report {
         ],
         unknown: None,
         current_sensor: vec![],
+        input_lead: None,
         fit: vec![
             fitted("inertia", 90.0, 95.204, Some(0.118), "kg"),
             fitted("viscous", 203.5, 204.36, None, "N·s/m"),

@@ -47,6 +47,7 @@ fn a_late_drive_is_named(drives: &[(f64, bool)]) {
             (found / delay - 1.0).abs() < 0.05,
             "{found} s for {delay} s"
         );
+        assert!(outcome.input_lead.is_none(), "{outcome:?}");
         let ratio = outcome.errors.validate.unwrap().remaining();
         assert!(ratio < 0.1, "{ratio} of the error is left");
     }

@@ -15,6 +15,7 @@ mod gap_report;
 mod identify;
 mod intervals;
 mod late_drive;
+mod late_input;
 mod light_machine;
 mod load_torque;
 mod log_of_counts;

@@ -1,6 +1,5 @@
 //! How the sensor of the current errs.
 
-use super::simulator::Lateness;
 use heapless::Vec;
 
 /// What a sensor of the current says: `gain` times the current of `lag` seconds before, and `offset`.
@@ -83,48 +82,5 @@ impl CurrentSensor {
             Reading::Offset => self.offset = value,
             Reading::Lag => self.lag = value,
         }
-    }
-}
-
-/// Which reading belongs to a step of a simulation that is late itself.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Match {
-    /// Samples by which the reading is behind the step's first sample; below 0 where it is ahead.
-    behind: isize,
-    /// Part of the step at which the current is read, 0 to 1.
-    pub share: f32,
-}
-
-impl Match {
-    /// `behind`: what the simulation is late by; `lag`: what the sensor is; both in s.
-    pub fn new(behind: f32, lag: f32, period: f32) -> Self {
-        if behind >= lag {
-            let Lateness { whole, share } = Lateness::new(behind - lag, period);
-            return Self {
-                behind: whole as isize,
-                share,
-            };
-        }
-        let Lateness { whole, share } = Lateness::new(lag - behind, period);
-        let part = share > 0.0;
-        Self {
-            behind: -(whole as isize) - isize::from(part),
-            share: if part { 1.0 - share } else { 0.0 },
-        }
-    }
-
-    /// Sample of the reading, of so many, that belongs to the step from this one; at the ends of a log the
-    /// nearest.
-    #[inline]
-    pub fn sample(&self, index: usize, samples: usize) -> usize {
-        index
-            .saturating_add_signed(-self.behind)
-            .min(samples.saturating_sub(1))
-    }
-
-    /// Whether that is the step's own sample.
-    #[inline]
-    pub fn is_at_hand(&self) -> bool {
-        self.behind == 0
     }
 }

@@ -243,7 +243,7 @@ impl<'m> Ensemble<'m> {
     /// Whether the current is read within a step of the model, not at the end of one.
     pub fn reads_within_steps(&self) -> bool {
         let model = self.simulators.first();
-        model.is_some_and(|model| model.current_match().share > 0.0)
+        model.is_some_and(|model| model.current_lateness().share > 0.0)
     }
 
     /// The copies: one a column of the sums behind the residual's.

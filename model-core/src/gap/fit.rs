@@ -12,8 +12,8 @@ use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
 use heapless::Vec;
 
-/// Most variables of one fit: the fourteen of the base, the three of the current's sensor, and three for each of
-/// four effects; the four overtones of a cogging take the room of others. What comes last has none and stays as it is.
+/// Most variables of one fit: the fifteen of the base, the three of the current's sensor, and eleven of effects: three have
+/// three at most, and the four overtones of a cogging take the room of others. What comes last has none and stays as it is.
 pub const MOST_VARIABLES: usize = 29;
 
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an
@@ -66,7 +66,7 @@ pub type Variables = Vec<Variable, MOST_VARIABLES>;
 
 impl Variable {
     /// A base parameter, bounded to 1/50 to 50 times its declared value (zero below, where it may
-    /// be zero).
+    /// be zero). An input is early by a sample at most: what a row holds acts from there on, or until there.
     pub fn base(model: &Model, parameter: Base, scope: &Scope) -> Self {
         let declared = model.get(parameter);
         let natural = match parameter {
@@ -80,6 +80,7 @@ impl Variable {
             }
             Base::Inductance => 1e-3 * model.get(Base::Resistance),
             Base::Resistance | Base::TorqueConstant | Base::Inertia => declared,
+            Base::InputLead => scope.period,
         };
         let scale = if parameter.dimension() == Dimension::Position {
             natural
@@ -91,6 +92,8 @@ impl Variable {
                 declared - 10.0 * scope.stroke,
                 declared + 10.0 * scope.stroke,
             )
+        } else if parameter == Base::InputLead {
+            (0.0, scale)
         } else if parameter.is_signed() {
             (-50.0 * scale, 50.0 * scale)
         } else if parameter.is_positive() {

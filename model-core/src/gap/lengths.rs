@@ -11,7 +11,7 @@ use super::current_sensor::Reading;
 use super::found::Found;
 use super::held_out::{Refusal, compare};
 use super::mechanism;
-use super::model::{Base, Model};
+use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule};
 use super::select::{conclude, trace_over};
 use super::standing::{look_beneath, stands, take_map};
@@ -42,30 +42,30 @@ pub fn trace<S: Schedule>(
     let mut last = 0;
     let mut data = *data;
     let mut samples = 0;
-    let mut over = |data: &Data, observe: &mut dyn FnMut(&Consideration)| {
-        let trace = trace_over(data, schedule, model, options, observe)?;
+    let mut over = |data: &Data, base: &[Base], observe: &mut dyn FnMut(&Consideration)| {
+        let options = Options { base, ..*options };
+        let trace = trace_over(data, schedule, model, &options, observe)?;
         samples += trace.simulated * data.settings.window as u64;
         Some(trace)
     };
-    let mut said = over(&data, &mut |look| {
+    let mut said = over(&data, options.base, &mut |look| {
         last = last.max(look.round);
         observe(look);
     })?;
-    let fitted = options.base.len();
     // What is found over half of the windows is asked over a quarter of them, or is not said.
     let quarter = data.settings.window / 4 >= LEAST_SAMPLES;
     if said.verdict() == Verdict::NothingProven && quarter && shorten(&mut data) {
-        let shorter = over(&data, &mut |look| {
+        let shorter = over(&data, said.fitted(), &mut |look| {
             let round = last + look.round;
             observe(&Consideration { round, ..*look });
         });
-        if let Some(shorter) = shorter.filter(|shorter| shorter.has_found(fitted)) {
+        if let Some(shorter) = shorter.filter(Trace::has_found) {
             said = shorter;
         }
     }
     let mut other = None;
-    if said.has_found(fitted) && shorten(&mut data) {
-        other = over(&data, &mut |_| ());
+    if said.has_found() && shorten(&mut data) {
+        other = over(&data, said.fitted(), &mut |_| ());
     }
     // Where the shorter windows cannot be replayed at all, they speak for nothing and against nothing.
     if let Some(mut other) = other {
@@ -77,7 +77,12 @@ pub fn trace<S: Schedule>(
             core::mem::swap(&mut said, &mut other);
         } else {
             data.settings = said.settings;
-            let mut workbench = Workbench::new(data, schedule, model, options)?;
+            let base: Numbers = said.fitted().iter().copied().collect();
+            let options = Options {
+                base: &base,
+                ..*options
+            };
+            let mut workbench = Workbench::new(data, schedule, model, &options)?;
             keep(&mut workbench, &mut said, &other, &mut observe)?;
             samples += workbench.simulated * data.settings.window as u64;
         }
@@ -117,17 +122,16 @@ fn keep(
     other: &Trace,
     observe: &mut dyn FnMut(&Consideration),
 ) -> Option<()> {
-    let fixed = workbench.options.base.len();
-    let freed = |number: &Base| other.base[fixed..].contains(number);
+    let freed = |number: &Base| other.freed().contains(number);
     let confirmed = |accepted: &Accepted| other.confirms(accepted);
     let mut map = trace.unknown.iter();
     if map.all(|it| other.confirms_map(it.kind))
-        && trace.base[fixed..].iter().all(freed)
+        && trace.freed().iter().all(freed)
         && trace.accepted.iter().all(confirmed)
     {
         return Some(());
     }
-    if other.has_found(fixed) && beats(workbench, trace, other).unwrap_or(false) {
+    if other.has_found() && beats(workbench, trace, other).unwrap_or(false) {
         return Some(());
     }
     let declared = workbench.declared;
@@ -155,7 +159,7 @@ fn keep(
             found.after.model.effects.remove(first + place);
         }
     }
-    for number in &trace.base[fixed..] {
+    for number in trace.freed() {
         if freed(number) {
             let _ = workbench.base.push(*number);
         } else {

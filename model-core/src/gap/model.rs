@@ -15,7 +15,7 @@ use heapless::Vec;
 /// Most effects that a model holds.
 pub const MOST_EFFECTS: usize = 8;
 
-/// A parameter of the declared actuator, by the name that it has in a machine file.
+/// A number of the declared actuator or of its log that a fit may move, by the name that it has in a machine file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Base {
     /// Winding resistance.
@@ -46,6 +46,8 @@ pub enum Base {
     Coulomb,
     /// Breakaway level, both directions.
     Static,
+    /// How much earlier an input acted than the log has it: no machine file names it.
+    InputLead,
 }
 
 /// Some of them, each once.
@@ -53,18 +55,19 @@ pub type Numbers = Vec<Base, { Base::ALL.len() }>;
 
 impl Base {
     /// Those of which no effect says the same: where the residual asks for another value, the machine
-    /// file is wrong.
-    pub const WITHOUT_EFFECT: [Self; 6] = [
+    /// file is wrong, or the log's input is late.
+    pub const WITHOUT_EFFECT: [Self; 7] = [
         Self::Resistance,
         Self::TorqueConstant,
         Self::Inertia,
         Self::Viscous,
         Self::Coulomb,
         Self::Static,
+        Self::InputLead,
     ];
 
-    /// Every parameter that a machine file may name in `[fit]`.
-    pub const ALL: [Self; 14] = [
+    /// All of them: those that a machine file may name in `[fit]`, and the last one.
+    pub const ALL: [Self; 15] = [
         Self::Resistance,
         Self::Inductance,
         Self::TorqueConstant,
@@ -79,6 +82,7 @@ impl Base {
         Self::UpperStop,
         Self::Coulomb,
         Self::Static,
+        Self::InputLead,
     ];
 
     /// Its name in a machine file.
@@ -98,6 +102,7 @@ impl Base {
             Self::UpperStop => "upper_stop",
             Self::Coulomb => "coulomb",
             Self::Static => "static",
+            Self::InputLead => "input_lead",
         }
     }
 
@@ -116,6 +121,7 @@ impl Base {
             Self::SpringPreload | Self::GravityTorque | Self::Coulomb | Self::Static => {
                 Dimension::Torque
             }
+            Self::InputLead => Dimension::Time,
         }
     }
 
@@ -154,6 +160,9 @@ pub struct Model {
     /// How its current is measured.
     #[cfg_attr(feature = "serde", serde(default))]
     pub current_sensor: CurrentSensor,
+    /// How much earlier each input acted than the log has it, s.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub input_lead: f32,
     /// Its effects.
     pub effects: Vec<Active, MOST_EFFECTS>,
     /// What was learned where no effect explains the residual.
@@ -175,6 +184,7 @@ impl Model {
             gravity_torque: 0.0,
             gravity_rest: 0.0,
             current_sensor: CurrentSensor::default(),
+            input_lead: 0.0,
             effects: Vec::new(),
             map: None,
         }
@@ -229,6 +239,7 @@ impl Model {
                 let (breakaway, coulomb) = (self.plant.breakaway, self.plant.coulomb);
                 breakaway.forward.max(coulomb.forward)
             }
+            Base::InputLead => self.input_lead,
         }
     }
 
@@ -260,6 +271,7 @@ impl Model {
             Base::UpperStop => self.plant.upper_stop = value,
             Base::Coulomb => self.plant.coulomb = Directional::both(value),
             Base::Static => self.plant.breakaway = Directional::both(value),
+            Base::InputLead => self.input_lead = value,
         }
     }
 

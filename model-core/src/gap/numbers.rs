@@ -1,7 +1,7 @@
 //! Numbers of the machine file and of the current's sensor that are freed where they explain what is left.
 
 use super::alternatives::other_law;
-use super::criterion::{EQUALLY_GOOD, LEAST_OFF};
+use super::criterion::{EQUALLY_GOOD, GOOD_SENSOR, LEAST_OFF};
 use super::current_sensor::{Reading, Readings};
 use super::fit::Fit;
 use super::found::Found;
@@ -91,7 +91,8 @@ fn number_instead(
             continue;
         }
         let fit = workbench.free(model, &[number])?;
-        if is_off(workbench.declared, &fit.model, number) {
+        let period = workbench.options.scope.period;
+        if is_off((workbench.declared, &fit.model), number, period) {
             return Some(Some((fit, compare(smaller, &without))));
         }
         workbench.base.truncate(fixed);
@@ -100,10 +101,14 @@ fn number_instead(
     Some(None)
 }
 
-/// Whether a number is so far from what is declared that it counts as wrong.
-fn is_off(declared: &Model, fitted: &Model, number: Base) -> bool {
+/// Whether a number is so far from what is declared that it counts as wrong. `period`: that of the log, s.
+fn is_off((declared, fitted): (&Model, &Model), number: Base, period: f32) -> bool {
     let declared = declared.get(number);
-    (fitted.get(number) - declared).abs() >= LEAST_OFF * declared.abs()
+    let least = match number {
+        Base::InputLead => GOOD_SENSOR as f32 * period,
+        _ => LEAST_OFF * declared.abs(),
+    };
+    (fitted.get(number) - declared).abs() >= least
 }
 
 /// Holds those numbers of the current's sensor again without which held-out blocks are followed nearly as well; all of
@@ -167,8 +172,9 @@ pub(super) fn free_numbers(
     let (chosen, fixed) = (workbench.data, workbench.base.len());
     while !numbers.is_empty() {
         let fit = workbench.free(&found.after.model, &numbers)?;
-        let declared = workbench.declared;
-        let is_off = |number: &Base| is_off(declared, &fit.model, *number);
+        let models = (workbench.declared, &fit.model);
+        let period = workbench.options.scope.period;
+        let is_off = |number: &Base| is_off(models, *number, period);
         if numbers.iter().all(is_off) {
             let freed = workbench.base.clone();
             workbench.base.truncate(fixed);

@@ -43,8 +43,9 @@ fn looks<'a>(
             }
             None if log.is_released(index) => 0.0,
             None => {
-                let late = simulator.input_lateness().whole;
-                let sum: f32 = around.map(|at| log.input.at(at.saturating_sub(late))).sum();
+                let late = simulator.input_lateness();
+                let input = |at: usize| log.input.at(late.sample(at, log.input.len()));
+                let sum: f32 = around.map(input).sum();
                 simulator.steady_current(state.velocity.value(), sum / STRIDE as f32)
             }
         };

@@ -15,7 +15,7 @@ use super::fit::Fit;
 use super::found::Found;
 use super::held_out::{Total, compare};
 use super::judging::judge;
-use super::model::{Base, Model};
+use super::model::{Base, Model, Numbers};
 use super::numbers::{free_numbers, free_sensor, hold_readings};
 use super::replay::{Data, Schedule, WindowStart};
 use super::round::{Round, consider, take_winner};
@@ -30,7 +30,8 @@ use heapless::Vec;
 pub const LEAST_WINDOWS: usize = 4;
 
 /// Traces the gap between `model` and the logs of `data`, over windows of one length. `observe` is told of every look
-/// at every candidate, round by round.
+/// at every candidate, round by round. Where the log's input turns out late, it begins anew with that as a number of every fit:
+/// all that was fitted and found before was fitted to other inputs.
 ///
 /// `None` if the model cannot be built or there is no whole window.
 #[inline(never)]
@@ -41,10 +42,42 @@ pub(super) fn trace_over<S: Schedule>(
     options: &Options,
     observe: &mut dyn FnMut(&Consideration),
 ) -> Option<Trace> {
+    let mut last = 0;
+    let told = &mut |look: &Consideration| {
+        last = last.max(look.round);
+        observe(look);
+    };
+    if let Some(trace) = trace_with(data, schedule, model, options, told)? {
+        return Some(trace);
+    }
+    let mut base: Numbers = options.base.iter().copied().collect();
+    let _ = base.push(Base::InputLead);
+    let options = Options {
+        base: &base,
+        ..*options
+    };
+    trace_with(data, schedule, model, &options, &mut |look| {
+        let round = last + look.round;
+        observe(&Consideration { round, ..*look });
+    })?
+}
+
+/// `None` inside where a number that no fit of these options moves turns out to be one that every fit has to move.
+#[inline(never)]
+fn trace_with<S: Schedule>(
+    data: &Data,
+    schedule: &S,
+    model: &Model,
+    options: &Options,
+    observe: &mut dyn FnMut(&Consideration),
+) -> Option<Option<Trace>> {
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
     let mut before = fit_base(&mut workbench)?;
     let mut found = Found::nothing(&before);
     found.search(&mut workbench, 1, observe)?;
+    if workbench.has_found_input_late() {
+        return Some(None);
+    }
     if found.is_more(&workbench) || !workbench.readings.is_empty() {
         // Both models are judged on the same restarts, so the first is fitted to these too.
         let fitted = workbench.hold_freed();
@@ -59,7 +92,11 @@ pub(super) fn trace_over<S: Schedule>(
             found.outdone_by(learned, observe);
             take_map(&mut workbench, learned, &mut found)?;
             if challenged {
-                if look_again(&mut workbench, &mut found, observe)? {
+                let found_more = look_again(&mut workbench, &mut found, observe)?;
+                if workbench.has_found_input_late() {
+                    return Some(None);
+                }
+                if found_more {
                     observe(&learned.dropped());
                     unknown = None;
                 } else {
@@ -80,7 +117,7 @@ pub(super) fn trace_over<S: Schedule>(
             break;
         }
     }
-    conclude(&mut workbench, before, found, unknown)
+    conclude(&mut workbench, before, found, unknown).map(Some)
 }
 
 /// What is said of what was found. Where nothing is proven, numbers that were freed are taken back.
@@ -110,6 +147,7 @@ pub(super) fn conclude(
         residual,
         farthest,
         base: workbench.base.clone(),
+        first_freed: workbench.options.base.len(),
         readings: workbench.readings.clone(),
         settings: workbench.data.settings,
         simulated: workbench.simulated,
@@ -227,6 +265,9 @@ impl Found {
         for round in first..first + ROUNDS {
             if !add_effect(workbench, round, self, observe)? {
                 break;
+            }
+            if workbench.has_found_input_late() {
+                return Some(());
             }
         }
         self.exchange(workbench, first + ROUNDS - 1, observe)?;

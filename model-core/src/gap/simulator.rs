@@ -1,6 +1,6 @@
 //! A model bound for one step period.
 
-use super::current_sensor::{CurrentSensor, Match};
+use super::current_sensor::CurrentSensor;
 use super::held::{Acting, Held};
 use super::log::Channel;
 use super::model::Model;
@@ -23,12 +23,12 @@ pub(super) mod lockstep;
 /// step, as cogging at speed, is of second order in the part.
 const PARTS_UNDER_HELD_EFFECTS: u8 = 2;
 
-/// A delay in samples, whole and part.
+/// By how much a column of the log is behind a step of the simulation, in samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lateness {
-    /// Whole samples.
-    pub whole: usize,
-    /// What is left, 0 to 1.
+    /// Whole samples; below 0 where it is ahead.
+    whole: isize,
+    /// What is left: the part of the step in which the sample before still counts, 0 to 1.
     pub share: f32,
 }
 
@@ -80,10 +80,11 @@ pub struct Given {
 const LEAST_SHARE: f32 = 1e-3;
 
 impl Lateness {
+    /// `delay`: by how much it is behind, s; below 0 where it is ahead.
     pub(super) fn new(delay: f32, period: f32) -> Self {
-        let samples = (delay / period).max(0.0);
-        let whole = samples as usize;
-        let share = samples - whole as f32;
+        let samples = delay / period;
+        let below = libm::floorf(samples);
+        let (whole, share) = (below as isize, samples - below);
         if share < LEAST_SHARE {
             Self { whole, share: 0.0 }
         } else if share > 1.0 - LEAST_SHARE {
@@ -94,6 +95,36 @@ impl Lateness {
         } else {
             Self { whole, share }
         }
+    }
+
+    /// The same by one sample more.
+    #[inline]
+    #[must_use]
+    pub fn one_more(self) -> Self {
+        Self {
+            whole: self.whole.saturating_add(1),
+            ..self
+        }
+    }
+
+    /// Whether what belongs to a step is in the sample that the step starts from.
+    #[inline]
+    pub fn is_at_hand(self) -> bool {
+        self.whole == 0
+    }
+
+    /// The sample that belongs to the step from this one; `None` before the first.
+    #[inline]
+    pub fn behind(self, index: usize) -> Option<usize> {
+        index.checked_add_signed(self.whole.saturating_neg())
+    }
+
+    /// The same of so many samples; at the ends of a log the nearest.
+    #[inline]
+    pub fn sample(self, index: usize, samples: usize) -> usize {
+        self.behind(index)
+            .unwrap_or(0)
+            .min(samples.saturating_sub(1))
     }
 }
 
@@ -117,7 +148,7 @@ pub struct Simulator<M = Modes, H = Held> {
     electric: bool,
     gain: f32,
     input: Lateness,
-    current: Match,
+    current: Lateness,
     /// How the current is measured.
     sensor: CurrentSensor,
     /// Half the width of the play before the sensor; negative without one.
@@ -161,7 +192,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         };
         let winding = plant.drive.winding();
         let electric = winding.is_there() && held.is_electric();
-        let input = Lateness::new(chain.input_delay + chain.sensor_delay, period);
+        let delay = chain.input_delay + chain.sensor_delay;
+        let input = Lateness::new(delay - model.input_lead, period);
         let modes_over = |share: f32| modes(&Basis::new(&plant, share * period / f32::from(parts)));
         let earlier = if input.share == 0.0 {
             None
@@ -178,7 +210,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
             electric,
             gain: plant.gain,
             input,
-            current: Match::new(chain.sensor_delay, model.current_sensor.lag, period),
+            current: Lateness::new(chain.sensor_delay - model.current_sensor.lag, period),
             sensor: model.current_sensor,
             half_play: chain.play.map_or(-1.0, |width| 0.5 * width),
             bristles: chain.bristles,
@@ -197,7 +229,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         })
     }
 
-    /// How late an input drives the reported position.
+    /// How late an input drives the reported position: its share of a step is driven by the input before.
     pub fn input_lateness(&self) -> Lateness {
         self.input
     }
@@ -347,8 +379,8 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
         }
     }
 
-    /// Which reading of the current belongs to a step: the position may be reported late beside it.
-    pub fn current_match(&self) -> Match {
+    /// Which reading of the current belongs to a step, and to which part of it: the position may be reported late beside it.
+    pub fn current_lateness(&self) -> Lateness {
         self.current
     }
 

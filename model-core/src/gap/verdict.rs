@@ -172,9 +172,12 @@ pub struct Trace {
     pub after: Fit,
     /// What was accepted, in the order of the final model's effects behind the declared ones.
     pub accepted: Vec<Accepted, ROUNDS>,
-    /// Numbers of the declared actuator that the final fit has moved: those of the options, and behind
+    /// Numbers of the declared actuator and of its log that the final fit has moved: those that every fit moves, and behind
     /// them those that turned out wrong.
     pub base: Numbers,
+    /// Where those begin that turned out wrong: behind those of the options, and [`Base::InputLead`] where the log's input
+    /// turned out late.
+    pub first_freed: usize,
     /// Numbers of the current's sensor that were fitted.
     pub readings: Readings,
     /// A learned law that none of the catalogue follows, where nothing was accepted: structure that none explains, unless it is
@@ -189,19 +192,28 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Takes back all that was found, as where other logs of the machine speak against it. `fitted`: how many numbers of
-    /// the base the options name. The residual is still that of what was found.
-    pub fn take_back(&mut self, fitted: usize) {
+    /// Takes back all that was found, as where other logs of the machine speak against it. The residual is still that of
+    /// what was found.
+    pub fn take_back(&mut self) {
         self.accepted.clear();
         self.unknown = None;
-        self.base.truncate(fitted);
+        self.base.truncate(self.first_freed);
         self.after = self.before.clone();
     }
 
-    /// Whether it has found anything: an effect, structure that none explains, or wrong numbers. `fitted`: how many
-    /// numbers of the base the options name.
-    pub fn has_found(&self, fitted: usize) -> bool {
-        !self.accepted.is_empty() || self.unknown.is_some() || self.base.len() > fitted
+    /// Numbers that every fit moves.
+    pub fn fitted(&self) -> &[Base] {
+        &self.base[..self.first_freed]
+    }
+
+    /// Numbers that turned out wrong.
+    pub fn freed(&self) -> &[Base] {
+        &self.base[self.first_freed..]
+    }
+
+    /// Whether it has found anything: an effect, structure that none explains, or wrong numbers.
+    pub fn has_found(&self) -> bool {
+        !self.accepted.is_empty() || self.unknown.is_some() || !self.freed().is_empty()
     }
 
     /// Whether it has found an effect too, or one that its log does not tell from it.

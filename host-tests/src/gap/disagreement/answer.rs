@@ -51,6 +51,7 @@ pub(in crate::gap) fn report(
         unknown: None,
         fit: Vec::new(),
         current_sensor: Vec::new(),
+        input_lead: None,
         errors: Errors {
             train: stages,
             validate: None,

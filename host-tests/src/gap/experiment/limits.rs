@@ -290,7 +290,7 @@ impl Tryout<'_> {
             enabled: None,
         };
         let log = blank.log();
-        let reading = simulator.current_match();
+        let reading = simulator.current_lateness();
         let mut runner = Runner::new(&simulator, &log, MARGIN, &self.settings);
         let mut position = blank.position.clone();
         let mut current = blank.current.clone().unwrap_or_default();

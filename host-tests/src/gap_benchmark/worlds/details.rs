@@ -97,6 +97,9 @@ fn of_answer(world: &World, judged: &Judged, outcome: &Outcome) -> Lines {
         let truth = world.machine.number(&fit.name);
         lines.push(("fit", format!("{fit:?} true {truth:?}")));
     }
+    for estimate in outcome.current_sensor.iter().chain(&outcome.input_lead) {
+        lines.push(("channel", format!("{estimate:?}")));
+    }
     let errors = &outcome.errors.train;
     lines.push((
         "error",

@@ -11,7 +11,7 @@
 
 use model_core::gap::model::Model;
 use model_core::gap::replay::Settings;
-use rig::world::{Kind, World};
+use rig::world::{InputRow, Kind, World};
 
 use super::traced::{log_of, machine_of};
 use super::truth;
@@ -38,7 +38,10 @@ pub fn told(world: &World, logs: &[Log; 2], settings: Settings) -> Result<Option
     let errors = |logs: &[Log; 2], model: &Model| {
         engine::refitted_errors(&machine, &logs[..1], &logs[1..], settings, model)
     };
-    let bare = declared::model(&machine)?;
+    let mut bare = declared::model(&machine)?;
+    if world.sins.input == InputRow::RowLate {
+        bare.input_lead = (1.0 / world.rate) as f32;
+    }
     match world.kind {
         Kind::None | Kind::NoneWithSins | Kind::Misdeclared => Ok(None),
         Kind::Outside => {

@@ -401,12 +401,12 @@ impl<'a, const N: usize> Places<'a, N> {
         let simulator = runner.simulator();
         let before = runner.currents();
         let late = simulator.input_lateness();
-        let predicted = if late.whole == 0 && late.share == 0.0 {
+        let predicted = if late.is_at_hand() && late.share == 0.0 {
             runner.step(&rows.given)
         } else {
             runner.step(&self.late(late, &rows.given))
         };
-        let reading = simulator.current_match();
+        let reading = simulator.current_lateness();
         let sensor = simulator.current_sensor();
         let mut measured = rows.current;
         if !reading.is_at_hand() {
@@ -436,18 +436,18 @@ impl<'a, const N: usize> Places<'a, N> {
         ((position, seconds), (predicted, rises))
     }
 
-    /// A step under inputs that act late.
+    /// A step under inputs that act late, or early.
     #[inline(never)]
     fn late(&self, late: Lateness, given: &Givens<N>) -> Givens<N> {
         let mut given = *given;
         for lane in 0..N {
-            let index = given.index[lane];
-            let back = |samples: usize| self.logs[lane].input.at(index.saturating_sub(samples));
-            given.input[lane] = back(late.whole);
+            let (index, inputs) = (given.index[lane], self.logs[lane].input);
+            let behind = |late: Lateness| inputs.at(late.sample(index, inputs.len()));
+            given.input[lane] = behind(late);
             given.previous[lane] = if late.share == 0.0 {
                 given.input[lane]
             } else {
-                back(late.whole + 1)
+                behind(late.one_more())
             };
         }
         given

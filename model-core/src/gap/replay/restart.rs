@@ -241,12 +241,12 @@ pub(super) fn current_at<M: Borrow<Modes>, H: Acting>(
     start: usize,
     (state, half_width): (&State, usize),
 ) -> f32 {
-    let late = simulator.input_lateness().whole;
+    let late = simulator.input_lateness();
     let steady = |sample: usize, velocity: f32| {
         if log.is_released(sample) {
             0.0
         } else {
-            simulator.steady_current(velocity, log.input.at(sample.saturating_sub(late)))
+            simulator.steady_current(velocity, log.input.at(late.sample(sample, log.input.len())))
         }
     };
     let measured = |sample: usize| log.current.map(|current| simulator.read(current, sample));

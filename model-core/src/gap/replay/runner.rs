@@ -8,7 +8,7 @@ use super::restart::{
 use crate::effect::compliance::Shaft;
 use crate::gap::held::{Acting, Held};
 use crate::gap::log::Log;
-use crate::gap::simulator::{Course, Given, Simulator};
+use crate::gap::simulator::{Course, Given, Lateness, Simulator};
 use crate::numeric::straight_line::StraightLine;
 use crate::plant::actuator::External;
 use crate::plant::modes::{Deviation, Modes};
@@ -314,17 +314,18 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
     pub(super) fn advance_and_see(&mut self, row: &Row) -> ((f32, f32), (f32, f32)) {
         let before = self.course.state.current;
         let late = self.simulator.input_lateness();
-        // Before the log its first input acts.
-        let back = |samples: usize| self.log.input.at(row.index.saturating_sub(samples));
-        let input = if late.whole == 0 {
+        // Before the log its first input acts, and behind it its last one.
+        let inputs = self.log.input;
+        let behind = |late: Lateness| inputs.at(late.sample(row.index, inputs.len()));
+        let input = if late.is_at_hand() {
             row.input
         } else {
-            back(late.whole)
+            behind(late)
         };
         let previous = if late.share == 0.0 {
             input
         } else {
-            back(late.whole + 1)
+            behind(late.one_more())
         };
         let given = Given {
             input,
@@ -337,7 +338,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
             .simulator
             .step(&mut self.course, &given)
             .unwrap_or(self.course.state.current);
-        let reading = self.simulator.current_match();
+        let reading = self.simulator.current_lateness();
         let read = self.simulator.current_sensor().reading(predicted);
         let current = match (row.current, self.log.current) {
             (Some(measured), _) if reading.is_at_hand() => read - measured,

@@ -186,6 +186,11 @@ impl<S: Schedule> Workbench<'_, S> {
         self.base.len() > self.options.base.len()
     }
 
+    /// Whether what fits move beyond that is the lead of the log's input.
+    pub fn has_found_input_late(&self) -> bool {
+        self.base[self.options.base.len()..].contains(&Base::InputLead)
+    }
+
     /// Has fits move no more than what the options say. Gives what they moved.
     pub fn hold_freed(&mut self) -> Numbers {
         let moved = self.base.clone();
