@@ -40,6 +40,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
                 "other values of the machine file's own numbers lower the error as much".to_owned()
             }
             Subject::Sensor => "an error of the current's sensor explains it as well".to_owned(),
+            Subject::Input => "an input that the log has late explains it as well".to_owned(),
             _ => format!("{} lowers the error more", in_words(by)),
         },
         (Decision::Outdone { by }, None) => match by {
@@ -151,6 +152,7 @@ pub(super) fn subject(subject: Subject) -> String {
         Subject::Map(kind) => map_name(kind),
         Subject::Numbers => NUMBERS.to_owned(),
         Subject::Sensor => "current_sensor".to_owned(),
+        Subject::Input => "input_lead".to_owned(),
     }
 }
 
@@ -160,6 +162,7 @@ fn in_words(looked_at: Subject) -> String {
         Subject::Map(kind) => format!("a {} learned over {}", kind.acts_as(), kind.variable()),
         Subject::Numbers => "the machine file's own numbers".to_owned(),
         Subject::Sensor => "gain, offset and lag of the current's sensor".to_owned(),
+        Subject::Input => "an earlier input than the log has".to_owned(),
         Subject::Effect(_) => subject(looked_at),
     }
 }

@@ -255,7 +255,8 @@ pub fn trace(
         // An effect or a map that was taken in an earlier round and is not any more: that look gets the
         // last word on it.
         let taken = |known: &&mut Candidate| known.accepted && known.id == entry.id;
-        if look.subject != Subject::Numbers
+        let is_number = matches!(look.subject, Subject::Numbers | Subject::Input);
+        if !is_number
             && !entry.accepted
             && let Some(taken) = candidates.iter_mut().find(taken)
         {

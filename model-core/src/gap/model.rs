@@ -55,15 +55,14 @@ pub type Numbers = Vec<Base, { Base::ALL.len() }>;
 
 impl Base {
     /// Those of which no effect says the same: where the residual asks for another value, the machine
-    /// file is wrong, or the log's input is late.
-    pub const WITHOUT_EFFECT: [Self; 7] = [
+    /// file is wrong.
+    pub const WITHOUT_EFFECT: [Self; 6] = [
         Self::Resistance,
         Self::TorqueConstant,
         Self::Inertia,
         Self::Viscous,
         Self::Coulomb,
         Self::Static,
-        Self::InputLead,
     ];
 
     /// All of them: those that a machine file may name in `[fit]`, and the last one.

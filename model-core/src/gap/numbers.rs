@@ -1,7 +1,7 @@
 //! Numbers of the machine file and of the current's sensor that are freed where they explain what is left.
 
 use super::alternatives::other_law;
-use super::criterion::{EQUALLY_GOOD, GOOD_SENSOR, LEAST_OFF};
+use super::criterion::{EQUALLY_GOOD, LEAST_OFF};
 use super::current_sensor::{Reading, Readings};
 use super::fit::Fit;
 use super::found::Found;
@@ -47,7 +47,7 @@ pub(super) fn free_sensor(
     if needed.len() > 1
         && let Some((fit, comparison)) = number_instead(workbench, found, &with)?
     {
-        round.look_at_numbers(comparison, Decision::Accepted);
+        round.look_at(Subject::Numbers, comparison, Decision::Accepted);
         found.after = fit;
         found.held_out = None;
         return Some(Some(Subject::Numbers));
@@ -91,8 +91,7 @@ fn number_instead(
             continue;
         }
         let fit = workbench.free(model, &[number])?;
-        let period = workbench.options.scope.period;
-        if is_off((workbench.declared, &fit.model), number, period) {
+        if is_off(workbench.declared, &fit.model, number) {
             return Some(Some((fit, compare(smaller, &without))));
         }
         workbench.base.truncate(fixed);
@@ -101,14 +100,10 @@ fn number_instead(
     Some(None)
 }
 
-/// Whether a number is so far from what is declared that it counts as wrong. `period`: that of the log, s.
-fn is_off((declared, fitted): (&Model, &Model), number: Base, period: f32) -> bool {
+/// Whether a number is so far from what is declared that it counts as wrong.
+fn is_off(declared: &Model, fitted: &Model, number: Base) -> bool {
     let declared = declared.get(number);
-    let least = match number {
-        Base::InputLead => GOOD_SENSOR as f32 * period,
-        _ => LEAST_OFF * declared.abs(),
-    };
-    (fitted.get(number) - declared).abs() >= least
+    (fitted.get(number) - declared).abs() >= LEAST_OFF * declared.abs()
 }
 
 /// Holds those numbers of the current's sensor again without which held-out blocks are followed nearly as well; all of
@@ -143,27 +138,60 @@ pub(super) fn hold_readings(
     Some(is_held)
 }
 
-/// Frees the numbers that the base holds, if they explain what is left as well as the best effect does.
-/// Whether they do: a number that is a little off is commoner than an effect that nobody declared.
+/// Whether an earlier input than the log has explains what is left, to this ratio at most; then it is a number that fits move. What
+/// was fitted without it is not fitted anew here: the tracing has to begin anew. `smaller`: the errors without.
+#[inline(never)]
+fn free_lead(
+    workbench: &mut Workbench<impl Schedule>,
+    round: &mut Round,
+    (model, smaller): (&Model, &HeldOut),
+    most: f64,
+) -> Option<bool> {
+    let lead = [Base::InputLead];
+    if workbench.base.contains(&lead[0]) {
+        return Some(false);
+    }
+    let comparison = compare(smaller, &workbench.held_out_freeing(model, &lead)?);
+    let refusal = comparison.refusal(1);
+    let decision = refusal.map_or(Decision::Accepted, Decision::Refused);
+    round.look_at(Subject::Input, comparison, decision);
+    let is_late = refusal.is_none() && comparison.ratio <= most;
+    if is_late {
+        let _ = workbench.base.extend_from_slice(&lead);
+    }
+    Some(is_late)
+}
+
+/// Frees the lead of the log's input, or the numbers that the base holds, if they explain what is left as well as the best
+/// effect does: the one number, where it does so as well as the others. Which of them it has freed: a number that is a little off, or
+/// a logger that is late, is commoner than an effect that nobody declared.
 #[inline(never)]
 pub(super) fn free_numbers(
     workbench: &mut Workbench<impl Schedule>,
     round: &mut Round,
     found: &mut Found,
-) -> Option<bool> {
+) -> Option<Option<Subject>> {
     let held = workbench.held_numbers();
-    if held.is_empty() {
-        return Some(false);
-    }
     let model = &found.after.model;
     let smaller = judge(workbench, &mut found.held_out, model)?;
-    let comparison = compare(smaller, &workbench.held_out_freeing(model, &held)?);
-    let refusal = comparison.refusal(held.len());
-    let decision = refusal.map_or(Decision::Accepted, Decision::Refused);
-    round.look_at_numbers(comparison, decision);
-    if refusal.is_some() || comparison.ratio > EQUALLY_GOOD * round.least {
-        return Some(false);
+    let mut least = round.least;
+    let mut numbers = None;
+    if !held.is_empty() {
+        let comparison = compare(smaller, &workbench.held_out_freeing(model, &held)?);
+        let refusal = comparison.refusal(held.len());
+        let decision = refusal.map_or(Decision::Accepted, Decision::Refused);
+        round.look_at(Subject::Numbers, comparison, decision);
+        if refusal.is_none() && comparison.ratio <= EQUALLY_GOOD * least {
+            least = least.min(comparison.ratio);
+            numbers = Some(comparison);
+        }
     }
+    if free_lead(workbench, round, (model, smaller), EQUALLY_GOOD * least)? {
+        return Some(Some(Subject::Input));
+    }
+    let Some(comparison) = numbers else {
+        return Some(None);
+    };
     let limit = EQUALLY_GOOD * comparison.ratio;
     let mut numbers = fewest(&held, limit, |tried| {
         let larger = workbench.held_out_freeing(model, tried)?;
@@ -172,32 +200,31 @@ pub(super) fn free_numbers(
     let (chosen, fixed) = (workbench.data, workbench.base.len());
     while !numbers.is_empty() {
         let fit = workbench.free(&found.after.model, &numbers)?;
-        let models = (workbench.declared, &fit.model);
-        let period = workbench.options.scope.period;
-        let is_off = |number: &Base| is_off(models, *number, period);
+        let declared = workbench.declared;
+        let is_off = |number: &Base| is_off(declared, &fit.model, *number);
         if numbers.iter().all(is_off) {
             let freed = workbench.base.clone();
             workbench.base.truncate(fixed);
             if let Some(other) = other_law(workbench, &fit.model, &numbers, found)? {
                 workbench.data = chosen;
-                if let Some(look) = round.looks.last_mut() {
+                if let Some(look) = round.look_at_numbers() {
                     look.decision = Decision::LawOf { other };
                 }
-                return Some(false);
+                return Some(None);
             }
             workbench.base = freed;
             found.after = fit;
             found.held_out = None;
-            return Some(true);
+            return Some(Some(Subject::Numbers));
         }
         numbers.retain(is_off);
         workbench.base.truncate(fixed);
         workbench.data = chosen;
     }
-    if let Some(look) = round.looks.last_mut() {
+    if let Some(look) = round.look_at_numbers() {
         look.decision = Decision::NearDeclared;
     }
-    Some(false)
+    Some(None)
 }
 
 /// The fewest of these that bring the held-out error under this ratio once they are free, chosen one after the other.

@@ -23,8 +23,8 @@ use heapless::Vec;
 /// Room for those that are refitted whatever their score, besides.
 const MOST_REFITTED: usize = SHORTLIST + Id::BIASING;
 
-/// Looks of a round: at the candidates, and at the declared numbers.
-const MOST_LOOKS: usize = MOST_CANDIDATES + 1;
+/// Looks of a round: at the candidates, at the declared numbers, and at the log's input.
+const MOST_LOOKS: usize = MOST_CANDIDATES + 2;
 
 /// Adds the effect that a round has found to what has been found. Whether there is one.
 #[inline(never)]
@@ -177,16 +177,22 @@ impl Round {
         }
     }
 
-    /// Adds a look at numbers of the machine file.
-    pub fn look_at_numbers(&mut self, comparison: Comparison, decision: Decision) {
+    /// Adds a look at numbers of the machine file or of the log.
+    pub fn look_at(&mut self, subject: Subject, comparison: Comparison, decision: Decision) {
         let _ = self.looks.push(Consideration {
             round: self.number,
-            subject: Subject::Numbers,
+            subject,
             score: (1.0 - comparison.ratio).max(0.0) as f32,
             identifiability: 1.0,
             held_out: Some(comparison),
             decision,
         });
+    }
+
+    /// The look at numbers of the machine file.
+    pub fn look_at_numbers(&mut self) -> Option<&mut Consideration> {
+        let mut looks = self.looks.iter_mut();
+        looks.find(|look| look.subject == Subject::Numbers)
     }
 
     /// Tells of every look, now that it is known what was taken.

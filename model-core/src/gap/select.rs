@@ -21,7 +21,7 @@ use super::replay::{Data, Schedule, WindowStart};
 use super::round::{Round, consider, take_winner};
 use super::standing::{drop_replaced, look_beneath, stands, take_map, take_map_again};
 use super::unknown::Unknown;
-use super::verdict::{Consideration, Decision, ROUNDS, Residual, Subject, Trace};
+use super::verdict::{Consideration, Decision, ROUNDS, Residual, Trace};
 use super::workbench::{Options, Workbench};
 use crate::effect::Id;
 use heapless::Vec;
@@ -381,8 +381,8 @@ fn add_effect(
         round.tell(freed, observe);
         return Some(true);
     }
-    if free_numbers(workbench, &mut round, found)? {
-        round.tell(Subject::Numbers, observe);
+    if let Some(freed) = free_numbers(workbench, &mut round, found)? {
+        round.tell(freed, observe);
         return Some(true);
     }
     take_winner(workbench, &mut round, found, observe)

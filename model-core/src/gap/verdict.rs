@@ -78,6 +78,8 @@ pub enum Subject {
     Numbers,
     /// Gain, offset and lag of the current's sensor.
     Sensor,
+    /// The lead of the log's input.
+    Input,
 }
 
 /// One look at one effect, or at one learned map, in one round.

@@ -119,7 +119,7 @@ fn is_past(subject: Subject) -> bool {
     match subject {
         Subject::Effect(id) => Active::new(id, []).law().span().is_some(),
         Subject::Map(kind) => kind == Kind::TimeTorque,
-        Subject::Numbers | Subject::Sensor => false,
+        Subject::Numbers | Subject::Sensor | Subject::Input => false,
     }
 }
 
