@@ -111,6 +111,11 @@ fn any_scope() -> impl Strategy<Value = Scope> {
             period: 10_f32.powf(period),
             seconds: 10_f32.powf(seconds),
             rotary,
+            encoder_turn: if rotary {
+                core::f32::consts::TAU
+            } else {
+                f32::INFINITY
+            },
         }
     })
 }

@@ -62,7 +62,7 @@ pub(super) struct Derived {
     pub torque_constant: Number,
     pub inertia: Number,
     pub friction: Friction,
-    /// What the gear loses of the motor's torque, where that is known.
+    /// What the gear loses of the motor's torque, where the sheet says that.
     pub share: Option<Number>,
     pub gravity_torque: Option<Number>,
     pub resolution: Option<Number>,

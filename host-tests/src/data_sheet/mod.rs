@@ -22,8 +22,9 @@
 //! τ = η k_q I − c − b ω          c + b ω₀ = η k_q I₀,    τ_s = η k_q I_s − c
 //! ```
 //!
-//! This is the line of speed over torque, drawn to standstill, as makers extrapolate it. Without a
-//! stated or derivable η no loss is declared, and the gear's is left for `cargo hil gap` to find.
+//! This is the line of speed over torque, drawn to standstill, as makers extrapolate it. That loss stands in the file as a
+//! comment, and is left for `cargo hil gap` to find: no fit changes what is declared, and beside a wrong loss it finds
+//! other numbers wrong.
 
 mod agreement;
 pub mod command;

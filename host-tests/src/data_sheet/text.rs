@@ -132,32 +132,33 @@ fn fit(file: &mut File, args: &Args, sheet: &Sheet, derived: &Derived) {
         file.lines
             .push(format!("unsure = {{ {} }}", guessed.join(", ")));
     }
-    match &derived.share {
-        Some(share) if share.value > 0.0 => {
-            file.comment(&format!(
-                "The gear's loss: {}{}. It is taken as it stands. Without this line it is fitted to the log, if the log shows it.",
-                share.why,
-                sureness(share.sure)
-            ));
-            file.lines.push(format!(
-                "declared_effects = [{{ id = \"load_dependent_friction\", share = {} }}]",
-                value(share.value)
-            ));
-        }
-        share => {
-            if sheet.gear.is_there && sheet.efficiency.is_none() {
-                file.comment(&match share {
-                    Some(share) => format!(
-                        "The gear's loss is not declared, for it may be none: {}{}.",
-                        share.why,
-                        sureness(share.sure)
-                    ),
-                    None => "What the gear loses is not known and not declared; --gear-efficiency declares it."
-                        .to_owned(),
-                });
-            }
-            file.lines.push("declared_effects = []".to_owned());
-        }
+    if sheet.gear.is_there {
+        of_loss(file, derived.share.as_ref());
+    }
+    file.lines.push("declared_effects = []".to_owned());
+}
+
+/// What the gear loses, which is not declared: no fit changes what is, a sheet's number is too unsure for that, and other numbers
+/// would make up for one that is wrong.
+fn of_loss(file: &mut File, share: Option<&Number>) {
+    let Some(share) = share else {
+        file.comment("What the gear loses is not known, and left for the logs to show.");
+        return;
+    };
+    let from = format!("{}{}", share.why, sureness(share.sure));
+    if share.value > 0.0 {
+        file.comment(&format!(
+            "What the gear loses is left for the logs to show: no fit changes what is declared. As the sheet has it \
+             ({from}), it is this line in place of the one below it:"
+        ));
+        file.lines.push(format!(
+            "# declared_effects = [{{ id = \"load_dependent_friction\", share = {} }}]",
+            value(share.value)
+        ));
+    } else {
+        file.comment(&format!(
+            "What the gear loses may be nothing ({from}), and is left for the logs to show."
+        ));
     }
 }
 

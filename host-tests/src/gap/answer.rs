@@ -458,6 +458,7 @@ mod tests {
             period: 1e-3,
             seconds: 10.0,
             rotary: false,
+            encoder_turn: f32::INFINITY,
         };
         let amplitude = 40.0_f32;
         for phase in [-3.139, -1.0, 0.0, 2.0, 3.139_f32] {

@@ -12,7 +12,7 @@ use model_core::gap::replay::{Data, Row, Runner};
 use model_core::plant::parameters::ParameterError;
 
 use super::metrics::{differentiate, standstill, torque_balance};
-use crate::page::series::extent;
+use crate::page::series::{bulk, extent};
 
 /// What an effect is shown over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,6 +67,29 @@ pub struct Component {
     pub component: Vec<f32>,
     /// That and what the whole model leaves, SI.
     pub partial_residual: Vec<f32>,
+}
+
+/// Share of the samples that is shown on either axis: a few spikes would flatten the rest.
+pub(super) const SHOWN: f64 = 0.99;
+
+/// Travel behind a turn that is shown, in sizes of the lost motion.
+const TRAVEL: f64 = 3.0;
+
+impl Component {
+    /// The ends of its variable between which it is shown: where the data are, without rare peaks.
+    pub(super) fn ends(&self) -> Option<(f64, f64)> {
+        let ends = match self.variable {
+            Variable::TravelSinceTurn => {
+                let (lowest, highest) = extent(self.component.iter().map(|&y| f64::from(y)))?;
+                (0.0, TRAVEL * (highest - lowest))
+            }
+            _ => bulk(
+                &self.x.iter().map(|&x| f64::from(x)).collect::<Vec<_>>(),
+                SHOWN,
+            )?,
+        };
+        Some(ends).filter(|(low, high)| high > low)
+    }
 }
 
 /// What stands for an id where a map was learned.

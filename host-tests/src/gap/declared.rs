@@ -1,5 +1,7 @@
 //! The core's model of what a machine file declares.
 
+use std::f64::consts::TAU;
+
 use model_core::effect::{Active, Id, MOST_PARAMETERS, Role};
 use model_core::gap::model::{Base, Model};
 use model_core::plant::Directional;
@@ -8,7 +10,7 @@ use model_core::plant::parameters::{Drive, Parameters};
 use super::catalogue;
 use crate::error::InputError;
 use crate::log::Log;
-use crate::machine::{Coordinate, Machine, PARAMETERS, Parameter};
+use crate::machine::{Coordinate, Machine, PARAMETERS, Parameter, SensorSide};
 use crate::quantity::decimal;
 
 /// Resolution of the position sensor, rad or m: the machine file's, else the step that the positions of these logs are
@@ -19,6 +21,15 @@ pub fn resolution<'l>(machine: &Machine, logs: impl IntoIterator<Item = &'l Log>
         steps.min_by(f64::total_cmp)
     };
     machine.resolution.or_else(seen).unwrap_or(0.0) as f32
+}
+
+/// Way of the coordinate for a turn of the position sensor's disc, where the machine file says it: at the motor, behind a gear
+/// whose ratio is known.
+pub(super) fn encoder_turn(machine: &Machine) -> Option<f32> {
+    let is_at_motor =
+        machine.coordinate == Coordinate::Radian && machine.sensor_side == Some(SensorSide::Motor);
+    let ratio = machine.gear_ratio.filter(|_| is_at_motor)?;
+    Some((TAU / ratio) as f32)
 }
 
 /// The core's model of a machine file.

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::answer::{
     Spread, candidate, current_sensor, fitted, found, input_lead, mechanism, unknown,
 };
-use super::declared::{base_parameters, model, resolution, unsure};
+use super::declared::{base_parameters, encoder_turn, model, resolution, unsure};
 use super::demand::Demand;
 use super::disagreement;
 use super::evidence::evidence;
@@ -241,11 +241,7 @@ pub fn trace(
              name fewer `parameters` in [fit], end stops last",
         )
     };
-    let options = Options::new(&data, &declared, &base, rotary).ok_or_else(left_range)?;
-    let options = Options {
-        unsure: &unsure,
-        ..options
-    };
+    let options = options(machine, (&data, &declared), &base, &unsure).ok_or_else(left_range)?;
     let schedule = AllCores;
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut looks = Vec::new();
@@ -508,14 +504,24 @@ pub(super) fn with_workbench<T>(
     let resolution = resolution(machine, train);
     let data = Data::new(&logs, resolution).ok_or_else(|| Failure::other("no log to train on"))?;
     let failed = || Failure::other("no window of the refit is in range: record longer logs");
-    let rotary = machine.coordinate == Coordinate::Radian;
-    let options = Options::new(&data, &declared, &base, rotary).ok_or_else(failed)?;
-    let options = Options {
-        unsure: &unsure,
-        ..options
-    };
+    let options = options(machine, (&data, &declared), &base, &unsure).ok_or_else(failed)?;
     let mut bench = Workbench::new(data, &AllCores, &declared, &options).ok_or_else(failed)?;
     work(&mut bench).ok_or_else(failed)
+}
+
+/// How the tracing runs on these logs; `None` where the declared model cannot be simulated.
+fn options<'a>(
+    machine: &Machine,
+    (data, declared): (&Data, &Model),
+    base: &'a [Base],
+    unsure: &'a [(Base, f32)],
+) -> Option<Options<'a>> {
+    let rotary = machine.coordinate == Coordinate::Radian;
+    let mut options = Options::new(data, declared, base, rotary)?;
+    options.unsure = unsure;
+    let scope = &mut options.scope;
+    scope.encoder_turn = encoder_turn(machine).unwrap_or(scope.encoder_turn);
+    Some(options)
 }
 
 /// The sampling period that all logs share.

@@ -12,6 +12,7 @@ pub mod engine;
 mod evidence;
 pub mod experiment;
 pub mod headline;
+mod learned_law;
 mod machine_out;
 pub mod metrics;
 pub mod numbers;

@@ -7,6 +7,7 @@ use super::component::Component;
 use super::demand::Demand;
 use super::disagreement::Disagreement;
 use super::experiment::NextExperiment;
+pub use super::learned_law::LearnedLaw;
 use crate::log::Log;
 use crate::log::resample::Resampling;
 use crate::machine::DeclaredEffect;
@@ -226,34 +227,6 @@ pub struct Unknown {
     pub map: LearnedLaw,
 }
 
-/// A torque or a friction level that was learned over a variable: linear between its points, constant beyond them.
-#[derive(Debug, Clone, Serialize)]
-pub struct LearnedLaw {
-    /// `position`, `velocity`, `current`, `load` or `time`.
-    pub over: String,
-    /// `torque`, positive forwards, or `friction`, which opposes motion and holds at rest.
-    pub acts_as: String,
-    /// Values of the variable, SI: of a friction over velocity, current or load its magnitude, of a
-    /// current the torque that it makes.
-    pub at: Vec<f64>,
-    /// Unit of `at`.
-    pub at_unit: String,
-    /// What acts there beyond the fitted machine.
-    pub values: Vec<f64>,
-    /// Unit of `values`.
-    pub unit: String,
-}
-
-impl LearnedLaw {
-    /// What its points are values of, in words.
-    pub(super) fn laid_over(&self) -> &str {
-        match self.over.as_str() {
-            "current" => "motor torque",
-            variable => variable,
-        }
-    }
-}
-
 /// Errors on the training log, and on the validation log where there is one.
 #[derive(Debug, Clone, Serialize)]
 pub struct Errors {
@@ -470,4 +443,13 @@ pub struct Report {
     pub train: Vec<Evidence>,
     /// Validation logs.
     pub validate: Vec<Evidence>,
+}
+
+impl Report {
+    /// An effect in the log in which it is shown: on unseen data where there are some.
+    pub(super) fn shown(&self, id: &str) -> Option<(&Evidence, &Component)> {
+        let log = self.validate.first().or(self.train.first())?;
+        let component = log.components.iter().find(|shown| shown.id == id)?;
+        Some((log, component))
+    }
 }

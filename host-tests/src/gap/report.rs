@@ -190,14 +190,8 @@ fn effects(report: &Report) -> io::Result<String> {
         return Ok(String::new());
     }
     let mut text = String::from("<section>\n<h2>What was missing</h2>\n");
-    // On unseen data where there are some.
-    let log = report.validate.first().or(report.train.first());
     let figure = |id: &str| -> io::Result<String> {
-        let shown = log.and_then(|log| {
-            let component = log.components.iter().find(|shown| shown.id == id);
-            component.map(|component| (log, component))
-        });
-        let Some((log, component)) = shown else {
+        let Some((log, component)) = report.shown(id) else {
             return Ok(String::new());
         };
         let figure = component_figure::of_effect(report, log, component)?;
@@ -219,11 +213,9 @@ fn effects(report: &Report) -> io::Result<String> {
         let _ = write!(
             text,
             "<article class=\"unknown\">\n<h3>unknown effect of {}</h3>\n<p>No entry of the \
-             catalogue explains it. A {} learned over this variable explains {} of the \
-             residual.</p>\n</article>\n",
+             catalogue explains it. A {} was learned over this variable.</p>\n</article>\n",
             escape(&unknown.depends_on),
-            escape(&unknown.map.acts_as),
-            Scale::percent().quantity(unknown.score)
+            escape(&unknown.map.acts_as)
         );
         text += &figure(component::LEARNED)?;
     }
@@ -245,13 +237,12 @@ fn found(effect: &FoundEffect) -> String {
     }
     let _ = write!(
         text,
-        "</tbody>\n</table>\n<p>It explains {} of the residual that the fitted parameters \
-         leave (score). {} of its own trace is beyond what they can imitate (identifiability). \
-         Gain on held-out blocks of the training data: p {} that it is one percent or less, one-sided, \
-         by ranks (Wilcoxon) and, of few blocks, by their mean (Student).</p>\n",
-        Scale::percent().quantity(effect.score),
-        Scale::percent().quantity(effect.identifiability),
-        escape(&probability(effect.p_value))
+        "</tbody>\n</table>\n<p>Gain on held-out blocks of the training data: p {} that it is one percent or less, \
+         one-sided, by ranks (Wilcoxon) and, of few blocks, by their mean (Student). Score {} and identifiability {}, by \
+         which it was tried before others, are estimates from before it was fitted; they are explained below.</p>\n",
+        escape(&probability(effect.p_value)),
+        significant(effect.score, 3),
+        significant(effect.identifiability, 3)
     );
     if !effect.equivalent.is_empty() {
         let _ = writeln!(

@@ -361,10 +361,8 @@ fn effects(page: &mut Page, outcome: &Outcome) {
         page.section("Unknown effect");
         page.wrapped(
             &format!(
-                "depends on {}: a {} learned over it explains {} of the residual",
-                unknown.depends_on,
-                unknown.map.acts_as,
-                Scale::percent().quantity(unknown.score)
+                "depends on {}: a {} was learned over it",
+                unknown.depends_on, unknown.map.acts_as
             ),
             0,
             Style::Warning,
@@ -453,8 +451,8 @@ fn parameters(page: &mut Page, outcome: &Outcome) {
 }
 
 /// What the columns of the candidates mean.
-pub(super) const SELECTION_LEGEND: &str = "Score: share of the residual that an effect explains once the \
-    fitted parameters are projected out. Identifiability: share of its trace that they cannot imitate. \
+pub(super) const SELECTION_LEGEND: &str = "Score: by which effects are tried first, the share of the residual that a \
+    linear estimate has an effect explain, before it is fitted, once the fitted parameters are projected out. Identifiability: share of its trace that they cannot imitate. \
     Held-out ratio: mean square error with the effect over that without, on blocks that were not fitted.";
 
 fn selection(page: &mut Page, candidates: &[Candidate]) {

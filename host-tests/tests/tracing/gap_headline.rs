@@ -167,6 +167,17 @@ fn every_verdict_says_all_of_it_in_twelve_lines() {
                 lines.iter().any(|line| line.starts_with("Next: ")),
                 "{name}:\n{text}"
             );
+            // What becomes of the error on unseen data is said however much else there is.
+            let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            let is_validated = report.outcome.errors.validate.is_some()
+                && report.outcome.verdict != Verdict::LogAndMachineDisagree;
+            let rose = "But on the validation log the position error rose from";
+            let on_unseen =
+                flat.contains("On the validation log") && flat.contains("the position error ");
+            assert!(
+                !is_validated || on_unseen || flat.contains(rose),
+                "{name}:\n{text}"
+            );
             // Sentences are shown whole, or not at all; but for the machine's name.
             let (_, said) = text.split_once(": ").unwrap();
             assert!(!said.contains('…'), "{name}:\n{text}");
@@ -295,10 +306,15 @@ fn a_load_that_acted_once_is_settled_by_the_same_motion_again() {
     assert!(says(&report));
 }
 
-/// Whatever else there is to say, up to three effects keep their sizes.
+/// Whatever else there is to say, up to three effects keep their sizes, and the answer the error on unseen data.
 #[test]
 fn the_sizes_of_what_was_found_find_room() {
-    let mut report = variant("no validation");
+    for name in ["no validation", "usual"] {
+        sizes_find_room(variant(name));
+    }
+}
+
+fn sizes_find_room(mut report: Report) {
     report.free_motor = free_motor(&["resistance", "torque_constant"]);
     report.outcome.resampled = vec![Resampled {
         log: "a.csv".into(),
@@ -317,6 +333,12 @@ fn the_sizes_of_what_was_found_find_room() {
     for (id, sentence) in details {
         assert!(text.contains(&sentence), "{id}: {text}");
     }
+    let logs = match report.outcome.errors.validate {
+        Some(_) => "On the validation log",
+        None => "On the training log",
+    };
+    assert!(text.contains(logs), "{text}");
+    assert!(text.contains("the position error went from "), "{text}");
 }
 
 #[test]
@@ -414,7 +436,7 @@ fn an_effect_that_leaves_more_than_the_sensor_does_is_said_to() {
     assert!(text.contains(leaves), "{text}");
 }
 
-/// What is declared is not fitted, and other effects make up for a share that a data sheet has too large.
+/// What is declared is not fitted, and other effects or numbers make up for a share that a data sheet has too large.
 #[test]
 fn what_is_declared_may_be_what_is_wrong() {
     let advice = "if load_dependent_friction in `declared_effects` comes from a data sheet, leave it out there";
@@ -422,6 +444,7 @@ fn what_is_declared_may_be_what_is_wrong() {
         ("unknown", true),
         ("nothing proven", true),
         ("no effect", false),
+        ("wrong number", true),
     ] {
         let mut report = variant(name);
         report.declared = vec![DeclaredEffect {
@@ -458,7 +481,6 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
             &[
                 "an effect is missing that the catalogue does not name; it depends on velocity.",
                 "A friction of -0.500 to 3.75 N over a velocity of 0 to 0.150 m/s",
-                "explains 40.6 %",
                 "Next: see the learned law with --report DIR; look for what changes with speed",
             ],
         ),

@@ -146,7 +146,7 @@ fn the_verdicts_are_told_apart() {
             "unknown",
             vec![
                 "slide: an effect is missing that the catalogue does not name; it depends on velocity.",
-                "depends on velocity: a friction learned over it explains 40.6 % of the residual",
+                "depends on velocity: a friction was learned over it",
                 "velocity, m/s 0 0.0500 0.100 0.150",
                 "friction, N 1.25 -0.500 0 3.75",
             ],

@@ -7,6 +7,7 @@ mod declared_guesses;
 mod disagreement;
 mod effect_words;
 mod emps;
+mod encoder_on_the_motor;
 mod gap_command;
 mod gap_components;
 mod gap_example;

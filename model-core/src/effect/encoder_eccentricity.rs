@@ -6,8 +6,8 @@
 //!
 //! Source: a disc that turns about a point beside its centre errs by e/r once a turn, e the distance
 //! and r the radius of the track (X.-D. Lu, D. L. Trumper, *Self-calibration of on-axis rotary
-//! encoders*, CIRP Annals 56, 2007). The period is scanned: a turn and its parts, and, for an encoder
-//! behind a gear, in cycles a stroke.
+//! encoders*, CIRP Annals 56, 2007). The period is scanned in cycles a stroke, and over the disc's turn and its parts.
+//! None is longer than that turn: of the coordinate, or, for an encoder on a motor whose gear is known, of the motor.
 //!
 //! The machine moves at the true position: its back-EMF, springs and stops do not know the error. A
 //! replay starts from the true position and velocity that belong to the measured ones. A velocity with
@@ -21,9 +21,8 @@ use super::harmonic::Harmonic;
 use super::{Chain, Description, Effect, MOST_PARAMETERS, Scope, Summary};
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
-use core::f32::consts::TAU;
 
-/// A turn and its parts that are tried on a rotary actuator.
+/// The disc's turn and its parts that are tried.
 const TURN_TRIES: usize = 8;
 
 /// Cycles over the stroke that the scan starts from, and the step between two tries, as for a cogging.
@@ -99,19 +98,23 @@ impl Effect for EncoderEccentricity {
         5e-3 * scope.stroke
     }
 
+    fn largest_shape(scope: &Scope) -> f32 {
+        scope.encoder_turn
+    }
+
     fn shape(scope: &Scope, index: usize) -> Option<f32> {
         let at = |tries: usize| scope.stroke / (FIRST_CYCLES + CYCLES_STEP * tries as f32);
-        if index < STROKE_TRIES {
-            return Some(at(index));
-        }
-        if !scope.rotary {
-            return None;
-        }
-        // The turn and its parts, where they lie outside the stroke's scan.
-        (1..=TURN_TRIES)
-            .map(|cycles| TAU / cycles as f32)
-            .filter(|&period| period > at(0) || period < at(STROKE_TRIES - 1))
-            .nth(index - STROKE_TRIES)
+        let turn = scope.encoder_turn;
+        // The turn, and its parts where they lie outside the stroke's scan.
+        let is_scanned = |period: f32| (at(STROKE_TRIES - 1)..=at(0)).contains(&period);
+        let parts = (1..=TURN_TRIES)
+            .map(|cycles| turn / cycles as f32)
+            .filter(|&period| period == turn || !is_scanned(period));
+        (0..STROKE_TRIES)
+            .map(at)
+            .filter(|&period| period <= turn)
+            .chain(parts.filter(|period| period.is_finite()))
+            .nth(index)
     }
 
     fn bind(&self, _plant: &mut Parameters, chain: &mut Chain) {
@@ -120,5 +123,38 @@ impl Effect for EncoderEccentricity {
 
     fn report(&self, _plant: &Parameters) -> [f32; MOST_PARAMETERS] {
         self.0.report()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f32::consts::TAU;
+
+    /// A disc that sits on a motor behind a gear of 10, on the coordinate, and on something along a stroke.
+    #[test]
+    fn no_period_is_longer_than_the_discs_turn() {
+        for stroke in [0.1, 3.0, 60.0, 2000.0] {
+            for turn in [TAU / 10.0, TAU, f32::INFINITY] {
+                let scope = Scope {
+                    friction: 0.1,
+                    torque: 0.2,
+                    voltage: 6.0,
+                    current: 3.0,
+                    speed: 10.0,
+                    stroke,
+                    period: 1e-3,
+                    seconds: 10.0,
+                    rotary: turn.is_finite(),
+                    encoder_turn: turn,
+                };
+                let shape = |index| EncoderEccentricity::shape(&scope, index);
+                let mut tried = (0..).map_while(shape);
+                assert!(tried.all(|period| period <= turn && period.is_finite()));
+                assert_eq!(EncoderEccentricity::largest_shape(&scope), turn);
+                let mut tried = (0..).map_while(shape);
+                assert!(turn.is_infinite() || tried.any(|period| period == turn));
+            }
+        }
     }
 }

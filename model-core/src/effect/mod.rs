@@ -147,6 +147,9 @@ pub struct Scope {
     pub seconds: f32,
     /// Whether the coordinate is an angle.
     pub rotary: bool,
+    /// Way of the coordinate in which the position sensor's disc turns once, at most, rad or m; infinite where nothing is known of
+    /// it.
+    pub encoder_turn: f32,
 }
 
 /// Typical sizes that a fit looks within.

@@ -7,6 +7,7 @@ use super::simulator::Simulator;
 use crate::effect::Scope;
 use crate::effect::learned_map::{KNOTS, Ranges};
 use crate::plant::State;
+use core::f32::consts::TAU;
 
 /// Samples from one look at the log to the next; the motor torque is averaged over as many.
 const STRIDE: usize = 10;
@@ -148,6 +149,8 @@ pub fn scope(data: &Data, model: &Model, rotary: bool) -> Option<(Scope, Ranges)
         period,
         seconds: (longest as f32 * period).max(LEAST),
         rotary,
+        // A gear makes the motor's side turn faster: no sensor turns less than the coordinate does.
+        encoder_turn: if rotary { TAU } else { f32::INFINITY },
     };
     Some((scope, ranges))
 }

@@ -19,6 +19,7 @@ pub const fn scope(seconds: f32) -> Scope {
         period: PERIOD,
         seconds,
         rotary: true,
+        encoder_turn: core::f32::consts::TAU,
     }
 }
 

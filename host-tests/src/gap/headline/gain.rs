@@ -212,3 +212,21 @@ pub(super) fn gain(report: &Report) -> String {
         }
     }
 }
+
+/// The same of one error, in a sentence; nothing where none has become smaller, for the finding says which have risen.
+pub(super) fn shortest_gain(report: &Report) -> String {
+    if report.outcome.verdict == Verdict::LogAndMachineDisagree {
+        return gain(report);
+    }
+    let (stages, logs) = judged(report);
+    let movements = movements(stages, report);
+    if !is_extended(&report.outcome) {
+        let [position, ..] = &movements;
+        let error = position.scale.quantity(position.after);
+        return format!("On {logs} the position error of the fitted model is {error} rms.");
+    }
+    let better = movements.iter().find(|movement| !movement.rises());
+    better.map_or(String::new(), |first| {
+        format!("On {logs} {}.", first.in_words(" went"))
+    })
+}

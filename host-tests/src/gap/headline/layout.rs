@@ -1,7 +1,7 @@
 //! The answer for people as a terminal shows it.
 
 use super::next::{Step, sentence};
-use super::{Headline, NAMED, is_doubt_in_finding};
+use super::{Headline, NAMED, is_doubt_in_finding, rises};
 use crate::gap::answer::listed;
 use crate::gap::outcome::{Outcome, Report};
 use crate::gap::terminal::{Style, WIDTH, printable, wrapped};
@@ -28,10 +28,14 @@ pub(in crate::gap) fn lines(report: &Report, reserved: usize) -> Vec<(String, St
 /// The sentences of the answer that are shown.
 struct Shown<'h> {
     finding: Vec<&'h str>,
+    /// So many sentences of it stay: the first, and the last ones, which say which errors have risen.
+    least_finding: usize,
     details: &'h [(String, String)],
     /// So many of the details, the others are counted.
     detailed: usize,
     gain: Vec<&'h str>,
+    /// The one sentence that stays of it.
+    shortest_gain: &'h str,
     certainty: Vec<&'h str>,
     /// So many sentences of it stay as long as anything else can be left out: that of the doubt, which is the last.
     least_certainty: usize,
@@ -45,9 +49,11 @@ impl<'h> Shown<'h> {
     fn all(report: &Report, headline: &'h Headline) -> Self {
         Self {
             finding: sentences(&headline.finding),
+            least_finding: 1 + rises(report).len(),
             details: &headline.details,
             detailed: headline.details.len(),
             gain: sentences(&headline.gain),
+            shortest_gain: &headline.shortest_gain,
             certainty: sentences(&headline.certainty),
             least_certainty: usize::from(!is_doubt_in_finding(&report.outcome)),
             next: headline
@@ -106,7 +112,7 @@ impl<'h> Shown<'h> {
     }
 
     /// Leaves out the sentence, the step or the detail that is needed least; false if none can be left out. What the
-    /// logs cannot tell apart is the end of the certainty, so that loses its beginning.
+    /// logs cannot tell apart is the end of the certainty, so that loses its beginning. The errors on unseen data stay.
     fn leave_out(&mut self) -> bool {
         if self.certainty.len() > self.least_certainty {
             self.certainty.remove(0);
@@ -118,14 +124,16 @@ impl<'h> Shown<'h> {
             self.next.remove(place);
         } else if self.certainty.pop().is_some() || self.note.take().is_some() {
             // One of them is out.
-        } else if self.gain.pop().is_some() {
-            // It is out.
+        } else if self.gain != [self.shortest_gain] {
+            self.gain = vec![self.shortest_gain];
         } else if self.detailed > 1 {
             self.detailed -= 1;
-        } else if self.finding.len() > 1 {
-            self.finding.pop();
+        } else if self.finding.len() > self.least_finding {
+            self.finding.remove(1);
         } else if self.detailed > 0 {
             self.detailed = 0;
+        } else if self.finding.len() > 1 {
+            self.finding.pop();
         } else {
             return false;
         }

@@ -37,7 +37,8 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             let validate = outcome.errors.validate.as_ref();
             let reliance = Reliance::on(report);
             steps.extend(not_yet(reliance));
-            if times_left(outcome).is_some() {
+            // A number that is said to be wrong may make up for one that is declared and no fit changes.
+            if times_left(outcome).is_some() || outcome.freed().next().is_some() {
                 steps.extend(without_declared(report));
             }
             let motor = free_motor(report);

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use crate::gap::component::{Component, Quantity, Variable};
+use crate::gap::component::{Component, Quantity, SHOWN, Variable};
 use crate::gap::outcome::{Evidence, Report};
 use crate::page::plot::{self, AFTER, Layer, MEASURED, Mark, Panel};
 use crate::page::series::{Point, binned_mean, bulk, extent, points, rms, thin};
@@ -17,10 +17,6 @@ const CLOUD: usize = 900;
 const BINS: usize = 60;
 /// Fewest samples that make a mean.
 const LEAST: usize = 3;
-/// Share of the samples that is shown on either axis: a few spikes would flatten the rest.
-const SHOWN: f64 = 0.99;
-/// Travel behind a turn that is shown, in sizes of the lost motion.
-const TRAVEL: f64 = 3.0;
 
 /// The picture of an effect in a log; none where the log is too short or shows nothing of it.
 pub(super) fn of_effect(
@@ -32,11 +28,7 @@ pub(super) fn of_effect(
     let Some((lowest, highest)) = extent(whole.iter().map(|p| p.1)) else {
         return Ok(None);
     };
-    let ends = match component.variable {
-        Variable::TravelSinceTurn => Some((0.0, TRAVEL * (highest - lowest))),
-        _ => bulk(&whole.iter().map(|p| p.0).collect::<Vec<_>>(), SHOWN),
-    };
-    let Some(ends) = ends.filter(|(low, high)| high > low) else {
+    let Some(ends) = component.ends() else {
         return Ok(None);
     };
     let inside = |points: Vec<Point>| -> Vec<Point> {

@@ -28,7 +28,7 @@ proptest! {
         idle_share in 0.002..0.2_f64,
         constant in 1e-3..0.2_f64,
         ratio in 1.0..400.0_f64,
-        // What is lost beyond may be nothing, and is not declared.
+        // What is lost beyond may be nothing, and has no line to put in.
         efficiency in 0.2..0.9_f64,
     ) {
         let idle = idle_share * stall;
@@ -42,6 +42,7 @@ proptest! {
              {torque}Nm --stall-current {stall}A --gear-ratio {ratio} --values-of gearmotor"
         );
         let text = text_of(&parsed(&split(&words)).unwrap()).unwrap();
+        let text = declaring_the_loss(&text);
         let machine = Machine::of_bytes(Path::new("a.toml"), text.into_bytes()).unwrap();
         let motor = machine.motor.unwrap();
         near(motor.resistance, resistance, PRINTED);

@@ -107,7 +107,8 @@ fn the_call_that_the_help_shows_works() {
     printed(&words.replace('\\', " "));
 }
 
-/// What the README shows leads from a data sheet and two logs to the arm on the shaft, of 0.12 N·m.
+/// What the README shows leads from a data sheet and two logs to the arm on the shaft, of 0.12 N·m, and to the 30 % of the motor's
+/// torque that the gear loses (`rig/examples/gearmotor.rs`).
 #[test]
 fn the_calls_that_the_readme_shows_find_the_arm() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -135,12 +136,15 @@ fn the_calls_that_the_readme_shows_find_the_arm() {
     let answer: serde_json::Value = serde_json::from_slice(&answer).unwrap();
     assert_eq!(answer["verdict"], "effects_found");
     let effects = answer["effects"].as_array().unwrap();
-    let [gravity] = &effects[..] else {
+    let [gravity, loss] = &effects[..] else {
         panic!("{effects:?}");
     };
     assert_eq!(gravity["id"], "gravity");
     let torque = gravity["parameters"][0]["value"].as_f64().unwrap();
     assert!((torque / 0.12 - 1.0).abs() < 0.02, "{torque}");
+    assert_eq!(loss["id"], "load_dependent_friction");
+    let share = loss["parameters"][0]["value"].as_f64().unwrap();
+    assert!((share / 0.3 - 1.0).abs() < 0.02, "{share}");
     let errors = &answer["errors"]["validate"];
     let position = |stage: &str| errors[stage]["position_rms"].as_f64().unwrap();
     assert!(position("after") < 0.1 * position("before"), "{errors}");

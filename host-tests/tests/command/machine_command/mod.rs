@@ -59,6 +59,20 @@ fn machine(words: &str) -> Machine {
     Machine::of_bytes(Path::new("printed.toml"), text.into_bytes()).unwrap()
 }
 
+/// A printed file with the gear's loss as its comment has it, declared.
+fn declaring_the_loss(text: &str) -> String {
+    let Some((head, loss)) = text.split_once("\n# declared_effects = ") else {
+        return text.to_owned();
+    };
+    let (loss, rest) = loss.split_once("\ndeclared_effects = []").unwrap();
+    format!("{head}\ndeclared_effects = {loss}{rest}")
+}
+
+fn machine_with_loss(words: &str) -> Machine {
+    let text = declaring_the_loss(&printed(words));
+    Machine::of_bytes(Path::new("printed.toml"), text.into_bytes()).unwrap()
+}
+
 /// The one line on standard error with which these words are refused.
 fn refused<S: AsRef<str>>(words: &[S]) -> String {
     let output = hil(words);

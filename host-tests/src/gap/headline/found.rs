@@ -1,0 +1,155 @@
+//! What was found beside the effects of the catalogue, in sentences.
+
+use model_core::gap::criterion::GOOD_SENSOR;
+
+use crate::data_sheet::WITHIN;
+use crate::gap::answer::listed;
+use crate::gap::component::LEARNED;
+use crate::gap::outcome::{Estimate, LearnedLaw, Report};
+use crate::quantity::{Scale, capitalised, change, significant};
+
+/// What was found beside the effects of the catalogue: wrong numbers, and a learned law.
+pub(super) fn learned(report: &Report) -> Vec<(String, String)> {
+    let outcome = &report.outcome;
+    let freed = outcome.fit.iter().filter(|parameter| parameter.freed);
+    let mut found: Vec<(String, String)> = freed
+        .map(|parameter| {
+            let unit = &parameter.unit;
+            let tolerance = parameter.tolerance.map_or(String::new(), |tolerance| {
+                format!(" {WITHIN}{} %", significant(100.0 * tolerance, 2))
+            });
+            let change = change(parameter.declared, parameter.fitted);
+            let sentence = format!(
+                "The machine file has {} {unit}{tolerance}, the logs ask for {} {unit}{}.",
+                significant(parameter.declared, 3),
+                significant(parameter.fitted, 3),
+                change.map_or(String::new(), |change| format!(" ({change})"))
+            );
+            (parameter.name.clone(), sentence)
+        })
+        .collect();
+    let ends = report.shown(LEARNED).and_then(|(_, law)| law.ends());
+    for effect in &outcome.effects {
+        if let Some(law) = &effect.law {
+            let sentence = format!(
+                "The machine has another law of it than the formula: {}, learned from the logs.",
+                law_in_words(law, ends)
+            );
+            found.push((format!("{} over {}", effect.id, law.over), sentence));
+        }
+    }
+    if let Some(unknown) = &outcome.unknown {
+        let sentence = format!(
+            "{}, learned from the logs.",
+            capitalised(&law_in_words(&unknown.map, ends))
+        );
+        found.push((
+            format!("unknown effect of {}", unknown.depends_on),
+            sentence,
+        ));
+    }
+    found
+}
+
+/// A learned law: how large it is, over what, and where it is largest, between these ends of what the data have of its variable.
+fn law_in_words(law: &LearnedLaw, ends: Option<(f64, f64)>) -> String {
+    let (at, values) = match ends {
+        Some(ends) => law.within(ends),
+        None => (law.at.clone(), law.values.clone()),
+    };
+    let range = |values: &[f64], unit: &str| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let scale = Scale::of(unit, [low, high]);
+        format!("{} to {}", scale.number(low), scale.quantity(high))
+    };
+    let knots = at.iter().zip(&values);
+    let most = knots.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let most = most.map_or(String::new(), |(&at, _)| {
+        format!(", most at {}", Scale::of(&law.at_unit, [at]).quantity(at))
+    });
+    format!(
+        "a {} of {} over a {} of {}{most}",
+        law.acts_as,
+        range(&values, &law.unit),
+        law.laid_over(),
+        range(&at, &law.at_unit),
+    )
+}
+
+/// Whether the log has its input late, if that is sure and more than the timing of a good logger.
+pub(super) fn late_input(report: &Report) -> Option<(String, String)> {
+    let lead = report.outcome.input_lead.as_ref()?;
+    let step = row_period(report)?;
+    if lead.value <= (2.0 * lead.std).max(GOOD_SENSOR * step) {
+        return None;
+    }
+    let late = Scale::of(&lead.unit, [lead.value]).quantity(lead.value);
+    let rows = significant(lead.value / step, 2);
+    let sentence = format!(
+        "The log has each input {late} late, {rows} of a row: it acted before the row that holds it. The model is given it \
+         that much earlier."
+    );
+    Some(("input".to_owned(), sentence))
+}
+
+/// Seconds from one row to the next.
+fn row_period(report: &Report) -> Option<f64> {
+    let log = report.train.first()?;
+    log.time.get(1).map(|&step| f64::from(step))
+}
+
+/// How the log's current errs, by those of its numbers that are surely not a good sensor's.
+pub(super) fn current_sensor(report: &Report) -> Option<(String, String)> {
+    let outcome = &report.outcome;
+    let [gain, offset, lag] = &outcome.current_sensor[..] else {
+        return None;
+    };
+    let is_sure = |number: &Estimate, good: f64| (number.value - good).abs() > 2.0 * number.std;
+    let quantity = |value: f64, unit: &str| Scale::of(unit, [value]).quantity(value);
+    let mut errs = Vec::new();
+    let times = significant(gain.value, 3);
+    // What rounds to 1 is nothing to tell, however sure it is.
+    if is_sure(gain, 1.0) && times != significant(1.0, 3) {
+        let mut said = format!("is {times} times what flows");
+        if !outcome.fit.iter().any(|number| number.name == "resistance") {
+            // The same voltage drops over both, and inertia and friction are fitted to the torque of either.
+            said += &format!(
+                " (or the resistance is the declared one over {times}, and inertia and friction are {times} times the \
+                 fitted ones)"
+            );
+        }
+        errs.push(said);
+    }
+    if is_sure(offset, 0.0) {
+        let size = quantity(offset.value.abs(), &offset.unit);
+        let side = if offset.value > 0.0 { "high" } else { "low" };
+        errs.push(format!("reads {size} too {side}"));
+    }
+    // The input is held from row to row, so a current without inductance is that of half a row before when a row begins; one
+    // with inductance is that much later anyhow.
+    let winding = lag.value + 0.5 * row_period(report).unwrap_or(0.0);
+    let late = is_sure(lag, 0.0).then_some(("the current", winding));
+    if late.is_some() {
+        errs.push(format!("comes {} late", quantity(lag.value, &lag.unit)));
+    }
+    let errs: Vec<&str> = errs.iter().map(String::as_str).collect();
+    (!errs.is_empty()).then(|| {
+        let mut sentence = format!("The current that the log holds {}.", listed(&errs));
+        if let Some(winding) = late.and_then(|late| inductance(report, late)) {
+            sentence += " ";
+            sentence += &winding;
+        }
+        ("current sensor".to_owned(), sentence)
+    })
+}
+
+/// The inductance of the winding, where the machine file has none and something was found to be late. Without one a model's
+/// current follows the voltage at once; with one it comes later by inductance over resistance, and so does the motion.
+pub(super) fn inductance(report: &Report, (late, time): (&str, f64)) -> Option<String> {
+    let inductance = time * report.without_inductance?;
+    Some(format!(
+        "The machine file has no inductance, most likely that is it: with a winding of {} {late} comes as late as that.",
+        Scale::of("H", [inductance]).quantity(inductance)
+    ))
+}
