@@ -65,12 +65,12 @@ fn all_that_changes_the_modes_may_be_fitted_at_once() {
         (Id::SensorDelay, [0.25e-3, 0.0, 0.0]),
     ]);
     let variables = variables(&declared(), &model, (&Base::ALL, &Reading::ALL), &SCOPE);
-    assert_eq!(variables.len(), 14 + 1 + 2 + 1 + 1 + 3);
+    assert_eq!(variables.len(), 15 + 1 + 2 + 1 + 1 + 3);
     on_a_log(|data| {
         let mut information = Information::default();
         let windows = information.gather(data, &InOrder, &model, &variables);
-        // The model and its 19 copies, for the current's sensor needs none, each window twice.
-        assert_eq!(windows, Some(data.windows() as u64 * 2 * 20));
+        // The model and its 20 copies, for the current's sensor needs none, each window twice.
+        assert_eq!(windows, Some(data.windows() as u64 * 2 * 21));
     });
 }
 

@@ -27,9 +27,9 @@ pub const MOST_SIMULATORS: usize = COLUMNS - Reading::ALL.len() + MOST_OPPOSITES
 /// Most modes that the copies of one model need: its own, those with another resistance, inductance,
 /// torque constant, inertia, viscous friction or declared spring, with the spring of the catalogue,
 /// with viscous friction that differs by direction (either way in a screening), with two other
-/// delays, and its own at half the step, under held effects. A delay that ends inside a step doubles
-/// them.
-const MOST_MODES: usize = 26;
+/// delays and another lead of the input, and its own at half the step, under held effects. A delay that ends inside a step
+/// doubles them.
+const MOST_MODES: usize = 28;
 
 /// What the simulators of an ensemble share.
 #[derive(Debug)]
