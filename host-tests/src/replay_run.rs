@@ -23,7 +23,7 @@ use crate::workspace;
 pub const PROGRAM: &str = "replay";
 
 /// Bytes that there are for it.
-pub const TAPE_BYTES: usize = 384 * 1024;
+pub const TAPE_BYTES: usize = 256 * 1024;
 
 /// Rows that [`check`] replays: 4 s.
 const CHECKED_ROWS: u32 = 4 * STEPS_PER_SECOND;

@@ -6,7 +6,7 @@ use super::{MILLISECOND, Setting, USAGE};
 use crate::running::Running;
 
 /// Where a recorded drive lies: `TAPE` of `memory.x`.
-const TAPE: u64 = 0x080A_0000;
+const TAPE: u64 = 0x080C_0000;
 
 /// Virtual time after which no image is waited for, ms: near twice what the longest takes, which traces a log of each verdict.
 const LIMIT: u64 = 2_000_000;
