@@ -6,7 +6,8 @@
 //! position at the row, then its input until the next one.
 
 use heapless::spsc::Producer;
-use model_core::gap::simulator::{Course, Given, Lateness, Simulator};
+use model_core::gap::lateness::Lateness;
+use model_core::gap::simulator::{Course, Given, Simulator};
 use model_core::numeric::invalid_parameter::InvalidParameter;
 use model_core::plant::actuator::External;
 use model_core::plant::inter_sample::InterSample;

@@ -7,7 +7,7 @@ use model_core::effect::hysteresis::deflected;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
 use model_core::gap::replay::{self, Data, MARGIN, Row, Runner, Schedule};
-use model_core::gap::simulator::{Lateness, Simulator};
+use model_core::gap::simulator::Simulator;
 use model_core::plant::actuator::External;
 use model_core::plant::parameters::{Drive, ParameterError, Winding};
 
@@ -92,7 +92,7 @@ pub fn torque_balance(
     let velocity = differentiate(&position, period);
     let acceleration = differentiate(&velocity, period);
     let back = |series: Channel, index: usize, late: Lateness| {
-        let at = |index: usize| f64::from(series.at(late.sample(index, series.len())));
+        let at = |index: usize| f64::from(late.read(series, index));
         let (now, before) = (at(index), at(index.saturating_sub(1)));
         now + f64::from(late.share) * (before - now)
     };

@@ -49,6 +49,7 @@ pub mod found;
 pub mod held;
 pub mod held_out;
 pub mod judging;
+pub mod lateness;
 pub mod lengths;
 pub mod log;
 pub mod mechanism;

@@ -45,8 +45,7 @@ fn looks<'a>(
             None if log.is_released(index) => 0.0,
             None => {
                 let late = simulator.input_lateness();
-                let input = |at: usize| log.input.at(late.sample(at, log.input.len()));
-                let sum: f32 = around.map(input).sum();
+                let sum: f32 = around.map(|at| late.read(log.input, at)).sum();
                 simulator.steady_current(state.velocity.value(), sum / STRIDE as f32)
             }
         };

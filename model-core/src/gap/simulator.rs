@@ -2,6 +2,7 @@
 
 use super::current_sensor::CurrentSensor;
 use super::held::{Acting, Held};
+use super::lateness::Lateness;
 use super::log::Channel;
 use super::model::Model;
 use crate::effect::backlash::follow;
@@ -22,15 +23,6 @@ pub(super) mod lockstep;
 /// Parts of a step in which a model with held effects is stepped. An effect that varies within a
 /// step, as cogging at speed, is of second order in the part.
 const PARTS_UNDER_HELD_EFFECTS: u8 = 2;
-
-/// By how much a column of the log is behind a step of the simulation, in samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lateness {
-    /// Whole samples; below 0 where it is ahead.
-    whole: isize,
-    /// What is left: the part of the step in which the sample before still counts, 0 to 1.
-    pub share: f32,
-}
 
 /// Where a model is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -74,58 +66,6 @@ pub struct Given {
     pub external: External,
     /// Sample from which it starts.
     pub index: usize,
-}
-
-/// Parts of a sample under which a delay counts as whole: a mode is not worked out for them.
-const LEAST_SHARE: f32 = 1e-3;
-
-impl Lateness {
-    /// `delay`: by how much it is behind, s; below 0 where it is ahead.
-    pub(super) fn new(delay: f32, period: f32) -> Self {
-        let samples = delay / period;
-        let below = libm::floorf(samples);
-        let (whole, share) = (below as isize, samples - below);
-        if share < LEAST_SHARE {
-            Self { whole, share: 0.0 }
-        } else if share > 1.0 - LEAST_SHARE {
-            Self {
-                whole: whole.saturating_add(1),
-                share: 0.0,
-            }
-        } else {
-            Self { whole, share }
-        }
-    }
-
-    /// The same by one sample more.
-    #[inline]
-    #[must_use]
-    pub fn one_more(self) -> Self {
-        Self {
-            whole: self.whole.saturating_add(1),
-            ..self
-        }
-    }
-
-    /// Whether what belongs to a step is in the sample that the step starts from.
-    #[inline]
-    pub fn is_at_hand(self) -> bool {
-        self.whole == 0
-    }
-
-    /// The sample that belongs to the step from this one; `None` before the first.
-    #[inline]
-    pub fn behind(self, index: usize) -> Option<usize> {
-        index.checked_add_signed(self.whole.saturating_neg())
-    }
-
-    /// The same of so many samples; at the ends of a log the nearest.
-    #[inline]
-    pub fn sample(self, index: usize, samples: usize) -> usize {
-        self.behind(index)
-            .unwrap_or(0)
-            .min(samples.saturating_sub(1))
-    }
 }
 
 /// A model bound for one step period.
@@ -392,8 +332,7 @@ impl<M: Borrow<Modes>, H: Acting> Simulator<M, H> {
 
     /// The current that a log has of the step from this sample.
     pub fn read(&self, current: Channel, sample: usize) -> f32 {
-        let sample = self.current.sample(sample, current.len());
-        self.sensor.current(current.at(sample))
+        self.sensor.current(self.current.read(current, sample))
     }
 
     /// Periods in which the winding's current comes to a share of 1 − 1/e of its steady value; 0 without a

@@ -8,9 +8,10 @@ use super::data::{Data, Settings, Window};
 use super::restart::{Restart, Twists};
 use super::runner::Runner;
 use crate::gap::held::Acting;
+use crate::gap::lateness::Lateness;
 use crate::gap::log::Log;
 use crate::gap::simulator::lockstep::{Givens, Lockstep};
-use crate::gap::simulator::{Course, Lateness, Simulator};
+use crate::gap::simulator::{Course, Simulator};
 use crate::plant::actuator::External;
 use crate::plant::lanes::Lanes;
 use crate::plant::modes::Modes;
@@ -412,8 +413,7 @@ impl<'a, const N: usize> Places<'a, N> {
         if !reading.is_at_hand() {
             for lane in 0..N {
                 if let Some(current) = self.logs[lane].current {
-                    let index = reading.sample(rows.given.index[lane], current.len());
-                    measured[lane] = current.at(index);
+                    measured[lane] = reading.read(current, rows.given.index[lane]);
                 }
             }
         }
@@ -442,12 +442,11 @@ impl<'a, const N: usize> Places<'a, N> {
         let mut given = *given;
         for lane in 0..N {
             let (index, inputs) = (given.index[lane], self.logs[lane].input);
-            let behind = |late: Lateness| inputs.at(late.sample(index, inputs.len()));
-            given.input[lane] = behind(late);
+            given.input[lane] = late.read(inputs, index);
             given.previous[lane] = if late.share == 0.0 {
                 given.input[lane]
             } else {
-                behind(late.one_more())
+                late.one_more().read(inputs, index)
             };
         }
         given

@@ -246,7 +246,7 @@ pub(super) fn current_at<M: Borrow<Modes>, H: Acting>(
         if log.is_released(sample) {
             0.0
         } else {
-            simulator.steady_current(velocity, log.input.at(late.sample(sample, log.input.len())))
+            simulator.steady_current(velocity, late.read(log.input, sample))
         }
     };
     let measured = |sample: usize| log.current.map(|current| simulator.read(current, sample));

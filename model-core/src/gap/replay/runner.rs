@@ -8,7 +8,7 @@ use super::restart::{
 use crate::effect::compliance::Shaft;
 use crate::gap::held::{Acting, Held};
 use crate::gap::log::Log;
-use crate::gap::simulator::{Course, Given, Lateness, Simulator};
+use crate::gap::simulator::{Course, Given, Simulator};
 use crate::numeric::straight_line::StraightLine;
 use crate::plant::actuator::External;
 use crate::plant::modes::{Deviation, Modes};
@@ -316,16 +316,15 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let late = self.simulator.input_lateness();
         // Before the log its first input acts, and behind it its last one.
         let inputs = self.log.input;
-        let behind = |late: Lateness| inputs.at(late.sample(row.index, inputs.len()));
         let input = if late.is_at_hand() {
             row.input
         } else {
-            behind(late)
+            late.read(inputs, row.index)
         };
         let previous = if late.share == 0.0 {
             input
         } else {
-            behind(late.one_more())
+            late.one_more().read(inputs, row.index)
         };
         let given = Given {
             input,
@@ -342,7 +341,7 @@ impl<'a, M: Borrow<Modes>, H: Acting> Runner<'a, M, H> {
         let read = self.simulator.current_sensor().reading(predicted);
         let current = match (row.current, self.log.current) {
             (Some(measured), _) if reading.is_at_hand() => read - measured,
-            (_, Some(measured)) => read - measured.at(reading.sample(row.index, measured.len())),
+            (_, Some(measured)) => read - reading.read(measured, row.index),
             (_, None) => match row.next_velocity {
                 Some(measured) if self.velocity_channel => {
                     self.course.state.velocity.value() - measured
