@@ -4,6 +4,7 @@ use super::outcome::ErrorSet;
 use super::zero_phase::{BUTTERWORTH, DECIMATION, filter};
 use model_core::effect::Middle;
 use model_core::effect::hysteresis::deflected;
+use model_core::gap::lateness::Lateness;
 use model_core::gap::log::{Channel, Log};
 use model_core::gap::model::Model;
 use model_core::gap::replay::{self, Data, MARGIN, Row, Runner, Schedule};
