@@ -398,19 +398,16 @@ pub(super) fn fitted(
 
 /// How much earlier each input acted than the log has it, s, where that was fitted.
 pub(super) fn input_lead(trace: &Trace, spread: &Spread) -> Option<Estimate> {
-    let lead = trace
-        .base
-        .iter()
-        .find(|&&number| number == Base::InputLead)?;
-    let model = &trace.after.model;
-    let [std] = propagate(model, spread, &[lead.dimension()], |model: &Model| {
-        [model.get(*lead)]
-    });
-    Some(Estimate {
-        name: lead.name().to_owned(),
-        value: decimal(model.get(*lead)),
-        std,
-        unit: lead.dimension().unit(true).to_owned(),
+    let (lead, model) = (Base::InputLead, &trace.after.model);
+    let value = |model: &Model| [model.get(lead)];
+    trace.base.contains(&lead).then(|| {
+        let [std] = propagate(model, spread, &[lead.dimension()], value);
+        Estimate {
+            name: lead.name().to_owned(),
+            value: decimal(model.get(lead)),
+            std,
+            unit: lead.dimension().unit(true).to_owned(),
+        }
     })
 }
 

@@ -10,7 +10,7 @@ use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{Data, Job, MARGIN, Schedule, Settings};
 use model_core::gap::select::LEAST_WINDOWS;
-use model_core::gap::verdict::{Consideration, Subject, Trace};
+use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
@@ -244,8 +244,13 @@ pub fn trace(
     let options = options(machine, (&data, &declared), &base, &unsure).ok_or_else(left_range)?;
     let schedule = AllCores;
     let mut candidates: Vec<Candidate> = Vec::new();
-    let mut looks = Vec::new();
+    let mut looks: Vec<Consideration> = Vec::new();
     let mut trace = lengths::trace(&data, &schedule, &declared, &options, |look| {
+        if look.subject == Subject::Input && look.decision == Decision::Accepted {
+            // What was told of these rounds is void.
+            looks.retain(|told| told.round < look.round);
+            candidates.retain(|told| told.round < look.round);
+        }
         looks.push(*look);
         let entry = candidate(look);
         // An effect or a map that was taken in an earlier round and is not any more: that look gets the

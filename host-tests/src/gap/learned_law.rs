@@ -34,10 +34,10 @@ impl LearnedLaw {
     pub(super) fn within(&self, (low, high): (f64, f64)) -> (Vec<f64>, Vec<f64>) {
         // A law that is the same either way is laid over the magnitude.
         let is_of_magnitude = low < 0.0 && self.at.first().is_some_and(|&first| first >= 0.0);
-        let (low, high) = match is_of_magnitude {
-            true if high > 0.0 => (0.0, high.max(-low)),
-            true => (-high, -low),
-            false => (low, high),
+        let (low, high) = if is_of_magnitude {
+            ((-high).max(0.0), high.max(-low))
+        } else {
+            (low, high)
         };
         let [low, high] = match (self.at.first(), self.at.last()) {
             (Some(&first), Some(&last)) => [low, high].map(|end| end.clamp(first, last)),

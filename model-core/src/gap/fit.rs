@@ -12,8 +12,8 @@ use crate::numeric::triangle::{Triangle, entries};
 use crate::unit::Dimension;
 use heapless::Vec;
 
-/// Most variables of one fit: the fifteen of the base, the three of the current's sensor, and eleven of effects: three have
-/// three at most, and the four overtones of a cogging take the room of others. What comes last has none and stays as it is.
+/// Most variables of one fit: the fifteen of the base, the three of the current's sensor, and eleven of effects, of which each has
+/// three at most, and a cogging seven with its overtones. What comes last has no room and stays as it is.
 pub const MOST_VARIABLES: usize = 29;
 
 /// Share of a variable's scale that sensitivities are taken over: far above the rounding of an

@@ -138,8 +138,8 @@ pub(super) fn hold_readings(
     Some(is_held)
 }
 
-/// Whether an earlier input than the log has explains what is left, to this ratio at most; then it is a number that fits move. What
-/// was fitted without it is not fitted anew here: the tracing has to begin anew. `smaller`: the errors without.
+/// Whether an earlier input than the log has explains what is left, to this ratio at most; then it is a number that fits move, and
+/// the tracing has to begin anew. `smaller`: the errors without.
 #[inline(never)]
 fn free_lead(
     workbench: &mut Workbench<impl Schedule>,
@@ -147,17 +147,20 @@ fn free_lead(
     (model, smaller): (&Model, &HeldOut),
     most: f64,
 ) -> Option<bool> {
-    let lead = [Base::InputLead];
-    if workbench.base.contains(&lead[0]) {
+    let lead = Base::InputLead;
+    if workbench.base.contains(&lead) {
         return Some(false);
     }
-    let comparison = compare(smaller, &workbench.held_out_freeing(model, &lead)?);
+    let comparison = compare(smaller, &workbench.held_out_freeing(model, &[lead])?);
     let refusal = comparison.refusal(1);
     let decision = refusal.map_or(Decision::Accepted, Decision::Refused);
     round.look_at(Subject::Input, comparison, decision);
     let is_late = refusal.is_none() && comparison.ratio <= most;
     if is_late {
-        let _ = workbench.base.extend_from_slice(&lead);
+        let _ = workbench.base.push(lead);
+        if let Some(look) = round.look_of(Subject::Input) {
+            look.round = 1;
+        }
     }
     Some(is_late)
 }
@@ -207,7 +210,7 @@ pub(super) fn free_numbers(
             workbench.base.truncate(fixed);
             if let Some(other) = other_law(workbench, &fit.model, &numbers, found)? {
                 workbench.data = chosen;
-                if let Some(look) = round.look_at_numbers() {
+                if let Some(look) = round.look_of(Subject::Numbers) {
                     look.decision = Decision::LawOf { other };
                 }
                 return Some(None);
@@ -221,7 +224,7 @@ pub(super) fn free_numbers(
         workbench.base.truncate(fixed);
         workbench.data = chosen;
     }
-    if let Some(look) = round.look_at_numbers() {
+    if let Some(look) = round.look_of(Subject::Numbers) {
         look.decision = Decision::NearDeclared;
     }
     Some(None)

@@ -189,10 +189,9 @@ impl Round {
         });
     }
 
-    /// The look at numbers of the machine file.
-    pub fn look_at_numbers(&mut self) -> Option<&mut Consideration> {
-        let mut looks = self.looks.iter_mut();
-        looks.find(|look| look.subject == Subject::Numbers)
+    /// The look at this.
+    pub fn look_of(&mut self, subject: Subject) -> Option<&mut Consideration> {
+        self.looks.iter_mut().find(|look| look.subject == subject)
     }
 
     /// Tells of every look, now that it is known what was taken.

@@ -42,27 +42,23 @@ pub(super) fn trace_over<S: Schedule>(
     options: &Options,
     observe: &mut dyn FnMut(&Consideration),
 ) -> Option<Trace> {
-    let mut last = 0;
-    let told = &mut |look: &Consideration| {
-        last = last.max(look.round);
-        observe(look);
+    let in_vain = match trace_with(data, schedule, model, options, observe)? {
+        Ok(trace) => return Some(trace),
+        Err(simulated) => simulated,
     };
-    if let Some(trace) = trace_with(data, schedule, model, options, told)? {
-        return Some(trace);
-    }
     let mut base: Numbers = options.base.iter().copied().collect();
     let _ = base.push(Base::InputLead);
     let options = Options {
         base: &base,
         ..*options
     };
-    trace_with(data, schedule, model, &options, &mut |look| {
-        let round = last + look.round;
-        observe(&Consideration { round, ..*look });
-    })?
+    let mut trace = trace_with(data, schedule, model, &options, observe)?.ok()?;
+    trace.simulated += in_vain;
+    Some(trace)
 }
 
-/// `None` inside where a number that no fit of these options moves turns out to be one that every fit has to move.
+/// `Err` inside, with the windows simulated until then, where the log's input turns out late, which fits with these options do not
+/// know.
 #[inline(never)]
 fn trace_with<S: Schedule>(
     data: &Data,
@@ -70,13 +66,13 @@ fn trace_with<S: Schedule>(
     model: &Model,
     options: &Options,
     observe: &mut dyn FnMut(&Consideration),
-) -> Option<Option<Trace>> {
+) -> Option<Result<Trace, u64>> {
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
     let mut before = fit_base(&mut workbench)?;
     let mut found = Found::nothing(&before);
     found.search(&mut workbench, 1, observe)?;
     if workbench.has_found_input_late() {
-        return Some(None);
+        return Some(Err(workbench.simulated));
     }
     if found.is_more(&workbench) || !workbench.readings.is_empty() {
         // Both models are judged on the same restarts, so the first is fitted to these too.
@@ -94,7 +90,7 @@ fn trace_with<S: Schedule>(
             if challenged {
                 let found_more = look_again(&mut workbench, &mut found, observe)?;
                 if workbench.has_found_input_late() {
-                    return Some(None);
+                    return Some(Err(workbench.simulated));
                 }
                 if found_more {
                     observe(&learned.dropped());
@@ -117,7 +113,7 @@ fn trace_with<S: Schedule>(
             break;
         }
     }
-    conclude(&mut workbench, before, found, unknown).map(Some)
+    conclude(&mut workbench, before, found, unknown).map(Ok)
 }
 
 /// What is said of what was found. Where nothing is proven, numbers that were freed are taken back.

@@ -78,7 +78,8 @@ pub enum Subject {
     Numbers,
     /// Gain, offset and lag of the current's sensor.
     Sensor,
-    /// The lead of the log's input.
+    /// The lead of the log's input. Where it is accepted the tracing begins anew with the round of that look: what was told before of
+    /// that round and later ones was found with other inputs, and is void.
     Input,
 }
 

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 use serde_json::Value;
+use tempfile::TempDir;
 
 use super::*;
 
@@ -74,6 +75,15 @@ impl Gearmotor {
         }
         text
     }
+
+    /// A directory with two such logs, `a.csv` and `b.csv`.
+    fn recorded(&self) -> TempDir {
+        let directory = tempfile::tempdir().unwrap();
+        for (name, phase) in [("a.csv", 1.0), ("b.csv", 2.0)] {
+            fs::write(directory.path().join(name), self.log(phase)).unwrap();
+        }
+        directory
+    }
 }
 
 /// The answer to these files, in JSON and in words.
@@ -120,9 +130,7 @@ fn names_the_loss(found: &Value, loss: f64) {
 #[test]
 fn the_printed_machine_lacks_the_loss_of_its_gear_alone() {
     let gearmotor = Gearmotor::of_the_sheet();
-    let directory = tempfile::tempdir().unwrap();
-    fs::write(directory.path().join("a.csv"), gearmotor.log(1.0)).unwrap();
-    fs::write(directory.path().join("b.csv"), gearmotor.log(2.0)).unwrap();
+    let directory = gearmotor.recorded();
     let text = printed(CART);
     let (found, _) = traced(directory.path(), &text);
     names_the_loss(&found, 1.0 - gearmotor.efficiency);
@@ -148,9 +156,7 @@ fn a_loss_that_the_sheet_has_wrong_is_found() {
         efficiency: 0.9,
         ..Gearmotor::of_the_sheet()
     };
-    let directory = tempfile::tempdir().unwrap();
-    fs::write(directory.path().join("a.csv"), gearmotor.log(1.0)).unwrap();
-    fs::write(directory.path().join("b.csv"), gearmotor.log(2.0)).unwrap();
+    let directory = gearmotor.recorded();
     let text = printed(CART);
     let (found, _) = traced(directory.path(), &text);
     names_the_loss(&found, 1.0 - gearmotor.efficiency);
