@@ -122,7 +122,7 @@ const GRID_MARGIN: f64 = 1.05;
 
 /// Greatest credible value of a column other than the time, SI: beyond it the sample is damaged, or in
 /// another unit. Counts of 30 bits are below.
-const GREATEST_VALUE: f64 = 1e9;
+pub(crate) const GREATEST_VALUE: f64 = 1e9;
 
 /// How many times as far from the mean of its neighbours as all others a position has to be, to be a damaged sample: one
 /// that oscillates is as far in every sample, and noise of a Gaussian sensor goes beyond five deviations once in a

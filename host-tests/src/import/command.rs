@@ -71,7 +71,7 @@ pub struct Args {
     /// Put the rows into the order of their time
     #[arg(long)]
     pub sort: bool,
-    /// Leave out rows that have no number where one has to be; what is missing is filled in
+    /// Leave out rows without a number where one has to be, or with one that no machine has; what is missing is filled in
     #[arg(long)]
     pub skip_bad: bool,
     /// What separates the fields: one character, or comma, semicolon, tab, space; else it is found

@@ -9,7 +9,9 @@ use super::stamp::is_cut_clock;
 use crate::log::fault::{Fault, Mend};
 use crate::log::rows::{check_value, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
-use crate::log::{COLUMNS, COMMAND, Columns, Course, Log, POSITION, TIME, quoted, rounded};
+use crate::log::{
+    COLUMNS, COMMAND, Columns, Course, GREATEST_VALUE, Log, POSITION, TIME, quoted, rounded,
+};
 
 /// A log, and what was done for it.
 #[derive(Debug)]
@@ -20,7 +22,7 @@ pub(super) struct Converted {
     pub doubts: Vec<Fault>,
     /// Rows that were looked at.
     pub rows: usize,
-    /// Rows that were left out for want of a number.
+    /// Rows that were left out for want of a number that a machine can have.
     pub left_out: usize,
     /// Rows that were earlier than one before them, and were moved.
     pub sorted: usize,
@@ -125,7 +127,8 @@ pub(super) fn convert(
     })
 }
 
-/// The rows in which every column has a number, and how many have not.
+/// The rows in which every column has a number, and how many have not; with `skip_bad` those in which no machine has such
+/// a number are left out too.
 fn good_rows(
     raw: &Raw,
     sources: &[(usize, Source)],
@@ -138,11 +141,19 @@ fn good_rows(
             .flat_map(|(index, source)| source.columns().map(move |column| (*index, column)));
         columns.find(|(_, column)| raw.columns[*column].values[row].is_nan())
     };
+    let is_credible = |row: usize| {
+        sources.iter().all(|(index, source)| {
+            let value = source.apply_at(row, raw.columns[source.column].values[row], raw);
+            *index == TIME || value.abs() <= GREATEST_VALUE
+        })
+    };
     let before = rows.len();
     let mut good = Vec::with_capacity(before);
     for row in rows {
         let Some((index, column)) = bad(row) else {
-            good.push(row);
+            if !skip_bad || is_credible(row) {
+                good.push(row);
+            }
             continue;
         };
         if !skip_bad {
@@ -197,7 +208,7 @@ fn checked(value: f64, index: usize, line: usize) -> Result<f64, Fault> {
     };
     if !is_good(value) {
         let message = format!("`{name}` becomes {value:e}, more than single precision holds");
-        return Err(Fault::new(line, message));
+        return Err(Fault::mended_by(line, message, Mend::SkipBad));
     }
     check_value(line, name, value)?;
     Ok(value)

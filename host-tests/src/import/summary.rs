@@ -204,7 +204,7 @@ fn done(sources: &[(usize, Source)], converted: &Converted) -> Vec<String> {
     }
     if converted.left_out > 0 {
         let rows = counted(converted.left_out, "row");
-        lines.push(format!("{rows} without a number left out."));
+        lines.push(format!("{rows} without a usable number left out."));
     }
     if converted.sorted > 0 {
         let rows = counted(converted.sorted, "row");

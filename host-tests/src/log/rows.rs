@@ -190,9 +190,9 @@ pub(crate) fn check_value(line: usize, name: &'static str, value: f64) -> Result
     if name != COLUMNS[TIME].0 && value.abs() > GREATEST_VALUE {
         let message = format!(
             "`{name}` is {value:?}, which no machine does; expected SI units, at most {GREATEST_VALUE:e}: \
-             cut the log here, mend the sample, or convert the unit"
+             leave the row out, or convert the unit"
         );
-        return Err(Fault::new(line, message));
+        return Err(Fault::mended_by(line, message, Mend::SkipBad));
     }
     if name == COLUMNS[BRAKE].0 && value < 0.0 {
         let message = format!(

@@ -145,6 +145,7 @@ fn cells() {
     mends(with(700, "T,,0,0"), &["is empty", "--skip-bad"]);
     mends(with(700, "T,1"), &["cut short", "--skip-bad"]);
     mends(with(700, "T,1e39,0,0"), &["single precision", "--skip-bad"]);
+    mends(with(700, "T,0,1e12,0"), &["no machine", "--skip-bad"]);
     let braked = changed("time_s,input,position,brake", |_, fields| {
         format!("{},{},{},-2.5", fields[0], fields[1], fields[2])
     });
