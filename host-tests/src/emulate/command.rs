@@ -84,6 +84,12 @@ fn refuse(lacking: &[String]) -> Result<(), Failure> {
     }
 }
 
+fn print(text: &str) -> Result<(), Failure> {
+    io::stdout()
+        .write_all(text.as_bytes())
+        .map_err(|error| Failure::system("standard output", &error))
+}
+
 /// Runs the images, prints what came of it, writes what was asked for.
 ///
 /// # Errors
@@ -103,19 +109,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (outcome, traced) = demonstrate(&built, cycles, extent, &mut announce)?;
     announce("recording the controller over its console");
     let recording = recording::run(&built, cycles)?;
-    let mut unattended = Vec::new();
+    let mut summary = Summary::new(&outcome, &traced, cycles);
+    print(&summary.text(&outcome, &traced, Some(&recording)))?;
+    let mut lacking = Vec::new();
     if args.at_length {
         announce("the images that nobody operates, at several cycles an instruction");
-        unattended = longest::longest(&toolchain)?;
+        let unattended = longest::longest(&toolchain)?;
+        lacking = Shortcomings::of_unattended(&unattended).0;
+        for image in &unattended {
+            print(&format!("{}\n", image.line()))?;
+        }
+        summary.chip.at_other_cycles.extend(unattended);
     }
-    let lacking = Shortcomings::of_unattended(&unattended).0;
-    let mut summary = Summary::new(&outcome, &traced, cycles);
-    summary.chip.at_other_cycles.extend(unattended);
     outputs.stage_json(json, &summary)?;
     outputs.commit()?;
-    io::stdout()
-        .write_all(summary.text(&outcome, &traced, Some(&recording)).as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))?;
     require(&outcome, &traced, Some(&recording))?;
     refuse(&lacking)
 }

@@ -95,6 +95,25 @@ impl AtCycles {
             stack_bytes: Some(ticks.stack_bytes),
         }
     }
+
+    /// Its line of the table for people.
+    pub fn line(&self) -> String {
+        let latency = self.longest_latency_us.map_or(String::new(), |latency| {
+            format!(", longest latency {latency:.1} µs")
+        });
+        let stack = self.stack_bytes.map_or(String::new(), |[used, room]| {
+            format!("; {used} of {room} bytes of stack")
+        });
+        line(
+            &format!("{} at {}", self.image, self.cycles_per_instruction),
+            &format!(
+                "worst plant tick {} and control step {} of {PERIOD} cycles{latency}; {} ticks missed{stack}",
+                shown(self.plant_cycles),
+                shown(self.control_cycles),
+                self.missed,
+            ),
+        )
+    }
 }
 
 /// What the controller's own log lacks.
@@ -110,6 +129,15 @@ pub struct Loop {
     pub position_rms_after: Option<f64>,
     /// Rows of all captures.
     pub samples: usize,
+}
+
+/// A line of the table for people.
+fn line(name: &str, value: &str) -> String {
+    format!("{name:<18} {value}")
+}
+
+fn shown(cycles: Option<u64>) -> String {
+    cycles.map_or("?".to_owned(), |cycles| cycles.to_string())
 }
 
 /// What `status` says of the longest plant and control interrupt, cycles.
@@ -192,19 +220,18 @@ impl Summary {
             "Two unmodified images on emulated STM32F405s, {} cycles an instruction\n",
             self.chip.cycles_per_instruction
         );
+        // A string takes everything.
         let mut row = |name: &str, value: String| {
-            // A string takes everything.
-            let _ = writeln!(text, "{name:<18} {value}");
+            let _ = writeln!(text, "{}", line(name, &value));
         };
-        let cycles = |cycles: Option<u64>| cycles.map_or("?".to_owned(), |c| c.to_string());
         for tick in &self.chip.worst_ticks {
             row(
                 tick.image,
                 format!(
                     "worst plant tick {} and control step {} of {} cycles, longest latency \
                      {:.1} µs; {} ticks missed",
-                    cycles(tick.plant_cycles),
-                    cycles(tick.control_cycles),
+                    shown(tick.plant_cycles),
+                    shown(tick.control_cycles),
                     tick.period_cycles,
                     tick.longest_latency_us,
                     tick.missed
@@ -212,24 +239,11 @@ impl Summary {
             );
         }
         for tick in &self.chip.at_other_cycles {
-            row(
-                &format!("{} at {}", tick.image, tick.cycles_per_instruction),
-                format!(
-                    "worst plant tick {} and control step {} of {PERIOD} cycles{}; {} ticks missed{}",
-                    cycles(tick.plant_cycles),
-                    cycles(tick.control_cycles),
-                    tick.longest_latency_us
-                        .map_or(String::new(), |latency| format!(
-                            ", longest latency {latency:.1} µs"
-                        )),
-                    tick.missed,
-                    tick.stack_bytes
-                        .map_or(String::new(), |[used, room]| format!(
-                            "; {used} of {room} bytes of stack"
-                        ))
-                ),
-            );
+            let _ = writeln!(text, "{}", tick.line());
         }
+        let mut row = |name: &str, value: String| {
+            let _ = writeln!(text, "{}", line(name, &value));
+        };
         let [erased, programmed, _] = outcome.store.flash;
         row(
             "save",
