@@ -13,7 +13,7 @@ use crate::failure::Failure;
 
 /// Flash of the STM32F405RG that is the program's, bytes: what is before the recorded drive, without
 /// the first four sectors. Of these the vector table has one.
-pub const FLASH: u64 = 576 * 1024;
+pub const FLASH: u64 = 704 * 1024;
 
 /// The other three: the program stores parameters there. Nothing of an image may lie in them.
 const PARAMETERS: Range<u64> = 0x0800_4000..0x0801_0000;

@@ -46,6 +46,26 @@ pub enum Dimension {
 }
 
 impl Dimension {
+    /// Whether a torque or force is part of it.
+    ///
+    /// ```
+    /// use model_core::unit::Dimension;
+    /// assert!(Dimension::PositionPerTorque.has_torque());
+    /// assert!(!Dimension::Inertia.has_torque());
+    /// ```
+    pub fn has_torque(self) -> bool {
+        matches!(
+            self,
+            Self::TorquePerCurrent
+                | Self::Torque
+                | Self::PerTorque
+                | Self::TorquePerVelocity
+                | Self::TorquePerSquaredVelocity
+                | Self::TorquePerPosition
+                | Self::PositionPerTorque
+        )
+    }
+
     /// The SI unit, for an angle (`rotary`) or a length as coordinate.
     ///
     /// ```

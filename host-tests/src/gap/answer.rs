@@ -292,9 +292,6 @@ fn found_effect(
     (spread, fitted): (&Spread, &[Base]),
     rotary: bool,
 ) -> FoundEffect {
-    let mut presumed = vec![Base::Resistance, Base::TorqueConstant];
-    presumed
-        .retain(|number| accepted.candidate.effect.id.needs_winding() && !fitted.contains(number));
     let report = |model: &Model| model.effects[slot].report(&model.plant);
     let values = report(model);
     let description = accepted.candidate.effect.id.description();
@@ -308,6 +305,11 @@ fn found_effect(
     let reported = effect.reported();
     let dimensions: Vec<Dimension> = reported.iter().map(|(_, dimension)| *dimension).collect();
     let stds = propagate(model, spread, &dimensions, report);
+    // The winding makes a torque of a voltage: what the log tells of torques has its scale.
+    let needs_winding = accepted.candidate.effect.id.needs_winding()
+        || model.plant.drive.winding().is_there() && dimensions.iter().any(|it| it.has_torque());
+    let mut presumed = vec![Base::Resistance, Base::TorqueConstant];
+    presumed.retain(|number| needs_winding && !fitted.contains(number));
     FoundEffect {
         id: description.id.to_owned(),
         parameters: reported

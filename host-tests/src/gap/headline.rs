@@ -262,6 +262,17 @@ fn presumed(report: &Report) -> Option<String> {
     })
 }
 
+/// What the sizes of effects rest on that no fit has moved: their deviations know nothing of it.
+fn scale_of_torques(effects: &[FoundEffect]) -> Option<String> {
+    let presumed = effects.iter().map(|effect| &effect.presumes);
+    let presumed = presumed.into_iter().find(|numbers| !numbers.is_empty())?;
+    let words = presumed.iter().map(|number| number.replace('_', " "));
+    Some(format!(
+        "The sizes rest on {} as declared; what the declaration is off by is not in their deviations.",
+        listed(&words.collect::<Vec<_>>())
+    ))
+}
+
 /// How sure it is, and what else it could be.
 fn certainty(report: &Report) -> String {
     let outcome = &report.outcome;
@@ -286,6 +297,7 @@ fn certainty(report: &Report) -> String {
             let late = delay(outcome).map(|time| ("the motion", time));
             let mut sentences = Vec::from_iter(presumed(report));
             sentences.extend(late.and_then(|late| inductance(report, late)));
+            sentences.extend(scale_of_torques(&outcome.effects));
             sentences.extend(chance(&outcome.effects));
             sentences.extend(alternatives(outcome, &report.coordinate));
             if outcome.verdict == Verdict::UnknownEffect {

@@ -65,6 +65,10 @@ fn what_it_errs_by_is_said(sensors: &[(f64, f64, isize)]) {
             let outcome = trace(&sensor, weight);
             let named: Vec<&str> = outcome.effects.iter().map(|it| it.id.as_str()).collect();
             assert_eq!(named, expected, "{gain}, {offset}, {late}: {outcome:?}");
+            for found in &outcome.effects {
+                // Neither is fitted, and a torque is known by them alone.
+                assert_eq!(found.presumes, ["resistance", "torque_constant"]);
+            }
             assert_eq!(
                 outcome.freed().count(),
                 0,

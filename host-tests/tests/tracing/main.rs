@@ -30,5 +30,6 @@ mod real_benchmark;
 mod released_drive;
 mod settled_fits;
 mod stepped;
+mod two_lengths;
 mod undeclared_effects;
 mod wrong_motor;

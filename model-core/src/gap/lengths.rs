@@ -5,11 +5,13 @@
 //! that the machine has lowers the error over either. What only makes up for something else (a wrong number, a
 //! late channel, a law of another form) does so over the length that it was fitted to. So a log is traced over
 //! two neighbouring lengths, and what is found over both is said: stability selection (N. Meinshausen, P. Bühlmann,
-//! *Stability selection*, 2010), with lengths of prediction in the place of random halves of the data.
+//! *Stability selection*, 2010), with lengths of prediction in the place of random halves of the data. A search over one of
+//! them may miss what the other finds, so what one has found is fitted over the windows of the other before it is refused.
 
+use super::criterion::EQUALLY_GOOD;
 use super::current_sensor::Reading;
 use super::found::Found;
-use super::held_out::{Refusal, compare};
+use super::held_out::{HeldOut, Refusal, compare};
 use super::mechanism;
 use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule};
@@ -17,6 +19,7 @@ use super::select::{conclude, trace_over};
 use super::standing::{look_beneath, stands, take_map};
 use super::verdict::{Accepted, Consideration, Decision, Trace, Verdict};
 use super::workbench::{Options, Workbench};
+use heapless::Vec;
 
 /// Fewest samples in a window: as many as a restart with the narrowest smoothing takes in.
 const LEAST_SAMPLES: usize = 5;
@@ -24,8 +27,8 @@ const LEAST_SAMPLES: usize = 5;
 /// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every
 /// candidate, round by round.
 ///
-/// What is found over the windows of `data` is said if it is found over windows half as long too, or if it predicts
-/// clearly better over these than what is found there instead. A learned law goes by the name of the effect that it is
+/// What is found over the windows of `data` is said if it is found over windows half as long too, or predicts as well
+/// over these as what is found there, and clearly better than what both have in common. A learned law goes by the name of the effect that it is
 /// another law of, where there is one. Where nothing is proven over the windows of `data`, though
 /// the model does not follow the log, the same is asked of half and a quarter of them. An effect over a variable on
 /// the one hand, and on the other a law over it that no effect of the catalogue is, are an unknown effect
@@ -69,57 +72,211 @@ pub fn trace<S: Schedule>(
     }
     // Where the shorter windows cannot be replayed at all, they speak for nothing and against nothing.
     if let Some(mut other) = other {
-        if says_more_than(&said, &other) {
-            // A law over that variable is what both have in common.
-            for accepted in &said.accepted {
-                observe(&accepted.refused());
-            }
-            core::mem::swap(&mut said, &mut other);
-        } else {
-            data.settings = said.settings;
-            let base: Numbers = said.fitted().iter().copied().collect();
-            let options = Options {
-                base: &base,
-                ..*options
-            };
-            let mut workbench = Workbench::new(data, schedule, model, &options)?;
-            keep(&mut workbench, &mut said, &other, &mut observe)?;
-            samples += workbench.simulated * data.settings.window as u64;
-        }
+        data.settings = said.settings;
+        let base: Numbers = said.fitted().iter().copied().collect();
+        let options = Options {
+            base: &base,
+            ..*options
+        };
+        let window = data.settings.window as u64;
+        let mut workbench = Workbench::new(data, schedule, model, &options)?;
+        keep(&mut workbench, &mut said, &mut other, &mut observe)?;
+        samples += workbench.simulated * window;
     }
     said.simulated = samples / said.settings.window as u64;
     mechanism::name(&data, schedule, model, options, &mut said)?;
     Some(said)
 }
 
-/// Whether what one tracing has found is clearly better than what another one has found over the windows of that other
-/// one, too.
+/// Held-out errors of a model that a tracing has come to, fitted anew over the windows of a workbench with the numbers that
+/// the tracing moves.
+///
+/// `None` if the model cannot be built.
+#[inline(never)]
+fn errors(
+    workbench: &mut Workbench<impl Schedule>,
+    trace: &Trace,
+    model: &Model,
+) -> Option<HeldOut> {
+    workbench.base = trace.base.clone();
+    workbench.readings = trace.readings.clone();
+    let fit = workbench.fit(model)?;
+    workbench.held_out(&fit.model)
+}
+
+/// What a tracing has found but for what another one does not confirm.
+fn confirmed_part(trace: &Trace, other: &Trace, declared: &Model) -> Model {
+    let mut model = trace.after.model.clone();
+    model.map = None;
+    for (place, accepted) in trace.accepted.iter().enumerate().rev() {
+        if !other.confirms(accepted) {
+            model.effects.remove(declared.effects.len() + place);
+        }
+    }
+    for number in trace.freed() {
+        if !other.freed().contains(number) {
+            model.set(*number, declared.get(*number));
+        }
+    }
+    model
+}
+
+/// What a tracing has found, over the windows of another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Elsewhere {
+    /// It predicts clearly better than what the other one has found; or clearly better than what both have found and as well
+    /// as what the other one has found instead, which is clearly worse over the windows of the former.
+    Holds,
+    /// It predicts clearly better than what both have found, and over the windows of neither better or worse than what the
+    /// other one has found instead.
+    Alike,
+    /// Neither.
+    Fails,
+}
+
+/// How what a tracing has found does over the windows of another one.
 ///
 /// `None` if a model cannot be built.
 #[inline(never)]
-fn beats(workbench: &mut Workbench<impl Schedule>, trace: &Trace, other: &Trace) -> Option<bool> {
+fn elsewhere(
+    workbench: &mut Workbench<impl Schedule>,
+    trace: &Trace,
+    other: &Trace,
+) -> Option<Elsewhere> {
     let mut others = workbench.over(other.settings)?;
     others.base = other.base.clone();
     others.readings = other.readings.clone();
     let of_other = others.held_out(&other.after.model)?;
-    others.base = trace.base.clone();
-    others.readings = trace.readings.clone();
-    let fit = others.fit(&trace.after.model)?;
-    let own = others.held_out(&fit.model)?;
+    let own = errors(&mut others, trace, &trace.after.model)?;
+    let instead = compare(&of_other, &own);
+    let is_better = instead.refusal(1).is_none();
+    let is_as_good = !is_better && instead.ratio <= EQUALLY_GOOD && {
+        let part = confirmed_part(trace, other, workbench.declared);
+        let of_part = errors(&mut others, trace, &part)?;
+        compare(&of_part, &own).refusal(1).is_none()
+    };
     workbench.count(others.simulated, other.settings.window);
-    Some(compare(&of_other, &own).refusal(1).is_none())
+    if is_better {
+        return Some(Elsewhere::Holds);
+    }
+    if !is_as_good {
+        return Some(Elsewhere::Fails);
+    }
+    let mut windows = workbench.over(trace.settings)?;
+    let of_other = errors(&mut windows, other, &other.after.model)?;
+    let own = errors(&mut windows, trace, &trace.after.model)?;
+    workbench.count(windows.simulated, trace.settings.window);
+    let instead = compare(&of_other, &own);
+    Some(if instead.refusal(1).is_none() {
+        Elsewhere::Holds
+    } else if instead.ratio <= EQUALLY_GOOD {
+        Elsewhere::Alike
+    } else {
+        Elsewhere::Fails
+    })
 }
 
-/// Takes out of a tracing what another one does not confirm, and fits the rest anew; nothing, where both have found
-/// something and that of the former is clearly better over the windows of either: the other has missed it. `workbench`:
-/// with the log as it was cut and weighed for the former.
+/// Makes the one effect of a tracing that another one does not confirm equivalent to the one that this has instead. Whether
+/// there is one of each.
+fn make_equivalent(trace: &mut Trace, other: &Trace) -> bool {
+    let mut instead = other.accepted.iter().filter(|it| !trace.confirms(it));
+    let (Some(instead), None) = (instead.next(), instead.next()) else {
+        return false;
+    };
+    let instead = instead.candidate.effect.id;
+    let mut own = trace.accepted.iter_mut().filter(|it| !other.confirms(it));
+    let (Some(own), None) = (own.next(), own.next()) else {
+        return false;
+    };
+    own.equivalent.push(instead).is_ok()
+}
+
+/// What either of two tracings has found in one model, if what each adds to the other one predicts clearly better over the
+/// windows of that other one, too. `workbench`: as in [`keep`].
+///
+/// `None` if a model cannot be built; `None` inside if neither adds an effect, or what it adds does not show.
+#[inline(never)]
+fn joined(
+    workbench: &mut Workbench<impl Schedule>,
+    trace: &Trace,
+    other: &Trace,
+) -> Option<Option<Found>> {
+    let mut accepted = trace.accepted.clone();
+    let mut model = trace.after.model.clone();
+    let first = workbench.declared.effects.len();
+    for (place, added) in other.accepted.iter().enumerate() {
+        let effect = other.after.model.effects[first + place];
+        if !trace.confirms(added)
+            && (accepted.push(added.clone()).is_err() || model.effects.push(effect).is_err())
+        {
+            return Some(None);
+        }
+    }
+    let own = trace.accepted.len();
+    if own == 0 || accepted.len() == own || trace.unknown.is_some() || other.unknown.is_some() {
+        return Some(None);
+    }
+    let mut others = workbench.over(other.settings)?;
+    let larger = errors(&mut others, trace, &model)?;
+    let smaller = errors(&mut others, other, &other.after.model)?;
+    workbench.count(others.simulated, other.settings.window);
+    if compare(&smaller, &larger).refusal(1).is_some() {
+        return Some(None);
+    }
+    workbench.base = trace.base.clone();
+    workbench.readings = trace.readings.clone();
+    let smaller = workbench.held_out(&trace.after.model)?;
+    let after = workbench.fit(&model)?;
+    let held_out = workbench.held_out(&after.model)?;
+    let comparison = compare(&smaller, &held_out);
+    for added in &mut accepted[own..] {
+        (added.p_value, added.ratio) = (comparison.p_value, comparison.ratio);
+    }
+    Some(comparison.refusal(1).is_none().then_some(Found {
+        after,
+        accepted,
+        held_out: Some(held_out),
+        left: 1.0,
+    }))
+}
+
+/// Says what either of two tracings has found in place of the first one, if both [show](joined) and may be said. Whether they
+/// may.
+#[inline(never)]
+fn join(
+    workbench: &mut Workbench<impl Schedule>,
+    trace: &mut Trace,
+    other: &Trace,
+    observe: &mut dyn FnMut(&Consideration),
+) -> Option<bool> {
+    let fitted = workbench.base.clone();
+    let own = trace.accepted.len();
+    if let Some(mut found) = joined(workbench, trace, other)?
+        && stands(workbench, &trace.before.model, &mut found, observe)?
+        && found.accepted.len() > own
+    {
+        for added in found.accepted.iter().filter(|it| !trace.confirms(it)) {
+            observe(&added.candidate.look(own + 1, Decision::Accepted));
+        }
+        *trace = conclude(workbench, trace.before.clone(), found, None)?;
+        return Some(true);
+    }
+    workbench.base = fitted;
+    Some(false)
+}
+
+/// Makes what two tracings have found one answer, in place of the first one. It is what either has found, where
+/// [both](join) show over the windows of the other; what the first one has found, where the other has found
+/// something else and that of the first one [holds](Elsewhere::Holds) over its windows, or is as good as that. Else what the
+/// other does not confirm is taken out and the rest fitted anew. Where the other has learned a law over the variable of an
+/// effect, that law is what both have in common. `workbench`: with the log as it was cut and weighed for the first one.
 ///
 /// `None` if the model cannot be built.
 #[inline(never)]
 fn keep(
     workbench: &mut Workbench<impl Schedule>,
     trace: &mut Trace,
-    other: &Trace,
+    other: &mut Trace,
     observe: &mut dyn FnMut(&Consideration),
 ) -> Option<()> {
     let freed = |number: &Base| other.freed().contains(number);
@@ -131,7 +288,22 @@ fn keep(
     {
         return Some(());
     }
-    if other.has_found() && beats(workbench, trace, other).unwrap_or(false) {
+    if join(workbench, trace, other, observe)? {
+        return Some(());
+    }
+    // Where the other has proven nothing, the effect was refused there, by tests that this comparison does not repeat.
+    if other.has_found() {
+        match elsewhere(workbench, trace, other) {
+            Some(Elsewhere::Holds) => return Some(()),
+            Some(Elsewhere::Alike) if make_equivalent(trace, other) => return Some(()),
+            _ => {}
+        }
+    }
+    if says_more_than(trace, other) {
+        for accepted in &trace.accepted {
+            observe(&accepted.refused());
+        }
+        core::mem::swap(trace, other);
         return Some(());
     }
     let declared = workbench.declared;
@@ -148,24 +320,21 @@ fn keep(
     };
     let mut found = Found {
         after: trace.after.clone(),
-        accepted: trace.accepted.clone(),
+        accepted: Vec::new(),
         held_out: None,
         left: 1.0,
     };
-    let first = declared.effects.len();
-    for place in (0..found.accepted.len()).rev() {
-        if !confirmed(&found.accepted[place]) {
-            observe(&found.accepted.remove(place).refused());
-            found.after.model.effects.remove(first + place);
-        }
-    }
-    for number in trace.freed() {
-        if freed(number) {
-            let _ = workbench.base.push(*number);
+    found.after.model = confirmed_part(trace, other, declared);
+    for accepted in &trace.accepted {
+        if confirmed(accepted) {
+            let _ = found.accepted.push(accepted.clone());
         } else {
-            found.after.model.set(*number, declared.get(*number));
+            observe(&accepted.refused());
         }
     }
+    workbench
+        .base
+        .extend(trace.freed().iter().copied().filter(freed));
     if let Some(unknown) = trace.unknown.take() {
         observe(&Consideration {
             decision: Decision::Refused(Refusal::OverOneLength),
