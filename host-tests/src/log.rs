@@ -193,6 +193,9 @@ impl Log {
         bytes: Vec<u8>,
         doubts: &mut Vec<InputError>,
     ) -> Result<Self, InputError> {
+        if let Some(error) = call::of_format(path, &bytes, EXPECTED) {
+            return Err(error);
+        }
         if std::str::from_utf8(&bytes).is_err()
             && let Err(error) = text_of(path, bytes.clone(), EXPECTED)
         {
