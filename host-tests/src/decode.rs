@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
+use crate::board_link::log_transfer::LogTransfer;
 use crate::board_log::{BoardLog, Recording};
 use crate::dictionary::Dictionary;
 use crate::error::{InputError, LARGEST_DATA, one_line, read_bytes, tell};
@@ -17,7 +18,7 @@ pub struct Args {
     /// The image that wrote the log
     #[arg(value_name = "ELF")]
     elf: PathBuf,
-    /// What it sent, byte for byte, or what `probe-rs run` printed of it
+    /// What it sent, byte for byte, what `probe-rs run` printed of it, or what a terminal program kept of `dump log console`
     #[arg(value_name = "LOG")]
     log: PathBuf,
     /// Write the samples of one experiment to this file instead of to the terminal
@@ -38,20 +39,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let dictionary = Dictionary::read(&args.elf)?;
     let bytes = read_bytes(
         &args.log,
-        "a defmt log as the board sent it or as probe-rs printed it",
+        "a defmt log as the board sent it or as probe-rs printed it, or a console's `dump log console`",
         LARGEST_DATA,
     )?;
-    let printed = printed_log::read(&args.log, &bytes)?;
-    let others = printed.as_ref().map_or(0, |printed| printed.others);
-    let log = match printed {
-        Some(printed) => printed.log,
-        None => dictionary.decode(&bytes)?,
-    };
     let fault = |message: String| Failure::from(InputError::new(&args.log, None, message));
+    let captured = LogTransfer::captured(&bytes).map_err(fault)?;
+    // What the console sends has numbers alone: its rows make a CSV, and no lines to read.
+    let without_samples = args.csv.is_some() || captured.is_some();
+    let mut others = 0;
+    let log = match captured {
+        Some(log) => log,
+        None => match printed_log::read(&args.log, &bytes)? {
+            Some(printed) => {
+                others = printed.others;
+                printed.log
+            }
+            None => dictionary.decode(&bytes)?,
+        },
+    };
     if log.lines.is_empty() {
         return Err(fault(format!(
-            "no frame can be decoded, and no line is one that probe-rs prints of a board's log; expected \
-             the log of {}",
+            "no frame can be decoded, and no line is one that probe-rs prints of a board's log, or the console's \
+             `dump log console` with the control characters that begin its lines; expected the log of {}",
             args.elf.display()
         )));
     }
@@ -81,7 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     outputs.commit()?;
-    print(&log, args.csv.is_some()).map_err(|error| Failure::system("standard output", &error))?;
+    print(&log, without_samples).map_err(|error| Failure::system("standard output", &error))?;
     if others > 0 {
         tell(format_args!(
             "note: {others} lines that are none of the board's left out"

@@ -138,6 +138,9 @@ const MOST_SPIKES: usize = 10;
 /// Shortest credible period, s; below it the column is not in seconds.
 const MIN_PERIOD_S: f64 = 1e-9;
 
+/// Longest period that a model can be stepped by, s; above it the column is not in seconds.
+const MAX_PERIOD_S: f64 = 10.0;
+
 impl Log {
     /// Fewest samples that a file must have: at either end the filters of the torque balance settle over so many, and
     /// where nothing lies between, a log says nothing, and adds nothing to the other logs of a machine.
@@ -190,6 +193,9 @@ impl Log {
         bytes: Vec<u8>,
         doubts: &mut Vec<InputError>,
     ) -> Result<Self, InputError> {
+        if let Some(error) = call::of_format(path, &bytes, EXPECTED) {
+            return Err(error);
+        }
         if std::str::from_utf8(&bytes).is_err()
             && let Err(error) = text_of(path, bytes.clone(), EXPECTED)
         {

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use model_core::effect::Id;
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use toml::Spanned;
@@ -453,7 +454,7 @@ impl<'de> Deserialize<'de> for EffectEntry {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<EffectEntry, A::Error> {
-                let mut id = None;
+                let mut id: Option<String> = None;
                 let mut parameters = BTreeMap::new();
                 while let Some(key) = map.next_key::<String>()? {
                     if key == "id" {
@@ -463,7 +464,10 @@ impl<'de> Deserialize<'de> for EffectEntry {
                     }
                 }
                 match id {
-                    Some(id) if !parameters.is_empty() => Ok(EffectEntry { id, parameters }),
+                    // Of an id that is not known, that is what is said.
+                    Some(id) if !parameters.is_empty() || Id::from_id(&id).is_none() => {
+                        Ok(EffectEntry { id, parameters })
+                    }
                     Some(_) => Err(de::Error::invalid_type(
                         de::Unexpected::Other("an effect without parameters"),
                         &self,

@@ -162,6 +162,23 @@ fn asked_for() -> Option<String> {
     command.map(|command| command.get_name().to_owned())
 }
 
+/// The first option with a number below zero behind it, which is taken for an option of its own.
+fn negative() -> Option<(String, String)> {
+    let words: Vec<String> = env::args_os()
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    let is_number = |word: &str| {
+        let digits = word
+            .strip_prefix('-')
+            .map(|word| word.trim_start_matches('.'));
+        digits.is_some_and(|word| word.starts_with(|first: char| first.is_ascii_digit()))
+    };
+    let pair = words
+        .windows(2)
+        .find(|pair| pair[0].starts_with("--") && !pair[0].contains('=') && is_number(&pair[1]))?;
+    Some((pair[0].clone(), pair[1].clone()))
+}
+
 /// Help goes to standard output; anything else is a usage error, in one line.
 fn usage(error: &clap::Error) -> ExitCode {
     if matches!(
@@ -184,6 +201,11 @@ fn usage(error: &clap::Error) -> ExitCode {
             }
             line.push_str(part);
         }
+    }
+    if error.kind() == ErrorKind::UnknownArgument
+        && let Some((option, value)) = negative()
+    {
+        line += &format!("; a value with a minus follows its option behind =: {option}={value}");
     }
     let help = match asked_for() {
         Some(command) => format!("cargo hil {command} --help"),

@@ -317,6 +317,11 @@ impl Motor {
         });
     }
 
+    /// From here on it is as it was made: neither blocked, nor overhauled, nor warm.
+    pub fn release(&mut self) {
+        self.replace(self.plant);
+    }
+
     /// From here on a load of this torque drives it, and no stop is in its way.
     pub fn overhaul(&mut self, torque: f32) {
         self.replace(Parameters {

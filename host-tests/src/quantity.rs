@@ -13,12 +13,15 @@ pub(crate) struct Scale {
 /// or a force of 1200 N reads best as it stands.
 const PREFIXES: [(f64, &str); 4] = [(1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n")];
 
+/// Power of ten below which a number is written with it.
+const LEAST_EXPONENT: i32 = -4;
+
 /// Units that take a prefix. A compound keeps the form that the machine file has.
 const PREFIXED: [&str; 8] = ["m", "rad", "s", "A", "V", "N", "N·m", "H"];
 
 impl Scale {
     /// The prefix that brings the largest of `values` (SI, in `unit`) to at least 1. Values that
-    /// are not finite do not count; without any the plain unit stays.
+    /// are not finite do not count; without any the plain unit stays, and where no prefix spares the power of ten.
     pub fn of(unit: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let largest = values
             .into_iter()
@@ -29,7 +32,11 @@ impl Scale {
             PREFIXES
                 .into_iter()
                 .find(|(factor, _)| largest * factor >= 0.9995)
-                .unwrap_or(PREFIXES[PREFIXES.len() - 1])
+                .unwrap_or_else(|| {
+                    let smallest = PREFIXES[PREFIXES.len() - 1];
+                    let plain = exponent(largest * smallest.0, 3) < LEAST_EXPONENT;
+                    if plain { PREFIXES[0] } else { smallest }
+                })
         } else {
             PREFIXES[0]
         };
@@ -68,7 +75,7 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
         return "0".into();
     }
     let exponent = exponent(value, digits);
-    if (-4..6).contains(&exponent) {
+    if (LEAST_EXPONENT..6).contains(&exponent) {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
         format!("{value:.decimals$}")
     } else {
@@ -208,6 +215,11 @@ mod tests {
         assert_eq!(scale.quantity(5.2e-5), "0.0520 mrad");
         assert_eq!(Scale::of("m", [0.99961e-3]).quantity(0.99961e-3), "1.00 mm");
         assert_eq!(Scale::of("m", [0.0]).quantity(0.0), "0 m");
+        assert_eq!(Scale::of("rad", [5.2e-11]).quantity(5.2e-11), "0.0520 nrad");
+        assert_eq!(
+            Scale::of("rad", [7.27e-17]).quantity(7.27e-17),
+            "7.27e-17 rad"
+        );
         assert_eq!(Scale::of("kg", [0.02]).unit, "kg");
         assert_eq!(Scale::of("N", [3000.0]).quantity(3000.0), "3000 N");
         assert_eq!(Scale::percent().quantity(0.0398), "3.98 %");

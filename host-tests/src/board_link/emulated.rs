@@ -43,7 +43,7 @@ pub enum WireFault {
     Blocked,
     /// The current sensor reads 3 A too much.
     CurrentOffset,
-    /// Everything is as it was, but for a blocked actuator.
+    /// Everything is as it was.
     Healed,
 }
 
@@ -89,6 +89,7 @@ impl WireFault {
             Self::Blocked => motor.block(),
             Self::CurrentOffset => motor.offset = 3.0,
             Self::Healed => {
+                motor.release();
                 motor.encoder = 1.0;
                 motor.broken = false;
                 motor.stopped = false;

@@ -3,6 +3,7 @@
 use firmware::app::capture::{Quantities, Quantity};
 use firmware::app::wiring::Truth;
 
+use super::demultiplexer::Demultiplexer;
 use crate::board_log::{BoardLog, Line, Sample};
 
 /// Counts of one row: input, position, current.
@@ -55,6 +56,27 @@ impl LogTransfer {
             _ => (),
         }
         Ok(())
+    }
+
+    /// The last log in what a terminal program kept of a board's console; none where no log begins.
+    ///
+    /// # Errors
+    /// A log that is not whole.
+    pub fn captured(bytes: &[u8]) -> Result<Option<BoardLog>, String> {
+        let mut received = Demultiplexer::default();
+        received.take(bytes);
+        let mut transfer = Self::default();
+        for frame in received.frames() {
+            transfer.take(&frame)?;
+        }
+        match (transfer.head, transfer.log()) {
+            (Some(head), None) => Err(format!(
+                "the log on the console ends behind row {} of {}; keep what comes until the prompt is there again",
+                transfer.rows.len(),
+                head.rows
+            )),
+            (_, log) => Ok(log),
+        }
     }
 
     fn follows(&self, number: usize) -> Result<(), String> {

@@ -11,6 +11,7 @@ use super::outcome::{
 };
 pub use super::terminal::WIDTH;
 use super::terminal::{Page, Style, printable};
+use crate::log::counted;
 use crate::quantity::{
     Scale, change, estimate, given, prefixed_estimate, probability, significant,
 };
@@ -234,14 +235,14 @@ pub(crate) fn resampled_line(log: &Resampled, coordinate: &str) -> String {
     let error = Scale::of(coordinate, [change.position_error]).quantity(change.position_error);
     format!(
         "{} was resampled: its {} rows were up to {} and rms {} of a period of {period} away from the \
-         samples, {} samples were filled in where rows are missing, {} rows were merged. That puts an error of some \
-         {error} rms into the position.",
+         samples; filled in where rows are missing: {}; merged: {}. That puts an error of some {error} rms into the \
+         position.",
         printable(&log.log),
         change.rows,
         percent.quantity(change.displacement_max),
         percent.quantity(change.displacement_rms),
-        change.filled,
-        change.merged,
+        counted(change.filled, "sample"),
+        counted(change.merged, "row"),
     )
 }
 

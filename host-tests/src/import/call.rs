@@ -9,6 +9,7 @@ use super::layout::Reading;
 use super::raw::Raw;
 use super::recipe::{FLAGS, Recipe};
 use crate::error::InputError;
+use crate::failure::Failure;
 use crate::log::fault::Mend;
 
 /// A call, to be copied into a shell.
@@ -110,30 +111,66 @@ pub(crate) fn mended(
     bytes: &[u8],
     mend: Option<Mend>,
 ) -> InputError {
-    match mend.and_then(|mend| mending(path, bytes, &mend)) {
-        Some((call, unsized_columns)) => {
-            let ones = unsized_columns.iter().map(|(name, size)| {
-                format!(
-                    "; in the call, put {size} in place of the 1 of {}",
-                    quoted(name)
-                )
-            });
-            let ones: String = ones.collect();
-            let message = format!("{}{ones}: {call}", error.message);
-            InputError::new(&error.file, error.line, message)
-        }
+    let found = mend.and_then(|mend| {
+        let raw = Raw::read(path, bytes, &Reading::default()).ok()?;
+        mending(path, &raw, &mend)
+    });
+    match found {
+        Some(mending) => InputError::new(&error.file, error.line, mending.behind(&error.message)),
         None => error,
     }
 }
 
-/// The call that mends what the file holds, tried out; and its sources whose unit is a share or a count of a size that the
-/// file does not say, each with what that size is.
-fn mending(path: &Path, bytes: &[u8], mend: &Mend) -> Option<(Call, Vec<(String, &'static str)>)> {
-    let raw = Raw::read(path, bytes, &Reading::default()).ok()?;
-    let mut recipe = guess::recipe(&raw)?;
-    recipe.mend(mend, &raw).then_some(())?;
-    let unsized_columns = recipe.unsized_columns(&raw);
-    Some((tried(path, &raw, recipe)?, unsized_columns))
+/// What is said of a log that is no text but a file of a format that is known: the import that reads it, or what else to do
+/// with it. `None` of any other file. `expected`: what the log should have been.
+pub(crate) fn of_format(path: &Path, bytes: &[u8], expected: &str) -> Option<InputError> {
+    let format = Raw::format_of(bytes)?;
+    let message = format!("is {format}, not {expected}; import it");
+    let message = match Raw::read(path, bytes, &Reading::default()) {
+        Ok(raw) => match mending(path, &raw, &Mend::Read) {
+            Some(mending) => mending.behind(&message),
+            // Which of its columns is which nobody knows but the user.
+            None => format!(
+                "{message}, saying which of its columns are which: {}",
+                raw.listed()
+            ),
+        },
+        Err(Failure::Input(error)) => return Some(error),
+        Err(failure) => format!("{message}: {failure}"),
+    };
+    Some(InputError::new(path, None, message))
+}
+
+/// A call that makes a log of a file, tried out.
+struct Mending {
+    call: Call,
+    /// Its sources whose unit is a share or a count of a size that the file does not say, each with what that size is.
+    unsized_columns: Vec<(String, &'static str)>,
+}
+
+impl Mending {
+    /// What is wrong, and then the call.
+    fn behind(&self, message: &str) -> String {
+        let ones = self.unsized_columns.iter().map(|(name, size)| {
+            format!(
+                "; in the call, put {size} in place of the 1 of {}",
+                quoted(name)
+            )
+        });
+        let ones: String = ones.collect();
+        format!("{message}{ones}: {}", self.call)
+    }
+}
+
+/// The call that mends what the file holds.
+fn mending(path: &Path, raw: &Raw, mend: &Mend) -> Option<Mending> {
+    let mut recipe = guess::recipe(raw)?;
+    recipe.mend(mend, raw).then_some(())?;
+    let unsized_columns = recipe.unsized_columns(raw);
+    Some(Mending {
+        call: tried(path, raw, recipe)?,
+        unsized_columns,
+    })
 }
 
 /// The call of a recipe, mended until it makes a log.

@@ -11,7 +11,7 @@ use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
 use super::source::Source;
 use super::summary;
-use super::suspect::suspicions;
+use super::suspect::{many_turns, suspicions};
 use crate::error::{InputError, LARGEST_DATA, escaped, read_at_most, read_bytes, unreadable, warn};
 use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
@@ -27,12 +27,7 @@ pub struct Args {
     #[arg(value_name = "RAW")]
     pub raw: PathBuf,
     /// Column with the time, as in t:ms; without it the rows are even, at --rate
-    #[arg(
-        long,
-        value_name = "COLUMN",
-        required_unless_present = "rate",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub time: Option<String>,
     /// Column with what the drive was told, as in duty:%*12
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
@@ -117,6 +112,13 @@ is read without being told. A log that jitters, misses rows or comes at two rate
 /// # Errors
 /// A wrong call or file, before anything is written; or a result that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.time.is_none() && args.rate.is_none() {
+        return Err(Failure::Usage(
+            "expected --time with the column of the time, or, for rows that are even, --rate with how many there are in a \
+             second"
+                .to_owned(),
+        ));
+    }
     let input = if is_standard_input(&args.raw) {
         PathBuf::from("/dev/stdin")
     } else {
@@ -139,7 +141,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     warn(&converted.doubts.iter().map(doubt).collect::<Vec<_>>());
     // A machine file with a gain takes the input in its own unit: the comparison below says whether that is it.
     let has_own_input = machine.as_ref().is_some_and(|machine| machine.gain != 1.0);
-    let suspicions = suspicions(&raw, &sources, &converted.columns, has_own_input);
+    let mut suspicions = suspicions(&raw, &sources, &converted.columns, has_own_input);
+    suspicions.extend(many_turns(&sources, &converted));
     let mut text = summary::render(&name, &raw, &sources, &converted, &suspicions, &args.out);
     if let Some(machine) = &machine {
         // The log as it will lie there: what is printed is a call that imports it.

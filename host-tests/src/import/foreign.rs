@@ -18,7 +18,8 @@ use crate::readers;
 pub(super) struct Format {
     /// What a file of it begins with.
     begins: &'static [u8],
-    name: &'static str,
+    /// What it is called.
+    pub name: &'static str,
     /// The feature.
     feature: &'static str,
 }

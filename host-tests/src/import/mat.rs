@@ -152,8 +152,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, String> {
     }
     if raw.columns.is_empty() {
         return Err(format!(
-            "has no numeric array ({} of other kinds); expected vectors: take them out of structures \
-             and tables, and save them by save('F.mat', '-v7')",
+            "has no numeric array ({} of other kinds); expected vectors: take them out of structures, \
+             cells and tables, as by t = data.t; u = data.u; x = data.x; save('F.mat', 't', 'u', 'x', '-v7')",
             counted(others, "variable")
         ));
     }

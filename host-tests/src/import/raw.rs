@@ -38,6 +38,9 @@ pub(super) struct Column {
     pub first_stamp: Option<String>,
 }
 
+/// First bytes of what gzip packed.
+const GZIP: &[u8] = b"\x1f\x8b";
+
 /// First bytes of formats that are known and not read, and what to do with such a file.
 const UNREAD: [(&[u8], &str); 4] = [
     (
@@ -94,7 +97,7 @@ impl Raw {
     /// A format that is not known, with what to do about it; a reader that cannot be built.
     pub fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Self, Failure> {
         let fail = |message: String| InputError::new(path, None, message);
-        let compressed = bytes.starts_with(b"\x1f\x8b");
+        let compressed = bytes.starts_with(GZIP);
         let unpacked;
         let bytes = if compressed {
             unpacked = read_at_most(MultiGzDecoder::new(bytes), LARGEST_DATA)
@@ -119,6 +122,17 @@ impl Raw {
             raw.layout = format!("gzip, {}", raw.layout);
         }
         Ok(raw)
+    }
+
+    /// What the file is, if that is told by its first bytes and is no text.
+    pub fn format_of(bytes: &[u8]) -> Option<&'static str> {
+        let unread = UNREAD.iter().any(|(start, _)| bytes.starts_with(start));
+        match foreign::Format::of(bytes) {
+            Some(format) => Some(format.name),
+            None if bytes.starts_with(GZIP) => Some("packed by gzip"),
+            None if mat::is_it(bytes) => Some("a MATLAB file"),
+            None => unread.then_some("of a format that is not read"),
+        }
     }
 
     /// The columns for a message: names, or how many there are.

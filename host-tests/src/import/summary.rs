@@ -12,7 +12,7 @@ use crate::gap::disagreement::{self, Disagreement};
 use crate::gap::outcome::Resampled;
 use crate::gap::table::resampled_line;
 use crate::log::{COLUMNS, Log, POSITION, TIME, counted};
-use crate::machine::Machine;
+use crate::machine::{MOTOR, Machine};
 use crate::page::series::extent;
 use crate::quantity::{Scale, given, significant};
 
@@ -144,12 +144,25 @@ fn too_fast(machine: &Machine, log: &Log) -> Option<String> {
     ))
 }
 
+/// A motor whose numbers are all to be fitted, to a log without the current that alone tells them from the mechanics'.
+fn lacks_current(machine: &Machine, log: &Log) -> Option<String> {
+    let is_fitted = MOTOR.iter().all(|name| machine.fits(name));
+    (is_fitted && log.current.is_none()).then(|| {
+        format!(
+            "{} has {} fitted, and the log has no current that would tell these from inertia and friction: add --current, \
+             or take them out of `parameters` in [fit].",
+            machine.path.display(),
+            MOTOR.join(" and ")
+        )
+    })
+}
+
 /// What the log says of a machine file.
 pub(super) fn compared(machine: &Machine, log: &Log) -> String {
     let (file, path) = (machine.path.display(), log.path.display());
     let found = disagreement::look(machine, slice::from_ref(log));
     if found.is_empty() {
-        return match too_fast(machine, log) {
+        return match too_fast(machine, log).or_else(|| lacks_current(machine, log)) {
             Some(sentence) => format!("Look again: {sentence}\n"),
             None => format!("Nothing in the log contradicts {file}.\n"),
         };
@@ -253,6 +266,19 @@ mod tests {
         });
         let text = format!("time_s,input,position\n{}", rows.collect::<String>());
         Log::of_bytes(Path::new("a.csv"), text.into_bytes()).unwrap()
+    }
+
+    #[test]
+    fn a_motor_to_be_fitted_without_a_current_is_pointed_out() {
+        let machines = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
+        let mut machine = Machine::read(&machines.join("ema-24v.toml")).unwrap();
+        let mut log = log(f64::sin);
+        assert_eq!(lacks_current(&machine, &log), None);
+        machine.fit.extend(MOTOR.map(str::to_owned));
+        let said = lacks_current(&machine, &log).unwrap();
+        assert!(said.contains("the log has no current"), "{said}");
+        log.current = Some(log.input.clone());
+        assert_eq!(lacks_current(&machine, &log), None);
     }
 
     /// A motor of 0.06 V·s/rad turns at 17 rad/s on 1 V.

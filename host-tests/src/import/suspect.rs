@@ -1,6 +1,7 @@
 //! Units that a column looks like, where none was given for it; and units and names that contradict what it is
 //! taken for.
 
+use super::convert::Converted;
 use super::guess::is_command;
 use super::raw::Raw;
 use super::source::Source;
@@ -8,7 +9,7 @@ use super::text::suffixed;
 use super::unit::{Kind, Unit, kinds, unit_of_time};
 use crate::gap::disagreement::channels::wrap_of;
 use crate::gap::disagreement::units::full_scale;
-use crate::log::{COLUMNS, CURRENT, Columns, INPUT, POSITION, TIME, VELOCITY};
+use crate::log::{COLUMNS, COMMAND, CURRENT, Columns, INPUT, POSITION, TIME, VELOCITY, counted};
 use crate::page::series::extent;
 use crate::quantity::{given, significant};
 
@@ -16,6 +17,8 @@ use crate::quantity::{given, significant};
 const FAR: f64 = 20.0;
 /// A current beyond this, A, is one in milliamperes of a small drive.
 const STRONG: f64 = 200.0;
+/// Share of its rows from which on an angle that jumps there is not one that starts again: ten samples a turn show no motion.
+const MOST_TURNS: f64 = 0.1;
 /// What the velocity may differ from the slope of the position by, as a share.
 const ALIKE: f64 = 0.1;
 
@@ -75,6 +78,22 @@ pub(super) fn suspicions(
         ));
     }
     said
+}
+
+/// Jumps in so many rows that no motion between them would be left, if each were a turn.
+pub(super) fn many_turns(sources: &[(usize, Source)], converted: &Converted) -> Option<String> {
+    let angles = sources
+        .iter()
+        .filter(|(index, _)| [POSITION, COMMAND].contains(index));
+    let values = converted.rows * angles.count();
+    (converted.turns as f64 > MOST_TURNS * values as f64).then(|| {
+        format!(
+            "--unwrap took {} jumps out of {}: no angle starts again so often, so the turn is another one: say at how many \
+             of the file's numbers it starts again, as in --unwrap 65536, or give the position's unit",
+            converted.turns,
+            counted(values, "value")
+        )
+    })
 }
 
 /// What the file says of a column that is not what it is taken for: another unit, or another name.

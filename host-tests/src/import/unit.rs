@@ -163,19 +163,23 @@ pub(super) fn kinds(column: &str) -> &'static [Kind] {
 }
 
 /// The unit of stamps that step too widely for seconds, with their usual step.
-pub(super) fn unit_of_time(stamps: &[f64]) -> Option<(f64, &'static str)> {
+pub(crate) fn unit_of_time(stamps: &[f64]) -> Option<(f64, &'static str)> {
     let steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if steps.is_empty() {
         return None;
     }
     let step = median(&steps);
-    let unit = match step {
-        _ if step.is_nan() || step <= SLOWEST_S => return None,
-        _ if step <= 1e3 * SLOWEST_S => "ms",
-        _ if step <= 1e6 * SLOWEST_S => "us",
-        _ => "ns",
-    };
-    Some((step, unit))
+    Some((step, unit_of_step(step)?))
+}
+
+/// The unit of a step that is too wide for seconds.
+pub(crate) fn unit_of_step(step: f64) -> Option<&'static str> {
+    match step {
+        _ if step.is_nan() || step <= SLOWEST_S => None,
+        _ if step <= 1e3 * SLOWEST_S => Some("ms"),
+        _ if step <= 1e6 * SLOWEST_S => Some("us"),
+        _ => Some("ns"),
+    }
 }
 
 #[cfg(test)]

@@ -53,6 +53,8 @@ pub enum Ask {
     Arm,
     /// Its end.
     Disarm,
+    /// The end of latched faults.
+    Clear,
     /// A fault, by its name.
     Inject(String),
     /// What freezes the picture from now on.
@@ -345,6 +347,14 @@ impl Keeper {
                 lock(&self.shown).permitted = false;
                 console.disarm()?;
                 Ok("disarmed".to_owned())
+            }
+            Ask::Clear => {
+                // A fault has taken the bridge, and the drive is still armed: that ends with it.
+                if self.before.is_some_and(|live| !live.latched.is_empty()) {
+                    lock(&self.shown).permitted = false;
+                    console.disarm()?;
+                }
+                console.ask("clear")
             }
             Ask::Arm => {
                 console.order("arm")?;

@@ -23,6 +23,7 @@ use crate::board_link::emulated::{EmulatedBoard, Pace};
 use crate::board_link::{Line, serial};
 use crate::error::tell;
 use crate::failure::Failure;
+use crate::outputs::Outputs;
 use crate::record::drive::{ENDS, Ending};
 use crate::workspace;
 
@@ -57,6 +58,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // What is wrong with it is said now, not when something was frozen.
         crate::machine::Machine::read(machine)?;
     }
+    let directory = args.out.clone();
+    let directory = directory.unwrap_or_else(|| workspace::results().join("live"));
+    // Whether anything can be written there is said now too.
+    Outputs::reading(&args.machine).directory(Some(&directory), [])?;
     let (emulated, line) = match args.connection.open()? {
         Some(line) => (None, line),
         None => {
@@ -67,8 +72,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     };
     let ending = Ending::watch(&ENDS)?;
-    let directory = args.out.clone();
-    let directory = directory.unwrap_or_else(|| workspace::results().join("live"));
     let board = Board::start(line, emulated, directory, args.machine.clone())?;
     let server = Server::bind(args.listen, Guard::new(random()?), random()?)?;
     let mut out = io::stdout();

@@ -204,6 +204,7 @@ fn posted(path: &str, body: String, board: &Board) -> Answer {
     let ask = match path {
         "/arm" if body == "the actuator may move" => Ask::Arm,
         "/disarm" => Ask::Disarm,
+        "/clear" => Ask::Clear,
         "/line" => Ask::Line(body),
         "/inject" => Ask::Inject(body),
         "/freeze" => Ask::Freeze,

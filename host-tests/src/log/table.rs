@@ -9,11 +9,13 @@ use super::rows::{
 };
 use super::{
     COLUMNS, CURRENT, Columns, Course, EXPECTED, GRID_MARGIN, INPUT, JITTER, LONGEST_GAP_S, Log,
-    MIN_PERIOD_S, MOST_SPIKES, MOST_UNTIMED, POSITION, SLOWER, SPIKE, SPIKE_LEFT, TIME, counted,
-    median, rounded,
+    MAX_PERIOD_S, MIN_PERIOD_S, MOST_SPIKES, MOST_UNTIMED, POSITION, SLOWER, SPIKE, SPIKE_LEFT,
+    TIME, counted, median, rounded,
 };
 use crate::gap::metrics::SETTLING;
 use crate::import::stamp::is_stamp;
+use crate::import::unit::{Unit, unit_of_step, unit_of_time};
+use crate::quantity::given;
 
 /// Whether time stamps are a grid.
 pub(crate) enum Spacing {
@@ -80,6 +82,7 @@ impl Table {
         }
         table.check_order()?;
         table.check_length(table.lines.len(), last_line)?;
+        table.check_pace()?;
         Ok(table)
     }
 
@@ -92,18 +95,42 @@ impl Table {
         let Some(row) = (1..time.len()).find(|&row| time[row] < time[row - 1]) else {
             return Ok(());
         };
-        let message = format!(
+        let mut message = format!(
             "`time_s` {:?} is earlier than that of line {}; expected no sample before the last one",
             time[row],
             self.lines[row - 1]
         );
         let late = disordered(time);
-        let mend = if late as f64 <= MOST_UNTIMED * time.len() as f64 && fills_gaps(time, late) {
+        let has_gaps = fills_gaps(time, late);
+        let mend = if late as f64 <= MOST_UNTIMED * time.len() as f64 && has_gaps {
             Mend::Sort
+        } else if !has_gaps && keeps_pace(time) {
+            message += ", but the rows keep the pace of a rate: if they are even and only their stamps scatter, give it";
+            Mend::Even(self.even_rate())
         } else {
             self.longest_run(|row| time[row] < time[row - 1])
         };
         Err(Fault::mended_by(self.lines[row], message, mend))
+    }
+
+    /// Refuses rows that are farther apart than in any log: their time is in another unit than seconds.
+    ///
+    /// # Errors
+    /// The second row, with the unit that the time may be in.
+    pub fn check_pace(&self) -> Result<(), Fault> {
+        let Some((step, unit)) = unit_of_time(self.time()).filter(|(step, _)| *step > MAX_PERIOD_S)
+        else {
+            return Ok(());
+        };
+        let message = format!(
+            "`time_s` steps by {} s, as one in {unit} does; expected seconds, {MAX_PERIOD_S} s a row at most",
+            given(step)
+        );
+        Err(Fault::mended_by(
+            self.lines[1],
+            message,
+            Mend::TimeUnit(unit),
+        ))
     }
 
     /// The lines of the longest stretch of rows that does not break anywhere; `breaks` says whether one
@@ -121,8 +148,11 @@ impl Table {
 
     /// The rate that these rows have if they are even and only their stamps are not, Hz.
     fn even_rate(&self) -> f64 {
-        let time = self.time();
-        let mean = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        let step = Grid::fit(self.time()).period;
+        // A time in another unit makes rates that no log has.
+        let unit = unit_of_step(step).filter(|_| step > MAX_PERIOD_S);
+        let unit = unit.and_then(Unit::find);
+        let mean = unit.map_or(1.0, |unit| unit.factor) * step;
         let rate = rounded(1.0 / mean, 6);
         // Stamps that are off by their last digit say no more than three digits of the rate.
         let plain = rounded(1.0 / mean, 3);
@@ -576,6 +606,20 @@ fn fills_gaps(time: &[f64], late: usize) -> bool {
     let usual = median(&steps);
     let short = steps.iter().filter(|&&step| step < usual / 2.0).count();
     2 * short <= late
+}
+
+/// Whether rows are even though their stamps are not. A stamp that scatters is off by itself, and the mean of [`SETTLING`]
+/// of them is near an even clock; where the clock was set, or rows are missing or belong elsewhere, that mean is off too.
+fn keeps_pace(time: &[f64]) -> bool {
+    let grid = Grid::fit(time);
+    let strays: Vec<f64> = (0..time.len())
+        .map(|row| time[row] - grid.time(row))
+        .collect();
+    let is_near = |strays: &[f64]| {
+        let mean = strays.iter().sum::<f64>() / SETTLING as f64;
+        mean.abs() <= grid.period
+    };
+    strays.len() >= SETTLING && strays.windows(SETTLING).all(is_near)
 }
 
 /// How many rows are earlier than one before them.

@@ -566,7 +566,7 @@ mod log {
             "0.0050,1e10,2.5",
             &["`input` is 10000000000.0", "at most 1e9"],
         );
-        row_refused(5, "0.0050,5,-2e9", &["`position`", "mend the sample"]);
+        row_refused(5, "0.0050,5,-2e9", &["`position`", "leave the row out"]);
     }
 
     /// A swing of 0.4 rad, once in 100 s; `edit` gets its positions.

@@ -211,6 +211,46 @@ fn nothing_moves_before_arm_and_nothing_goes_on_without_the_page() {
     assert_eq!(state["permitted"], false);
 }
 
+/// A place that cannot be written to is refused at once, and not when something is to be kept.
+#[test]
+fn a_place_that_is_a_file_is_refused_before_the_board_is_driven() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("taken");
+    std::fs::write(&file, "mine").unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_hil"))
+        .args(["live", "--out", file.to_str().unwrap()])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && output.stdout.is_empty());
+    assert!(
+        said.contains("is a file; expected the name of a directory"),
+        "{said}"
+    );
+    assert_eq!(std::fs::read(&file).unwrap(), b"mine");
+}
+
+/// Clear ends a fault as the page shows it, the drive armed or not, and a rotor that is free again moves.
+#[test]
+fn a_rotor_that_was_blocked_moves_again_once_healed_and_cleared() {
+    let board = Served::start(None);
+    let armed = |line: &str| {
+        assert_eq!(board.post("/arm", "the actuator may move").status, 200);
+        assert_eq!(board.post("/line", line).status, 200);
+    };
+    armed("step 0 0.3");
+    board.until(|state| (position(state) - 0.3).abs() < 0.09);
+    assert_eq!(board.post("/inject", "blocked").status, 200);
+    assert_eq!(board.post("/line", "step 0 -0.3").status, 200);
+    board.until(|state| state["faults"] != serde_json::json!([]));
+    assert_eq!(board.post("/inject", "heal").status, 200);
+    let cleared = board.post("/clear", "");
+    assert_eq!((cleared.status, cleared.content.as_str()), (200, "ok"));
+    board.until(|state| state["faults"] == serde_json::json!([]) && state["armed"] == false);
+    armed("step 0 -0.3");
+    board.until(|state| (position(state) + 0.3).abs() < 0.09);
+}
+
 #[test]
 fn the_end_of_the_program_disarms_the_drive() {
     ends_disarmed(|port| Served::start(Some(port)));

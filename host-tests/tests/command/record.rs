@@ -11,6 +11,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::board_image::image;
 use firmware::app::machine::EMA;
 use host_tests::board_link::emulated::{EmulatedBoard, Pace, WireFault};
 use host_tests::board_link::serial;
@@ -145,6 +146,53 @@ fn a_board_at_a_probe_that_is_served_is_driven_recorded_and_left_disarmed() {
     );
     let machine = Machine::read(&bench.path("recorded/machine.toml")).unwrap();
     assert_eq!(machine.parameter("coulomb"), Some(0.12));
+}
+
+/// What a terminal program keeps of `dump log console` becomes the log that `record` reads over the same line.
+#[test]
+fn a_capture_of_the_console_decodes_to_the_recorded_log() {
+    let bench = Bench::new(EMA.plant);
+    let output = bench.record(&[
+        "--arm",
+        "--signal",
+        SWEEP,
+        "--seconds",
+        "2",
+        "--out",
+        "recorded",
+    ]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let mut port = serial::open(&bench.board.port).unwrap();
+    port.write_all(b"status\rdump log console\r").unwrap();
+    let mut kept = String::new();
+    let is_whole = |kept: &str| {
+        let end = kept.rsplit_once("\x1eend ");
+        end.is_some_and(|(_, end)| end.contains('\n'))
+    };
+    while !is_whole(&kept) {
+        let mut bytes = [0; 1024];
+        let read = port.read(&mut bytes).unwrap_or(0);
+        kept += text(&bytes[..read]);
+    }
+    fs::write(bench.path("image"), image("rzcobs")).unwrap();
+    fs::write(bench.path("kept"), &kept).unwrap();
+    fs::write(bench.path("cut"), &kept[..kept.len() / 2]).unwrap();
+    let decode = |log: &str| {
+        let arguments = ["decode", "image", log, "--csv", &format!("{log}.csv")];
+        hil(&bench.directory, &arguments).output().unwrap()
+    };
+    let output = decode("kept");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let read = |name: &str| fs::read_to_string(bench.path(name)).unwrap();
+    assert_eq!(read("kept.csv"), read("recorded/log.csv"));
+    let output = decode("cut");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("the log on the console ends behind row"),
+        "{said}"
+    );
+    assert!(!bench.path("cut.csv").exists());
 }
 
 /// A program of the name openocd that serves the board of this pseudo-terminal once it was told all that OpenOCD 0.12 needs.

@@ -562,6 +562,11 @@ mod bad_machines {
             ],
         );
         bench.refuses_effects(
+            "{ id = \"magnetism\" },",
+            "magnetism",
+            &["unknown effect `magnetism`"],
+        );
+        bench.refuses_effects(
             "{ id = \"stribeck\" },",
             "stribeck",
             &["an effect without parameters", "expected"],

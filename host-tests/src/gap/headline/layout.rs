@@ -5,6 +5,7 @@ use super::{Headline, NAMED, is_doubt_in_finding, rises};
 use crate::gap::answer::listed;
 use crate::gap::outcome::{Outcome, Report};
 use crate::gap::terminal::{Style, WIDTH, printable, wrapped};
+use crate::log::counted;
 use crate::quantity::Scale;
 
 /// Lines that the answer takes at most, as a terminal shows it.
@@ -205,13 +206,16 @@ fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
     let change = &first.change;
     let merged = match change.merged {
         0 => String::new(),
-        rows => format!(" {rows} rows merged with one of the same time,"),
+        rows => format!(
+            " {} merged with one of the same time,",
+            counted(rows, "row")
+        ),
     };
     Some(format!(
-        "{name} was resampled: rows moved by up to {} of a period, {} samples filled in,{merged} some {} rms added \
+        "{name} was resampled: rows moved by up to {} of a period, {} filled in,{merged} some {} rms added \
          to the position{also}.",
         Scale::percent().quantity(change.displacement_max),
-        change.filled,
+        counted(change.filled, "sample"),
         Scale::of(unit, [change.position_error]).quantity(change.position_error)
     ))
 }

@@ -41,6 +41,21 @@ fn a_reading_that_starts_again_is_unwrapped() {
     }
 }
 
+/// Degrees that are taken for radians turn in nearly every row.
+#[test]
+fn a_turn_of_another_unit_is_pointed_out() {
+    let raw = rows("t,x,u", 400, |k| {
+        format!("{k},{},{}", (7.0 * k as f64) % 360.0, k % 7)
+    });
+    let place = Place::with("raw.csv", raw);
+    let words = "raw.csv --time t:ms --input u --unwrap --position";
+    let doubt = "Look again: --unwrap took";
+    let (_, said) = place.import(&format!("{words} x"));
+    assert!(said.contains(doubt), "{said}");
+    let (_, said) = place.import(&format!("{words} x:deg"));
+    assert!(!said.contains(doubt), "{said}");
+}
+
 /// A sample that is alone, the first one, the last one or one between them, is damaged: no reading starts again there.
 #[test]
 fn a_damaged_sample_is_no_turn() {

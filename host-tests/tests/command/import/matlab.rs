@@ -156,6 +156,17 @@ fn a_file_without_vectors_or_of_another_version_is_refused() {
 fn as_a_log_it_is_refused_with_the_call_that_imports_it() {
     for packed in [false, true] {
         let said = Log::of_bytes("F.mat".as_ref(), whole(packed)).expect_err("no CSV");
+        assert!(said.message.contains("is a MATLAB file"), "{said}");
         assert!(said.message.contains("cargo hil import F.mat"), "{said}");
     }
+    let little = Writer {
+        big: false,
+        packed: false,
+    };
+    let structure = little.array(2, "data", (1, 1), &little.element(5, &[0; 4]));
+    let said = Log::of_bytes("F.mat".as_ref(), little.file(&[structure])).expect_err("no CSV");
+    assert!(
+        said.message.contains("take them out of structures"),
+        "{said}"
+    );
 }

@@ -130,7 +130,7 @@ fn layouts() {
     mends(latin, &["not UTF-8"]);
     let mut packed = GzEncoder::new(Vec::new(), Compression::default());
     packed.write_all(log().as_bytes()).expect("memory");
-    mends(packed.finish().expect("memory"), &["not UTF-8"]);
+    mends(packed.finish().expect("memory"), &["packed by gzip"]);
 }
 
 #[test]
@@ -193,6 +193,23 @@ fn times() {
     mends(gap, &["middle of motion", "--lines 1202-2601"]);
     let coarse = timed(&|_, t| format!("{t:.2}"));
     mends(coarse, &["more digits", "--rate 1000"]);
+    // Stamps that scatter, a few or a third of them into the row before: the rows are even all the same.
+    for most in [0.6, 0.8, 1.5] {
+        let scattered = timed(&|row, t| {
+            let drawn = ((row * row * 31 + row * 17) % 1009) as f64 / 1009.0;
+            format!("{:.6}", t + 2e-3 * most * (drawn - 0.5))
+        });
+        mends(
+            scattered,
+            &["earlier", "\"my log.csv\" --input input ", "--rate 1000 "],
+        );
+    }
+    for (unit, written) in [("us", 0_u64), ("ns", 0), ("ns", 1_764_460_800_000_000_000)] {
+        let a_second = if unit == "us" { 1e6 } else { 1e9 };
+        let stamps = timed(&|_, t| (written + (t * a_second).round() as u64).to_string());
+        let blamed = "my log.csv:3: `time_s` steps by ";
+        mends(stamps, &[blamed, &format!("--time time_s:{unit} ")]);
+    }
     let days = timed(&|_, t| format!("{:.16}", t * 1e-7 / 86.4));
     mends(days, &["expected seconds", "time_s:day"]);
     // Twenty samples a millisecond apart, then none for a fifth of a second, at rest or not.

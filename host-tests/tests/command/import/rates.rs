@@ -55,7 +55,7 @@ fn rows_without_a_time_are_even() {
     assert_eq!((log.period_s, log.samples()), (2.5e-3, 200));
     place.refuses(
         "import raw.csv --input u --position x --out log.csv",
-        &["--time"],
+        &["--time", "rows that are even, --rate"],
     );
 }
 
