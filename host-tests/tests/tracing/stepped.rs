@@ -177,26 +177,24 @@ impl<const WAVES: usize> Stepped<WAVES> {
         }
     }
 
-    /// As [`Stepped::drive`], with the current as it was so many steps before each row, at most a row behind it if below 0. `acts`: the torque, and the current
+    /// As [`Stepped::drive`], with the current as it was so many steps before each row. `acts`: the torque, and the current
     /// that flows behind the step.
     pub fn log(
         &self,
         path: &str,
         phases: [f64; WAVES],
-        late: isize,
+        late: usize,
         mut acts: impl FnMut(f64, f64, f64) -> (f64, f64),
     ) -> Log {
         // A row has what flows as it begins.
-        let mut amperes = vec![0.0; 1 + late.max(0).unsigned_abs()];
-        let early = late.min(0).unsigned_abs();
+        let mut amperes = vec![0.0; 1 + late];
         let torque = |input: f64, position: f64, velocity: f64| {
             let (torque, flow) = acts(input, position, velocity);
             amperes.push(flow);
             torque
         };
         let log = self.log_of_position(path, phases, torque);
-        let current = amperes.into_iter().skip(early).step_by(self.steps);
-        let current = current.take(self.rows);
+        let current = amperes.into_iter().step_by(self.steps).take(self.rows);
         Log {
             current: Some(current.collect()),
             ..log

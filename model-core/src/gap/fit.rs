@@ -143,9 +143,9 @@ impl Variable {
             Reading::Offset => SENSOR_OFFSET * rms,
             Reading::Lag => period,
         };
-        // A reading is early by a sample at most: what a row holds was measured before the next row.
+        // A sensor is not early.
         let lower = match reading {
-            Reading::Lag => declared - scale,
+            Reading::Lag => declared,
             Reading::Gain | Reading::Offset => declared - SENSOR_REACH * scale,
         };
         Self {

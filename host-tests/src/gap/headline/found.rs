@@ -129,11 +129,9 @@ pub(super) fn current_sensor(report: &Report) -> Option<(String, String)> {
     // The input is held from row to row, so a current without inductance is that of half a row before when a row begins; one
     // with inductance is that much later anyhow.
     let winding = lag.value + 0.5 * row_period(report).unwrap_or(0.0);
-    let late = (is_sure(lag, 0.0) && lag.value > 0.0).then_some(("the current", winding));
-    if is_sure(lag, 0.0) {
-        let size = quantity(lag.value.abs(), &lag.unit);
-        let side = if lag.value > 0.0 { "late" } else { "early" };
-        errs.push(format!("comes {size} {side}"));
+    let late = is_sure(lag, 0.0).then_some(("the current", winding));
+    if late.is_some() {
+        errs.push(format!("comes {} late", quantity(lag.value, &lag.unit)));
     }
     let errs: Vec<&str> = errs.iter().map(String::as_str).collect();
     (!errs.is_empty()).then(|| {
