@@ -201,7 +201,7 @@ mod tests {
         };
         assert_eq!(
             size.to_string(),
-            "48.0 KB of flash (528.0 left), 3.5 KB of RAM (124.5 left for the stack)"
+            "48.0 KB of flash (656.0 left), 3.5 KB of RAM (124.5 left for the stack)"
         );
     }
 }

@@ -45,33 +45,46 @@ pub fn trace<S: Schedule>(
     let mut last = 0;
     let mut data = *data;
     let mut samples = 0;
-    let mut over = |data: &Data, base: &[Base], observe: &mut dyn FnMut(&Consideration)| {
+    let mut over = |data: &Data,
+                    base: &[Base],
+                    observe: &mut dyn FnMut(&Consideration),
+                    traced: &mut Option<Trace>| {
         let options = Options { base, ..*options };
-        let trace = trace_over(data, schedule, model, &options, observe)?;
-        samples += trace.simulated * data.settings.window as u64;
-        Some(trace)
+        trace_over(data, schedule, model, &options, observe, traced)?;
+        samples += traced.as_ref()?.simulated * data.settings.window as u64;
+        Some(())
     };
-    let mut said = over(&data, options.base, &mut |look| {
-        last = last.max(look.round);
-        observe(look);
-    })?;
+    let mut traced = None;
+    over(
+        &data,
+        options.base,
+        &mut |look| {
+            last = last.max(look.round);
+            observe(look);
+        },
+        &mut traced,
+    )?;
+    let said = traced.as_mut()?;
+    let mut other = None;
     // What is found over half of the windows is asked over a quarter of them, or is not said.
     let quarter = data.settings.window / 4 >= LEAST_SAMPLES;
     if said.verdict() == Verdict::NothingProven && quarter && shorten(&mut data) {
-        let shorter = over(&data, said.fitted(), &mut |look| {
+        let base: Numbers = said.fitted().iter().copied().collect();
+        let mut tell = |look: &Consideration| {
             let round = last + look.round;
             observe(&Consideration { round, ..*look });
-        });
-        if let Some(shorter) = shorter.filter(Trace::has_found) {
-            said = shorter;
+        };
+        let _ = over(&data, &base, &mut tell, &mut other);
+        if let Some(shorter) = other.as_mut().filter(|shorter| shorter.has_found()) {
+            core::mem::swap(said, shorter);
         }
+        other = None;
     }
-    let mut other = None;
     if said.has_found() && shorten(&mut data) {
-        other = over(&data, said.fitted(), &mut |_| ());
+        let _ = over(&data, said.fitted(), &mut |_| (), &mut other);
     }
     // Where the shorter windows cannot be replayed at all, they speak for nothing and against nothing.
-    if let Some(mut other) = other {
+    if let Some(other) = &mut other {
         data.settings = said.settings;
         let base: Numbers = said.fitted().iter().copied().collect();
         let options = Options {
@@ -80,12 +93,12 @@ pub fn trace<S: Schedule>(
         };
         let window = data.settings.window as u64;
         let mut workbench = Workbench::new(data, schedule, model, &options)?;
-        keep(&mut workbench, &mut said, &mut other, &mut observe)?;
+        keep(&mut workbench, said, other, &mut observe)?;
         samples += workbench.simulated * window;
     }
     said.simulated = samples / said.settings.window as u64;
-    mechanism::name(&data, schedule, model, options, &mut said)?;
-    Some(said)
+    mechanism::name(&data, schedule, model, options, said)?;
+    traced
 }
 
 /// Held-out errors of a model that a tracing has come to, fitted anew over the windows of a workbench with the numbers that
@@ -258,7 +271,9 @@ fn join(
         for added in found.accepted.iter().filter(|it| !trace.confirms(it)) {
             observe(&added.candidate.look(own + 1, Decision::Accepted));
         }
-        *trace = conclude(workbench, trace.before.clone(), found, None)?;
+        let mut joined = None;
+        conclude(workbench, trace.before.clone(), found, None, &mut joined)?;
+        *trace = joined?;
         return Some(true);
     }
     workbench.base = fitted;
@@ -358,11 +373,10 @@ fn keep(
         workbench.hold_freed();
         found = Found::nothing(&before);
     }
-    let concluded = conclude(workbench, before, found, unknown)?;
-    *trace = Trace {
-        unconfirmed: !stands,
-        ..concluded
-    };
+    let mut concluded = None;
+    conclude(workbench, before, found, unknown, &mut concluded)?;
+    *trace = concluded?;
+    trace.unconfirmed = !stands;
     Some(())
 }
 

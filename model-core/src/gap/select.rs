@@ -33,6 +33,8 @@ pub const LEAST_WINDOWS: usize = 4;
 /// at every candidate, round by round. Where the log's input turns out late, it begins anew with that as a number of every fit:
 /// all that was fitted and found before was fitted to other inputs.
 ///
+/// The tracing is left in `traced`, so that no frame under which a model is fitted holds another one.
+///
 /// `None` if the model cannot be built or there is no whole window.
 #[inline(never)]
 pub(super) fn trace_over<S: Schedule>(
@@ -41,24 +43,26 @@ pub(super) fn trace_over<S: Schedule>(
     model: &Model,
     options: &Options,
     observe: &mut dyn FnMut(&Consideration),
-) -> Option<Trace> {
-    let in_vain = match trace_with(data, schedule, model, options, observe)? {
-        Ok(trace) => return Some(trace),
-        Err(simulated) => simulated,
-    };
+    traced: &mut Option<Trace>,
+) -> Option<()> {
+    *traced = None;
+    let in_vain = trace_with(data, schedule, model, options, observe, traced)?;
+    if traced.is_some() {
+        return Some(());
+    }
     let mut base: Numbers = options.base.iter().copied().collect();
     let _ = base.push(Base::InputLead);
     let options = Options {
         base: &base,
         ..*options
     };
-    let mut trace = trace_with(data, schedule, model, &options, observe)?.ok()?;
-    trace.simulated += in_vain;
-    Some(trace)
+    trace_with(data, schedule, model, &options, observe, traced)?;
+    traced.as_mut()?.simulated += in_vain;
+    Some(())
 }
 
-/// `Err` inside, with the windows simulated until then, where the log's input turns out late, which fits with these options do not
-/// know.
+/// Windows that it has simulated. It leaves no tracing where the log's input turns out late, which fits with these options do
+/// not know.
 #[inline(never)]
 fn trace_with<S: Schedule>(
     data: &Data,
@@ -66,13 +70,14 @@ fn trace_with<S: Schedule>(
     model: &Model,
     options: &Options,
     observe: &mut dyn FnMut(&Consideration),
-) -> Option<Result<Trace, u64>> {
+    traced: &mut Option<Trace>,
+) -> Option<u64> {
     let mut workbench = Workbench::new(*data, schedule, model, options)?;
     let mut before = fit_base(&mut workbench)?;
     let mut found = Found::nothing(&before);
     found.search(&mut workbench, 1, observe)?;
     if workbench.has_found_input_late() {
-        return Some(Err(workbench.simulated));
+        return Some(workbench.simulated);
     }
     if found.is_more(&workbench) || !workbench.readings.is_empty() {
         // Both models are judged on the same restarts, so the first is fitted to these too.
@@ -90,7 +95,7 @@ fn trace_with<S: Schedule>(
             if challenged {
                 let found_more = look_again(&mut workbench, &mut found, observe)?;
                 if workbench.has_found_input_late() {
-                    return Some(Err(workbench.simulated));
+                    return Some(workbench.simulated);
                 }
                 if found_more {
                     observe(&learned.dropped());
@@ -113,17 +118,19 @@ fn trace_with<S: Schedule>(
             break;
         }
     }
-    conclude(&mut workbench, before, found, unknown).map(Ok)
+    conclude(&mut workbench, before, found, unknown, traced)?;
+    Some(workbench.simulated)
 }
 
-/// What is said of what was found. Where nothing is proven, numbers that were freed are taken back.
+/// What is said of what was found, left in `traced`. Where nothing is proven, numbers that were freed are taken back.
 #[inline(never)]
 pub(super) fn conclude(
     workbench: &mut Workbench<impl Schedule>,
     mut before: Fit,
     mut found: Found,
     unknown: Option<Unknown>,
-) -> Option<Trace> {
+    traced: &mut Option<Trace>,
+) -> Option<()> {
     if hold_readings(workbench, &mut found)? {
         let needed = &workbench.readings;
         let start = before.model.with_readings(needed, workbench.declared);
@@ -139,7 +146,7 @@ pub(super) fn conclude(
         before = found.after.clone();
     }
     let End { residual, farthest } = end;
-    Some(Trace {
+    *traced = Some(Trace {
         residual,
         farthest,
         base: workbench.base.clone(),
@@ -152,7 +159,8 @@ pub(super) fn conclude(
         accepted: found.accepted,
         unknown,
         unconfirmed: false,
-    })
+    });
+    Some(())
 }
 
 /// Holds numbers again that were freed, if nothing else was found and the model still does not follow the log: they may only
