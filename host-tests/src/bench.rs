@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::hint::black_box;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -36,7 +36,7 @@ use crate::failure::Failure;
 use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::{Coordinate, Friction, Machine, Mechanics, Motor};
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 use crate::quantity::decimal;
 use crate::{gap_benchmark, real_benchmark};
 
@@ -225,9 +225,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let outcome = outcome?;
     outputs.stage_json(json, &outcome)?;
     outputs.commit()?;
-    io::stdout()
-        .write_all(table(&outcome).as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&table(&outcome))
 }
 
 fn measure(extent: Extent, mut progress: impl FnMut(&'static str)) -> Result<Outcome, Failure> {

@@ -2,7 +2,6 @@
 //! emulated chip beside this host.
 
 use std::fmt::Write as _;
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use firmware::app::ecu::calibration::Calibration;
@@ -16,7 +15,7 @@ use crate::board_log::BoardLog;
 use crate::board_run;
 use crate::ecu_on_host::EcuOnHost;
 use crate::failure::Failure;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 use crate::progress::announce;
 use crate::toolchain::Toolchain;
 
@@ -84,9 +83,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         "\n{} plant ticks, none missed; every reading, answer and state of a control step bit for bit as on this host",
         ticks.unwrap_or("?")
     );
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text)
 }
 
 /// The board's trials on this host.

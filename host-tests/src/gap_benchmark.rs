@@ -7,7 +7,6 @@
 //! stepwise regression on accelerations, as SINDy and FROLS do it. With `--worlds`, machines, laws, loops,
 //! sensors and loggers are drawn at random instead ([`worlds`]).
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
@@ -24,7 +23,7 @@ use crate::gap::outcome::Outcome;
 use crate::gap::{declared, engine};
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::outputs::{Kind, Outputs, write_own};
+use crate::outputs::{Kind, Outputs, print, write_own};
 use crate::workspace;
 
 pub mod cases;
@@ -141,9 +140,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         started.elapsed().as_secs_f64(),
         workspace::shown(&page)
     );
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text)
 }
 
 /// Traces every case, several at once. Machine files are left in `directory`.

@@ -1,7 +1,7 @@
 //! Plain `cargo hil`: the images that are flashed, on emulated chips, wired to a loop, and the loop closed on the
 //! log that the controller recorded of it.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::thread;
 
 use crate::emulate::command::{demonstrate, require};
@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::first_result;
 use crate::gap::report;
 use crate::gap::table::{self, Detail};
-use crate::outputs::write_own;
+use crate::outputs::{print, write_own};
 use crate::progress::announce;
 use crate::toolchain::Toolchain;
 use crate::workspace;
@@ -53,12 +53,4 @@ pub fn run() -> Result<(), Failure> {
         workspace::shown(&page)
     ))?;
     require(&outcome, &traced, None)
-}
-
-fn print(text: &str) -> Result<(), Failure> {
-    let mut output = io::stdout();
-    output
-        .write_all(text.as_bytes())
-        .and_then(|()| output.flush())
-        .map_err(|error| Failure::system("standard output", &error))
 }

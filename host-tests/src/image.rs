@@ -11,9 +11,30 @@ use crate::board_log::IMAGE;
 use crate::error::{InputError, LARGEST_DATA, read_bytes};
 use crate::failure::Failure;
 
+/// Where the linker puts what.
+const MEMORY: &str = include_str!("../../memory.x");
+
 /// Flash of the STM32F405RG that is the program's, bytes: what is before the recorded drive, without
 /// the first four sectors. Of these the vector table has one.
-pub const FLASH: u64 = 704 * 1024;
+pub fn flash() -> u64 {
+    let program = region("FLASH");
+    program.end - PARAMETERS.end
+}
+
+/// The addresses of a memory of `memory.x`.
+///
+/// # Panics
+/// Of a name that stands in it in no line of the form `NAME : ORIGIN = 0x…, LENGTH = …K`.
+pub fn region(name: &str) -> Range<u64> {
+    let read = |line: &str| {
+        let (named, rest) = line.split_once(" : ORIGIN = 0x")?;
+        let (origin, length) = rest.split_once(", LENGTH = ")?;
+        let origin = u64::from_str_radix(origin, 16).ok()?;
+        let kilobytes: u64 = length.trim_end().strip_suffix('K')?.parse().ok()?;
+        (named.trim() == name).then(|| origin..origin + kilobytes * 1024)
+    };
+    MEMORY.lines().find_map(read).expect("a memory of memory.x")
+}
 
 /// The other three: the program stores parameters there. Nothing of an image may lie in them.
 const PARAMETERS: Range<u64> = 0x0800_4000..0x0801_0000;
@@ -99,13 +120,15 @@ impl Size {
     }
 
     fn fitting_with(self, stack: u64) -> Result<Self, Failure> {
-        if self.flash <= FLASH && self.ram + stack <= RAM {
+        if self.flash <= flash() && self.ram + stack <= RAM {
             Ok(self)
         } else {
             Err(Failure::Other(format!(
-                "the image takes {} of {FLASH} bytes of flash and {} of {RAM} bytes of RAM, of which \
+                "the image takes {} of {} bytes of flash and {} of {RAM} bytes of RAM, of which \
                  the stack needs {stack}",
-                self.flash, self.ram
+                self.flash,
+                flash(),
+                self.ram
             )))
         }
     }
@@ -119,7 +142,7 @@ impl fmt::Display for Size {
             f,
             "{:.1} KB of flash ({:.1} left), {:.1} KB of RAM ({:.1} left for the stack)",
             kilobytes(self.flash),
-            kilobytes(FLASH.saturating_sub(self.flash)),
+            kilobytes(flash().saturating_sub(self.flash)),
             kilobytes(self.ram),
             kilobytes(RAM.saturating_sub(self.ram))
         )
@@ -165,18 +188,18 @@ mod tests {
     fn an_image_fits_to_the_last_byte() {
         let used = RAM / 2;
         let full = Size {
-            flash: FLASH,
+            flash: flash(),
             ram: RAM,
         };
         let real = Size {
-            flash: FLASH,
+            flash: flash(),
             ram: RAM - used - MORE_STACK,
         };
         assert_eq!(full.fitting().unwrap(), full);
         assert_eq!(real.fitting_above(used).unwrap(), real);
         for over in [
             Size {
-                flash: FLASH + 1,
+                flash: flash() + 1,
                 ..real
             },
             Size {
@@ -187,7 +210,7 @@ mod tests {
             assert!(over.fitting_above(used).is_err(), "{over:?}");
         }
         let over = Size {
-            flash: FLASH,
+            flash: flash(),
             ram: RAM + 1,
         };
         assert!(over.fitting().is_err());

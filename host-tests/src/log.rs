@@ -21,6 +21,8 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use model_core::plant::LONGEST_PERIOD;
+
 use self::fault::{Fault, Mend};
 use self::resample::{Instants, Resampling};
 use self::table::{PrintedDigits, Spacing, Table};
@@ -122,7 +124,7 @@ const GRID_MARGIN: f64 = 1.05;
 
 /// Greatest credible value of a column other than the time, SI: beyond it the sample is damaged, or in
 /// another unit. Counts of 30 bits are below.
-pub(crate) const GREATEST_VALUE: f64 = 1e9;
+const GREATEST_VALUE: f64 = 1e9;
 
 /// How many times as far from the mean of its neighbours as all others a position has to be, to be a damaged sample: one
 /// that oscillates is as far in every sample, and noise of a Gaussian sensor goes beyond five deviations once in a
@@ -138,8 +140,8 @@ const MOST_SPIKES: usize = 10;
 /// Shortest credible period, s; below it the column is not in seconds.
 const MIN_PERIOD_S: f64 = 1e-9;
 
-/// Longest period that a model can be stepped by, s; above it the column is not in seconds.
-const MAX_PERIOD_S: f64 = 10.0;
+/// Longest credible period, s: no model can be stepped by more. Above it the column is not in seconds.
+const MAX_PERIOD_S: f64 = LONGEST_PERIOD as f64;
 
 impl Log {
     /// Fewest samples that a file must have: at either end the filters of the torque balance settle over so many, and

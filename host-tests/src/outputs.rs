@@ -12,7 +12,7 @@
 //! A file that is there already is replaced only if this program wrote it; see [`Kind`].
 
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
@@ -47,6 +47,18 @@ pub const INPUT_HEADER: &str = "time_s,input";
 
 /// As much of a file is looked at for what it is, bytes.
 const BEGINNING: usize = 1000;
+
+/// Writes text to the standard output, at once.
+///
+/// # Errors
+/// It takes no more.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut output = io::stdout();
+    output
+        .write_all(text.as_bytes())
+        .and_then(|()| output.flush())
+        .map_err(|error| Failure::system("standard output", &error))
+}
 
 /// What an output holds, which decides what file of the same name it may replace. An empty file is
 /// always replaced.

@@ -5,7 +5,6 @@
 //! `cargo hil gap` does it, and its answer is held against what is known.
 
 use std::fmt::Write as _;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -20,7 +19,7 @@ use crate::gap::command::{read_train, read_validate};
 use crate::gap::engine;
 use crate::gap::outcome::{ErrorSet, Outcome, Resampled, Stages};
 use crate::machine::Machine;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 use crate::quantity::significant;
 use crate::workspace;
 
@@ -107,9 +106,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     progress.finish_and_clear();
     outputs.stage_json(json, &judged)?;
     outputs.commit()?;
-    io::stdout()
-        .write_all(table(&judged).as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&table(&judged))
 }
 
 /// Reads and traces one row's logs.

@@ -14,16 +14,13 @@ use model_core::signal::aprts;
 use crate::board_log::{BoardLog, Line};
 use crate::emulate::unattended;
 use crate::failure::Failure;
-use crate::image::Size;
+use crate::image::{self, Size};
 use crate::outputs::write_own;
 use crate::toolchain::Toolchain;
 use crate::workspace;
 
 /// The program.
 pub const PROGRAM: &str = "replay";
-
-/// Bytes that there are for it.
-pub const TAPE_BYTES: usize = 256 * 1024;
 
 /// Rows that [`check`] replays: 4 s.
 const CHECKED_ROWS: u32 = 4 * STEPS_PER_SECOND;
@@ -47,7 +44,9 @@ impl Drive<'_> {
     /// # Errors
     /// More inputs than there is flash for.
     pub fn tape(&self) -> Result<Vec<u8>, Failure> {
-        let mut bytes = vec![0; TAPE_BYTES];
+        let room = image::region("TAPE");
+        let room = (room.end - room.start) as usize;
+        let mut bytes = vec![0; room];
         let Self {
             model,
             start,
@@ -55,7 +54,7 @@ impl Drive<'_> {
             inputs,
         } = *self;
         let tape = tape::write(model, start, ticks_per_input, inputs, &mut bytes);
-        let most = (TAPE_BYTES - HEAD_BYTES) / 4;
+        let most = (room - HEAD_BYTES) / 4;
         let length = tape.map(<[u8]>::len).ok_or_else(|| {
             Failure::other(format!(
                 "{} inputs do not fit into the board's flash; replay {most} at most",

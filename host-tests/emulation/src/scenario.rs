@@ -27,7 +27,7 @@ mod unattended;
 
 /// How the program is called.
 const USAGE: &str = "usage: emulation [serve|SCENARIO,...] THROTTLE_ELF CONTROLLER_ELF DIRECTORY [INSTRUCTIONS_PER_SECOND] | \
-     emulation unattended INSTRUCTIONS_PER_SECOND ELF [TAPE]";
+     emulation unattended INSTRUCTIONS_PER_SECOND ELF [TAPE ADDRESS]";
 
 /// The controller's stored parameters, in the directory: what a run leaves and `serve` starts with.
 const PARAMETERS: &str = "controller.parameters";

@@ -1,6 +1,5 @@
 //! The command line of `cargo hil machine`.
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::derive::Derived;
@@ -9,7 +8,7 @@ use super::text;
 use crate::failure::Failure;
 use crate::gap::declared;
 use crate::machine::Machine;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 
 /// What `cargo hil machine` takes. A value that a data sheet has is a number with its unit, as in 5400rpm.
 #[derive(Debug, clap::Args)]
@@ -158,9 +157,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let out = outputs.file(args.out.as_deref(), Kind::Marked)?;
     let text = text_of(args).map_err(Failure::Usage)?;
     let Some(out) = out else {
-        return io::stdout()
-            .write_all(text.as_bytes())
-            .map_err(|error| Failure::system("standard output", &error));
+        return print(&text);
     };
     outputs.stage(out, text)?;
     outputs.commit()

@@ -1,16 +1,15 @@
 //! The command line of `cargo hil emulate`.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::longest;
 use super::recording::{self, Recording};
 use super::requirements::Shortcomings;
 use super::run::{self, Built, CYCLES_PER_INSTRUCTION, Extent, Outcome};
-use super::summary::Summary;
+use super::summary::{Summary, line};
 use super::tracing::{self, Traced};
 use crate::failure::Failure;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 use crate::progress::announce;
 use crate::toolchain::Toolchain;
 
@@ -84,12 +83,6 @@ fn refuse(lacking: &[String]) -> Result<(), Failure> {
     }
 }
 
-fn print(text: &str) -> Result<(), Failure> {
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
-}
-
 /// Runs the images, prints what came of it, writes what was asked for.
 ///
 /// # Errors
@@ -117,7 +110,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let unattended = longest::longest(&toolchain)?;
         lacking = Shortcomings::of_unattended(&unattended).0;
         for image in &unattended {
-            print(&format!("{}\n", image.line()))?;
+            let [name, value] = image.row();
+            print(&format!("{}\n", line(&name, &value)))?;
         }
         summary.chip.at_other_cycles.extend(unattended);
     }

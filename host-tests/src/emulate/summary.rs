@@ -96,23 +96,23 @@ impl AtCycles {
         }
     }
 
-    /// Its line of the table for people.
-    pub fn line(&self) -> String {
+    /// Its row of the table for people: name and value.
+    pub fn row(&self) -> [String; 2] {
         let latency = self.longest_latency_us.map_or(String::new(), |latency| {
             format!(", longest latency {latency:.1} µs")
         });
         let stack = self.stack_bytes.map_or(String::new(), |[used, room]| {
             format!("; {used} of {room} bytes of stack")
         });
-        line(
-            &format!("{} at {}", self.image, self.cycles_per_instruction),
-            &format!(
+        [
+            format!("{} at {}", self.image, self.cycles_per_instruction),
+            format!(
                 "worst plant tick {} and control step {} of {PERIOD} cycles{latency}; {} ticks missed{stack}",
                 shown(self.plant_cycles),
                 shown(self.control_cycles),
                 self.missed,
             ),
-        )
+        ]
     }
 }
 
@@ -132,7 +132,7 @@ pub struct Loop {
 }
 
 /// A line of the table for people.
-fn line(name: &str, value: &str) -> String {
+pub fn line(name: &str, value: &str) -> String {
     format!("{name:<18} {value}")
 }
 
@@ -239,11 +239,9 @@ impl Summary {
             );
         }
         for tick in &self.chip.at_other_cycles {
-            let _ = writeln!(text, "{}", tick.line());
+            let [name, value] = tick.row();
+            row(&name, value);
         }
-        let mut row = |name: &str, value: String| {
-            let _ = writeln!(text, "{}", line(name, &value));
-        };
         let [erased, programmed, _] = outcome.store.flash;
         row(
             "save",

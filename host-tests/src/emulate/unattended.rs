@@ -9,6 +9,7 @@ use super::run::{build, rate};
 use crate::board_log::{BoardLog, Line};
 use crate::dictionary::Dictionary;
 use crate::failure::Failure;
+use crate::image;
 use crate::toolchain::clean_command;
 
 /// What the emulation is called.
@@ -94,11 +95,16 @@ fn follow(
 ) -> Result<Run, Failure> {
     let dictionary = Dictionary::read(elf)?;
     let emulation = build()?;
-    let mut child = clean_command(&emulation)
+    let mut command = clean_command(&emulation);
+    command
         .arg("unattended")
         .arg(rate(cycles_per_instruction))
-        .arg(elf)
-        .args(tape)
+        .arg(elf);
+    if let Some(tape) = tape {
+        let address = image::region("TAPE").start.to_string();
+        command.arg(tape).arg(address);
+    }
+    let mut child = command
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -264,8 +264,8 @@ fn presumed(report: &Report) -> Option<String> {
 
 /// What the sizes of effects rest on that no fit has moved: their deviations know nothing of it.
 fn scale_of_torques(effects: &[FoundEffect]) -> Option<String> {
-    let presumed = effects.iter().map(|effect| &effect.presumes);
-    let presumed = presumed.into_iter().find(|numbers| !numbers.is_empty())?;
+    let mut presumed = effects.iter().map(|effect| &effect.presumes);
+    let presumed = presumed.find(|numbers| !numbers.is_empty())?;
     let words = presumed.iter().map(|number| number.replace('_', " "));
     Some(format!(
         "The sizes rest on {} as declared; what the declaration is off by is not in their deviations.",

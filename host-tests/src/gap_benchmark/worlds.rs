@@ -7,7 +7,6 @@
 //! An effect is *visible* where a fit that is told the truth is better by [`VISIBLE`] than one that is not, on
 //! a log of the same machine under another drive ([`told`]). Where it is not visible, only a wrong name counts.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -16,7 +15,7 @@ use rayon::prelude::*;
 use rig::world::World;
 
 use crate::failure::Failure;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 use crate::workspace;
 
 mod details;
@@ -66,9 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Some(index) => details::text(args.seed, index)?,
         None => all(args)?,
     };
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text)
 }
 
 /// Every world, several at once; the same whatever the number of threads, but for the seconds.

@@ -1,6 +1,5 @@
 //! The command line of `cargo hil identify`.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use model_core::identify::characteristic::{Direction, Kind, Side};
@@ -13,7 +12,7 @@ use crate::failure::Failure;
 use crate::free_run::Errors;
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::outputs::{self, MARK, Output, Outputs};
+use crate::outputs::{self, MARK, Output, Outputs, print};
 
 /// What `cargo hil identify` takes.
 #[derive(Debug, clap::Args)]
@@ -81,9 +80,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         report(&mut outputs, files, (machine, &text), &identified, &slow)?;
     }
     outputs.commit()?;
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text)
 }
 
 /// Free runs of every model over the validation log.

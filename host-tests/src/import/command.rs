@@ -1,6 +1,6 @@
 //! The command line of `cargo hil import`.
 
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::call;
@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
 use crate::log::{COLUMNS, Log, TIME, quoted};
 use crate::machine::Machine;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 
 /// What `cargo hil import` takes.
 #[derive(Debug, clap::Args)]
@@ -172,9 +172,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     outputs.commit()?;
     // The names of its columns are whoever's wrote the file.
-    io::stdout()
-        .write_all(escaped(&text).as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&escaped(&text))
 }
 
 /// What the file holds, and its name for messages.

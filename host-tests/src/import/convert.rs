@@ -7,11 +7,9 @@ use super::recipe::{Recipe, Turn};
 use super::source::Source;
 use super::stamp::is_cut_clock;
 use crate::log::fault::{Fault, Mend};
-use crate::log::rows::{check_value, is_good};
+use crate::log::rows::{check_value, is_credible, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
-use crate::log::{
-    COLUMNS, COMMAND, Columns, Course, GREATEST_VALUE, Log, POSITION, TIME, quoted, rounded,
-};
+use crate::log::{COLUMNS, COMMAND, Columns, Course, Log, POSITION, TIME, quoted, rounded};
 
 /// A log, and what was done for it.
 #[derive(Debug)]
@@ -141,17 +139,17 @@ fn good_rows(
             .flat_map(|(index, source)| source.columns().map(move |column| (*index, column)));
         columns.find(|(_, column)| raw.columns[*column].values[row].is_nan())
     };
-    let is_credible = |row: usize| {
+    let is_possible = |row: usize| {
         sources.iter().all(|(index, source)| {
             let value = source.apply_at(row, raw.columns[source.column].values[row], raw);
-            *index == TIME || value.abs() <= GREATEST_VALUE
+            is_credible(COLUMNS[*index].0, value)
         })
     };
     let before = rows.len();
     let mut good = Vec::with_capacity(before);
     for row in rows {
         let Some((index, column)) = bad(row) else {
-            if !skip_bad || is_credible(row) {
+            if !skip_bad || is_possible(row) {
                 good.push(row);
             }
             continue;

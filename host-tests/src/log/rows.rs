@@ -185,9 +185,14 @@ fn unclosed_quote(text: &str) -> Option<usize> {
     open
 }
 
+/// Whether a log may have this number in a column: any time, and of a machine no more than [`GREATEST_VALUE`].
+pub(crate) fn is_credible(name: &str, value: f64) -> bool {
+    name == COLUMNS[TIME].0 || value.abs() <= GREATEST_VALUE
+}
+
 /// Refuses what no measurement, no brake and no switch can be, whichever column it is.
 pub(crate) fn check_value(line: usize, name: &'static str, value: f64) -> Result<(), Fault> {
-    if name != COLUMNS[TIME].0 && value.abs() > GREATEST_VALUE {
+    if !is_credible(name, value) {
         let message = format!(
             "`{name}` is {value:?}, which no machine does; expected SI units, at most {GREATEST_VALUE:e}: \
              leave the row out, or convert the unit"

@@ -1,6 +1,5 @@
 //! The command line of `cargo hil onboard`.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::outcome::Onboard;
@@ -10,7 +9,7 @@ use crate::emulate::run::{Built, CYCLES_PER_INSTRUCTION, Extent};
 use crate::emulate::summary::Summary;
 use crate::failure::Failure;
 use crate::on_target_run;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 use crate::progress::announce;
 
 /// What `cargo hil onboard` takes.
@@ -50,9 +49,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     );
     outputs.stage_json(json, &onboard)?;
     outputs.commit()?;
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))?;
+    print(&text)?;
     require(&outcome, &traced, None)?;
     run.require_parity()?;
     board_run::require_parity(&verdicts.comparisons)

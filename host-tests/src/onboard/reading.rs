@@ -13,7 +13,7 @@ use crate::board_run::{BoardRun, VerdictsRun};
 use crate::emulate::summary::Summary;
 use crate::failure::Failure;
 use crate::figures::Figures;
-use crate::image::{FLASH, RAM};
+use crate::image::{RAM, flash};
 use crate::quantity::decimal;
 
 /// The images that are run as they are flashed, and their chip.
@@ -103,7 +103,7 @@ impl Onboard {
             image: Image {
                 flash_bytes: run.size.flash,
                 ram_bytes: run.size.ram,
-                flash_room_bytes: FLASH - run.size.flash,
+                flash_room_bytes: flash() - run.size.flash,
                 ram_room_bytes: RAM - run.size.ram,
                 stack_bytes: stacks.into_iter().max().unwrap_or_default(),
             },

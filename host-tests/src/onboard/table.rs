@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::outcome::{Gap, Onboard, Refit};
-use crate::image::{FLASH, RAM};
+use crate::image::{RAM, flash};
 
 impl Onboard {
     /// For people.
@@ -105,7 +105,7 @@ impl Onboard {
                 format!(
                     "{:.1} of {} KB flash, {:.1} of {} KB RAM ({:.1} KB for the stack, of which {:.1} KB were used)",
                     kilobytes(image.flash_bytes),
-                    FLASH / 1024,
+                    flash() / 1024,
                     kilobytes(image.ram_bytes),
                     RAM / 1024,
                     kilobytes(image.ram_room_bytes),

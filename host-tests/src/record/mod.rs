@@ -18,7 +18,7 @@ use crate::board_link::log_transfer::LogTransfer;
 use crate::board_log::BoardLog;
 use crate::error::tell;
 use crate::failure::Failure;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 
 /// What is said of it in the help.
 pub const HELP: &str = "\
@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         outputs.stage(machine, recorded.machine.as_str())?;
     }
     outputs.commit()?;
-    print(&recorded, &log_path, machine_path.as_deref())
+    print_recorded(&recorded, &log_path, machine_path.as_deref())
 }
 
 /// What was recorded.
@@ -255,7 +255,7 @@ fn say(step: &str) {
     }
 }
 
-fn print(recorded: &Recorded, log: &Path, machine: Option<&Path>) -> Result<(), Failure> {
+fn print_recorded(recorded: &Recorded, log: &Path, machine: Option<&Path>) -> Result<(), Failure> {
     let samples = recorded.samples();
     let mut text = format!("{}: {samples} rows at 1 kHz\n", log.display());
     let mut machine_file = "MACHINE.toml".to_owned();
@@ -267,7 +267,5 @@ fn print(recorded: &Recorded, log: &Path, machine: Option<&Path>) -> Result<(), 
         "\nnext: cargo hil gap --machine {machine_file} --train {}\n",
         log.display()
     );
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text)
 }

@@ -5,14 +5,13 @@
 //! topic of the paper and gives a section: its tables, its figures and its entries of the JSON. A
 //! further topic is a module and a line of `TOPICS`.
 
-use std::io::{self, Write};
 use std::path::Path;
 
 use rig::pmsm_bench::BacklashLevel;
 
 use self::section::Section;
 use crate::failure::Failure;
-use crate::outputs::{Kind, Outputs, write_own};
+use crate::outputs::{Kind, Outputs, print, write_own};
 use crate::page::{self, escape};
 use crate::progress::announce;
 use crate::reproduce::Entry;
@@ -80,9 +79,7 @@ pub fn run(json: Option<&Path>, short: bool) -> Result<(), Failure> {
     outputs.commit()?;
     let mut text: String = sections.iter().map(Section::text).collect();
     text += &format!("report   {}\n", workspace::shown(&index));
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text)
 }
 
 fn report(sections: &[Section]) -> String {

@@ -8,7 +8,6 @@
 //! coefficient fell by 53 % at the same time (section VI). What is set beside it here is the Coulomb level:
 //! the sliding friction that a brake adds, which is what the 0.779 N·m are.
 
-use std::io::{self, Write};
 use std::path::Path;
 use std::time::Instant;
 
@@ -21,7 +20,7 @@ use self::estimate::{Estimate, Options};
 use self::stand::{Friction, Input, Recorded, Stand};
 use super::Entry;
 use crate::failure::Failure;
-use crate::outputs::{Kind, Outputs, write_own};
+use crate::outputs::{Kind, Outputs, print, write_own};
 use crate::progress::announce;
 use crate::workspace;
 
@@ -240,7 +239,5 @@ pub fn run(json: Option<&Path>) -> Result<(), Failure> {
     outputs.commit()?;
     let mut text = results.text();
     text += &format!("report   {}\n", workspace::shown(&index));
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text)
 }

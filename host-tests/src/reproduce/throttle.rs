@@ -4,7 +4,6 @@
 //! From the logs of a test stand to both models, to their errors on data that they had not seen
 //! (Table 1), and onto the chip (Table 2).
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -19,7 +18,7 @@ use crate::gap::{declared, engine};
 use crate::identify::{self, Identified, Start, machine_file};
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::outputs::{Kind, Outputs, write_own};
+use crate::outputs::{Kind, Outputs, print, write_own};
 use crate::progress::announce;
 use crate::pwa;
 use crate::replay_run::{self, OnBoard};
@@ -228,9 +227,7 @@ pub fn run(json: Option<&Path>, repeat: u64) -> Result<(), Failure> {
     outputs.stage_json(json, &results.entries())?;
     outputs.commit()?;
     let text = results.text(&directory);
-    io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text)
 }
 
 /// What the boards did.

@@ -1,6 +1,6 @@
 //! The command line of `cargo hil track`.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
 use indicatif::ProgressBar;
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::gap::numbers::Numbers;
 use crate::log::Log;
 use crate::machine::Machine;
-use crate::outputs::{Kind, Outputs};
+use crate::outputs::{Kind, Outputs, print};
 
 /// What `cargo hil track` takes.
 #[derive(Debug, clap::Args)]
@@ -63,9 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         outputs.stage(page, drawn)?;
     }
     outputs.commit()?;
-    io::stdout()
-        .write_all(text::render(&outcome, &machine).as_bytes())
-        .map_err(|error| Failure::system("standard output", &error))
+    print(&text::render(&outcome, &machine))
 }
 
 /// The limits of `--limit`.

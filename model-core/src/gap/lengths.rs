@@ -28,8 +28,8 @@ const LEAST_SAMPLES: usize = 5;
 /// candidate, round by round.
 ///
 /// What is found over the windows of `data` is said if it is found over windows half as long too, or predicts as well
-/// over these as what is found there, and clearly better than what both have in common. A learned law goes by the name of the effect that it is
-/// another law of, where there is one. Where nothing is proven over the windows of `data`, though
+/// over these as what is found there, and clearly better than what both have in common. A learned law goes by the name of
+/// the effect that it is another law of, where there is one. Where nothing is proven over the windows of `data`, though
 /// the model does not follow the log, the same is asked of half and a quarter of them. An effect over a variable on
 /// the one hand, and on the other a law over it that no effect of the catalogue is, are an unknown effect
 /// that depends on that variable. A log of which the shorter window has fewer than five samples is traced over one length.
@@ -101,18 +101,32 @@ pub fn trace<S: Schedule>(
     traced
 }
 
-/// Held-out errors of a model that a tracing has come to, fitted anew over the windows of a workbench with the numbers that
-/// the tracing moves.
+/// Held-out errors of what a tracing has come to, over its own windows: those of the workbench.
 ///
 /// `None` if the model cannot be built.
 #[inline(never)]
-fn errors(
+fn own_errors(workbench: &mut Workbench<impl Schedule>, trace: &Trace) -> Option<HeldOut> {
+    move_as(workbench, trace);
+    workbench.held_out(&trace.after.model)
+}
+
+/// Has fits move what those of a tracing do.
+fn move_as(workbench: &mut Workbench<impl Schedule>, trace: &Trace) {
+    workbench.base = trace.base.clone();
+    workbench.readings = trace.readings.clone();
+}
+
+/// Held-out errors of a model that a tracing has come to, fitted anew over other windows than its own: those of the
+/// workbench.
+///
+/// `None` if the model cannot be built.
+#[inline(never)]
+fn refitted_errors(
     workbench: &mut Workbench<impl Schedule>,
     trace: &Trace,
     model: &Model,
 ) -> Option<HeldOut> {
-    workbench.base = trace.base.clone();
-    workbench.readings = trace.readings.clone();
+    move_as(workbench, trace);
     let fit = workbench.fit(model)?;
     workbench.held_out(&fit.model)
 }
@@ -157,15 +171,13 @@ fn elsewhere(
     other: &Trace,
 ) -> Option<Elsewhere> {
     let mut others = workbench.over(other.settings)?;
-    others.base = other.base.clone();
-    others.readings = other.readings.clone();
-    let of_other = others.held_out(&other.after.model)?;
-    let own = errors(&mut others, trace, &trace.after.model)?;
+    let of_other = own_errors(&mut others, other)?;
+    let own = refitted_errors(&mut others, trace, &trace.after.model)?;
     let instead = compare(&of_other, &own);
     let is_better = instead.refusal(1).is_none();
     let is_as_good = !is_better && instead.ratio <= EQUALLY_GOOD && {
         let part = confirmed_part(trace, other, workbench.declared);
-        let of_part = errors(&mut others, trace, &part)?;
+        let of_part = refitted_errors(&mut others, trace, &part)?;
         compare(&of_part, &own).refusal(1).is_none()
     };
     workbench.count(others.simulated, other.settings.window);
@@ -176,8 +188,8 @@ fn elsewhere(
         return Some(Elsewhere::Fails);
     }
     let mut windows = workbench.over(trace.settings)?;
-    let of_other = errors(&mut windows, other, &other.after.model)?;
-    let own = errors(&mut windows, trace, &trace.after.model)?;
+    let of_other = refitted_errors(&mut windows, other, &other.after.model)?;
+    let own = own_errors(&mut windows, trace)?;
     workbench.count(windows.simulated, trace.settings.window);
     let instead = compare(&of_other, &own);
     Some(if instead.refusal(1).is_none() {
@@ -230,15 +242,13 @@ fn joined(
         return Some(None);
     }
     let mut others = workbench.over(other.settings)?;
-    let larger = errors(&mut others, trace, &model)?;
-    let smaller = errors(&mut others, other, &other.after.model)?;
+    let larger = refitted_errors(&mut others, trace, &model)?;
+    let smaller = own_errors(&mut others, other)?;
     workbench.count(others.simulated, other.settings.window);
     if compare(&smaller, &larger).refusal(1).is_some() {
         return Some(None);
     }
-    workbench.base = trace.base.clone();
-    workbench.readings = trace.readings.clone();
-    let smaller = workbench.held_out(&trace.after.model)?;
+    let smaller = own_errors(workbench, trace)?;
     let after = workbench.fit(&model)?;
     let held_out = workbench.held_out(&after.model)?;
     let comparison = compare(&smaller, &held_out);

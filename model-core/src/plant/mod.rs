@@ -38,6 +38,9 @@ pub mod potentiometer;
 pub mod rise_time;
 pub mod throttle;
 
+/// Longest period that a model can be stepped by, s.
+pub const LONGEST_PERIOD: f32 = 10.0;
+
 /// Direction of motion, or rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

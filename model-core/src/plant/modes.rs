@@ -14,7 +14,7 @@
 //! event inside the step is found by going down it.
 
 use super::parameters::{Drive, ParameterError, Parameters};
-use super::{Directional, Motion};
+use super::{Directional, LONGEST_PERIOD, Motion};
 use crate::numeric::matrix_exponential::{Matrix, exponential, multiply};
 
 /// Rungs of a ladder: the step halved up to four times.
@@ -148,7 +148,7 @@ impl Basis {
 
     /// Whether the period is one that a step may have.
     pub(super) fn check(&self) -> Result<(), ParameterError> {
-        if self.period > 0.0 && self.period <= 10.0 {
+        if self.period > 0.0 && self.period <= LONGEST_PERIOD {
             Ok(())
         } else {
             Err(ParameterError {

@@ -18,8 +18,8 @@
 
 use heapless::Vec;
 
-use super::InputRefused;
 use super::actuator::INPUT_LIMIT;
+use super::{InputRefused, LONGEST_PERIOD};
 use crate::numeric::invalid_parameter::{InvalidParameter, require};
 
 /// Most cells of a model.
@@ -144,7 +144,7 @@ impl PiecewiseAffine {
             cells,
         } = &parameters;
         require(
-            *period > 0.0 && *period <= 10.0,
+            *period > 0.0 && *period <= LONGEST_PERIOD,
             "period",
             "must be above 0 and at most 10 s",
         )?;

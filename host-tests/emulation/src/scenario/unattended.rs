@@ -5,9 +5,6 @@ use std::fs;
 use super::{MILLISECOND, Setting, USAGE};
 use crate::running::Running;
 
-/// Where a recorded drive lies: `TAPE` of `memory.x`.
-const TAPE: u64 = 0x080C_0000;
-
 /// Virtual time after which no image is waited for, ms: near twice what the longest takes, which traces a log of each verdict.
 const LIMIT: u64 = 2_000_000;
 
@@ -19,11 +16,14 @@ const LIMIT: u64 = 2_000_000;
 pub(super) fn run(arguments: &[String]) -> Result<(), String> {
     let (rate, elf, tape) = match arguments {
         [rate, elf] => (rate, elf, None),
-        [rate, elf, tape] => (
-            rate,
-            elf,
-            Some(fs::read(tape).map_err(|e| format!("{tape}: {e}"))?),
-        ),
+        [rate, elf, tape, address] => {
+            let bytes = fs::read(tape).map_err(|e| format!("{tape}: {e}"))?;
+            (
+                rate,
+                elf,
+                Some((address.parse().map_err(|_| USAGE)?, bytes)),
+            )
+        }
         _ => return Err(USAGE.to_owned()),
     };
     let setting = Setting {
@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &[String]) -> Result<(), String> {
         instructions_per_second: rate.parse().map_err(|_| USAGE)?,
         parameters: None,
     };
-    let stored = tape.as_deref().map(|tape| (TAPE, tape));
+    let stored = tape.as_ref().map(|(address, tape)| (*address, &**tape));
     let mut image = Running::start_with(&setting, stored, true)?;
     while image.now() < LIMIT * MILLISECOND {
         image.run_for(10 * MILLISECOND)?;
