@@ -33,6 +33,7 @@ use crate::import::call;
 pub(crate) mod fault;
 pub mod resample;
 pub(crate) mod rows;
+mod spikes;
 pub(crate) mod table;
 
 /// A uniformly sampled log. Every series has the same length, [`Log::MIN_SAMPLES`] at least when
@@ -125,17 +126,6 @@ const GRID_MARGIN: f64 = 1.05;
 /// Greatest credible value of a column other than the time, SI: beyond it the sample is damaged, or in
 /// another unit. Counts of 30 bits are below.
 const GREATEST_VALUE: f64 = 1e9;
-
-/// How many times as far from the mean of its neighbours as all others a position has to be, to be a damaged sample: one
-/// that oscillates is as far in every sample, and noise of a Gaussian sensor goes beyond five deviations once in a
-/// million.
-const SPIKE: f64 = 10.0;
-
-/// How far from minus half of that its neighbours may be from the means of theirs, as a share of it.
-const SPIKE_LEFT: f64 = 0.1;
-
-/// Most damaged samples that a log is looked through for; where more jump, that is how it moves.
-const MOST_SPIKES: usize = 10;
 
 /// Shortest credible period, s; below it the column is not in seconds.
 const MIN_PERIOD_S: f64 = 1e-9;

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use super::fault::{Fault, Mend};
-use super::resample::{Instants, smallest_step};
+use super::resample::Instants;
 use super::rows::{
     Rows, check_value, describe_fields, describe_step, describe_width, find_columns, parse_number,
 };
+use super::spikes::{SPIKE, said_of, spikes, straighten};
 use super::{
     COLUMNS, CURRENT, Columns, Course, EXPECTED, GRID_MARGIN, INPUT, JITTER, LONGEST_GAP_S, Log,
-    MAX_PERIOD_S, MIN_PERIOD_S, MOST_SPIKES, MOST_UNTIMED, POSITION, SLOWER, SPIKE, SPIKE_LEFT,
-    TIME, counted, median, rounded,
+    MAX_PERIOD_S, MIN_PERIOD_S, MOST_UNTIMED, POSITION, SLOWER, TIME, counted, median, rounded,
 };
 use crate::gap::metrics::SETTLING;
 use crate::import::stamp::is_stamp;
@@ -203,41 +203,19 @@ impl Table {
         })
     }
 
-    /// Positions that jump for one sample in a log that is smooth otherwise: no machine moves there and back between two
-    /// samples. Between two others they get the mean of these, to a whole step of the sensor.
+    /// Positions that jump for a few samples in a log that is smooth otherwise: no machine moves there and back so fast. What
+    /// lies between two others gets the straight line between these, in whole steps of the sensor.
     fn mend_spikes(&mut self) -> Vec<Fault> {
         let Some(position) = self.columns[POSITION].as_deref_mut() else {
             return Vec::new();
         };
-        let damaged = spikes(position);
-        if damaged.is_empty() {
-            return Vec::new();
+        let mut faults = Vec::new();
+        for rows in spikes(position) {
+            let message = said_of(&rows, position);
+            straighten(position, &rows);
+            faults.push(Fault::new(self.lines[rows.start], message));
         }
-        let step = smallest_step(position);
-        let last = position.len() - 1;
-        let mut mend = |row: usize| {
-            // The first sample and the last one have one neighbour.
-            let message = if row == 0 || row == last {
-                let beside = if row == 0 { 1 } else { last - 1 };
-                format!(
-                    "`position` is {:?} in this sample alone, {:?} beside it, and nowhere else does it bend nearly as much: \
-                     remove the row",
-                    position[row], position[beside]
-                )
-            } else {
-                let [before, damaged, after] =
-                    [position[row - 1], position[row], position[row + 1]];
-                let half = 0.5 * (after - before);
-                let half = step.map_or(half, |step| step * (half / step).round());
-                position[row] = before + half;
-                format!(
-                    "`position` is {damaged:?} in this sample alone, {before:?} before and {after:?} after it, and nowhere \
-                     else does it bend nearly as much: the mean of its neighbours is taken in its place"
-                )
-            };
-            Fault::new(self.lines[row], message)
-        };
-        damaged.into_iter().map(&mut mend).collect()
+        faults
     }
 
     pub fn time(&self) -> &[f64] {
@@ -541,60 +519,6 @@ impl PrintedDigits {
             .max(10_f64.powi((leading + 1).saturating_sub(self.significant)))
             .max(largest * f64::EPSILON)
     }
-}
-
-/// The rows of positions that jump for one sample, few of them; or the first or the last one, if that jumps alone.
-///
-/// They are told by their distance from the mean of their neighbours, which a machine's acceleration alone makes, however
-/// fast it moves: many times as large as every other one, and on either side minus half of it.
-fn spikes(position: &[f64]) -> Vec<usize> {
-    // Of the sample behind the first one on.
-    let bends: Vec<f64> = position
-        .windows(3)
-        .map(|three| three[1] - 0.5 * (three[0] + three[2]))
-        .collect();
-    let mut sizes: Vec<f64> = bends.iter().map(|bend| bend.abs()).collect();
-    // Each damaged sample makes three.
-    if sizes.len() <= 3 * MOST_SPIKES {
-        return Vec::new();
-    }
-    let (_, usual, _) = sizes.select_nth_unstable_by(3 * MOST_SPIKES, |a, b| b.total_cmp(a));
-    // At rest nothing but the last digit changes, seldom: no jump of that is one.
-    let digit = (position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
-        .filter(|size| *size > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    let limit = SPIKE * usual.max(digit);
-    let large: Vec<usize> = (0..bends.len())
-        .filter(|&at| bends[at].abs() > limit)
-        .collect();
-    match large[..] {
-        [0] => return vec![0],
-        [only] if only + 1 == bends.len() => return vec![only + 2],
-        _ => (),
-    }
-    // Whether it is minus this share of one beside it.
-    let is_share =
-        |bend: f64, share: f64, of: f64| (bend + share * of).abs() <= SPIKE_LEFT * of.abs();
-    // A jump that stays is an angle that wraps, or a gap: others know better what to say of it.
-    let stays = |&at: &usize| {
-        bends
-            .get(at + 1)
-            .is_some_and(|&next| is_share(next, 1.0, bends[at]))
-    };
-    if large.iter().any(stays) {
-        return Vec::new();
-    }
-    let is_spike = |&at: &usize| {
-        let mut beside = bends[at.saturating_sub(1)..at]
-            .iter()
-            .chain(bends.get(at + 1));
-        beside.all(|&bend| is_share(bend, 0.5, bends[at]))
-    };
-    large
-        .into_iter()
-        .filter(is_spike)
-        .map(|at| at + 1)
-        .collect()
 }
 
 /// Whether rows that came late, so many of them, belong where their stamps say: they have left gaps there. Behind a

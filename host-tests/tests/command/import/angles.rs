@@ -73,6 +73,35 @@ fn a_damaged_sample_is_no_turn() {
     }
 }
 
+/// A sensor that drops out for two samples or three is no slow sampling either, and what is there comes from its neighbours. Where
+/// it stays, it is a turn.
+#[test]
+fn a_sensor_that_drops_out_for_a_few_samples_is_mended() {
+    let angle = |k: usize| 30.0 + 20.0 * (0.05 * k as f64).sin();
+    for (count, mended) in [(2, true), (3, true), (12, false)] {
+        let raw = rows("t,x,u", 400, |k| {
+            let damaged = (150..150 + count).contains(&k);
+            format!("{k},{},{}", if damaged { 0.0 } else { angle(k) }, k % 7)
+        });
+        let place = Place::with("raw.csv", raw);
+        let output =
+            place.run("import raw.csv --time t:ms --position x:deg --input u --out log.csv");
+        let warned = text(&output.stderr);
+        let said = format!("jumps to 0.0 for {count} samples");
+        assert_eq!(warned.contains(&said), mended, "{warned}");
+        if mended {
+            let log = Log::read(&place.path("log.csv")).expect("a log");
+            // Over four steps of 0.05 rad a sine of 20 degrees is within 0.1 of a straight line.
+            for (k, position) in log.position.iter().enumerate() {
+                assert!(
+                    (position.to_degrees() - angle(k)).abs() < 0.11,
+                    "row {k}: {position}"
+                );
+            }
+        }
+    }
+}
+
 /// A counter of 16 bits behind a spindle of 2 µm a count.
 #[test]
 fn a_counter_says_at_what_it_starts_again() {
