@@ -2,8 +2,9 @@
 
 use super::raw::Raw;
 use super::recipe::Recipe;
-use super::unit::{Unit, unit_of_time};
-use crate::log::{COLUMNS, COMMAND, REQUIRED, TIME};
+use super::suspect::looks_unsized;
+use super::unit::{Kind, Unit, unit_of_time};
+use crate::log::{COLUMNS, COMMAND, CURRENT, INPUT, POSITION, REQUIRED, TIME, VELOCITY};
 
 /// Names that loggers and papers give the columns of a log, without case, unit and punctuation. Of the times of an MCAP
 /// the message's own comes first, which is that of the measurement; then that of the recorder, which is of one clock
@@ -154,6 +155,8 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
     // Of a stamp that nobody set every row has the same.
     let varies = |column: &usize| good(*column).any(|value| Some(value) != good(*column).next());
     let mut chosen: [Option<usize>; COLUMNS.len()] = [None; COLUMNS.len()];
+    // Some files call a column by its unit alone.
+    let mut named_by_unit = Vec::new();
     for index in 0..COLUMNS.len() {
         let fits = |column: &usize| match index {
             TIME => varies(column),
@@ -168,6 +171,14 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
         };
         let own = own.filter(fits);
         chosen[index] = own.or_else(|| usual(&whole)).or_else(|| usual(&ends));
+        if chosen[index].is_none() {
+            let is_free = |at: &usize| !chosen.contains(&Some(*at)) && fits(at);
+            let is_of = |at: &usize| {
+                Unit::find(&raw.names[*at]).is_some_and(|unit| tells(index, unit.kind))
+            };
+            chosen[index] = (0..raw.names.len()).find(|at| is_free(at) && is_of(at));
+            named_by_unit.extend(chosen[index]);
+        }
     }
     let is_stamps = |column: &usize| raw.columns[*column].first_stamp.is_some();
     let is_time = |column: &usize| {
@@ -194,7 +205,10 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
             }
             continue;
         };
-        let unit = raw.own_unit(column, COLUMNS[index].0);
+        let name = raw.name(column);
+        let is_unit = named_by_unit.contains(&column);
+        let unit = is_unit.then_some(name.as_str());
+        let unit = unit.or_else(|| raw.own_unit(column, COLUMNS[index].0));
         // That the file says it is in SI units is worth seeing too; a time in seconds is the rule.
         let stated = || raw.stated_unit(column, COLUMNS[index].0);
         let unit = unit.or_else(|| stated().filter(|_| index != TIME));
@@ -202,17 +216,35 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
         let told = index != TIME || raw.units[column].is_some();
         let steps = || unit_of_time(&raw.columns[column].values);
         let unit = unit.or_else(|| (!told).then(steps)?.map(|(_, unit)| unit));
-        let name = raw.name(column);
         recipe.sources[index] = Some(match unit {
             // Of what it is a share, or how much a count is, the file does not say: as it stands, and to be seen.
             Some(unit) if Unit::find(unit).is_some_and(|unit| unit.needs_size()) => {
                 format!("{name}:{unit}*1")
             }
             Some(unit) => format!("{name}:{unit}"),
-            None => name,
+            None => {
+                let values: Vec<f64> = good(column).collect();
+                let looks = looks_unsized(index, &name, &values);
+                looks.map_or_else(|| name.clone(), |source| format!("{source}*1"))
+            }
         });
     }
     Some(recipe)
+}
+
+/// Whether a column that is called by a unit of this kind alone is that column of the log.
+fn tells(index: usize, kind: Kind) -> bool {
+    match index {
+        TIME => kind == Kind::Time,
+        INPUT => matches!(
+            kind,
+            Kind::Voltage | Kind::Share | Kind::Torque | Kind::Force
+        ),
+        POSITION => matches!(kind, Kind::Angle | Kind::Length),
+        CURRENT => kind == Kind::Current,
+        VELOCITY => matches!(kind, Kind::AngularVelocity | Kind::LinearVelocity),
+        _ => false,
+    }
 }
 
 /// Whether a column may be a time.
@@ -260,7 +292,7 @@ mod tests {
         );
         assert_eq!(
             guessed(["Time [ms]", "Pos_deg", "Duty (%)"], 1e-3),
-            ["Time [ms]", "Duty (%)", "Pos_deg"]
+            ["Time [ms]", "Duty (%):%*1", "Pos_deg"]
         );
         // What is asked for stands before what came of it.
         assert_eq!(
@@ -276,7 +308,7 @@ mod tests {
             ),
             [
                 "Zeit [ms]",
-                "PWM [%]",
+                "PWM [%]:%*1",
                 "Istwert [°]",
                 "Sollwert [°]",
                 "Strom [mA]"
@@ -288,6 +320,11 @@ mod tests {
             4
         );
         assert_eq!(guessed(["", "", ""], 1e-3), ["1", "2", "3"]);
+        // Called by their units alone.
+        assert_eq!(
+            guessed(["t", "deg", "pct", "mA"], 1.0),
+            ["t:ms", "pct:pct*1", "deg:deg", "mA:mA"]
+        );
         // The message's own time, then the recorder's; neither is an input or a position.
         assert_eq!(
             guessed(

@@ -51,11 +51,8 @@ pub(super) fn suspicions(
         }
         let name = raw.name(source.column);
         let most = extent(values.iter().copied()).map_or(0.0, |(low, high)| high.max(-low));
-        let whole = values.iter().all(|value| value.fract() == 0.0);
         if *index == INPUT
-            && whole
-            && most > 100.5
-            && let Some(scale) = full_scale(most).filter(|_| is_share(&name))
+            && let Some(scale) = counter_of_duty(&name, values)
         {
             let most = given(most);
             said.push(format!(
@@ -179,6 +176,36 @@ fn looks(
                 significant(slope, 3)
             );
             Some((why, unit))
+        }
+        _ => None,
+    }
+}
+
+/// The full scale of the counter that a duty is in, if it looks like one.
+fn counter_of_duty(name: &str, values: &[f64]) -> Option<f64> {
+    let largest = values
+        .iter()
+        .fold(0.0_f64, |most, value| most.max(value.abs()));
+    let whole = values.iter().all(|value| value.fract() == 0.0);
+    full_scale(largest).filter(|_| whole && largest > 100.5 && is_share(name))
+}
+
+/// How a column that names no unit is written with one of a size that the file does not say, if its values and its name
+/// look like that: a counter's numbers, or a share of the supply.
+pub(super) fn looks_unsized(index: usize, name: &str, values: &[f64]) -> Option<String> {
+    match index {
+        INPUT if is_share(name) => {
+            if let Some(scale) = counter_of_duty(name, values) {
+                return Some(format!("{name}/{scale}:duty"));
+            }
+            let (_, unit) = looks(index, name, values, &Columns::default())?;
+            ["%", "duty"]
+                .contains(&unit)
+                .then(|| format!("{name}:{unit}"))
+        }
+        POSITION => {
+            let (_, unit) = looks(index, name, values, &Columns::default())?;
+            unit.starts_with("counts").then(|| format!("{name}:counts"))
         }
         _ => None,
     }

@@ -86,7 +86,7 @@ const UNITS: [(&[&str], Kind, f64); 48] = [
     (&["mN"], Kind::Force, 1e-3),
     (&["kN"], Kind::Force, 1e3),
     (&["kgf"], Kind::Force, 9.806_65),
-    (&["%", "percent"], Kind::Share, 1e-2),
+    (&["%", "percent", "pct"], Kind::Share, 1e-2),
     (&["permille", "‰"], Kind::Share, 1e-3),
     (&["duty", "pu"], Kind::Share, 1.0),
     (
