@@ -7,7 +7,7 @@ use super::probe::{PROBES, Probe};
 use super::serial;
 use crate::failure::Failure;
 
-/// One of three ways, or none.
+/// One of four ways, or none.
 #[derive(Debug, clap::Args)]
 #[group(id = "board", multiple = false)]
 pub struct Connection {
@@ -21,6 +21,9 @@ pub struct Connection {
     /// A program at the probe that runs already and serves RTT channel 1 at this address
     #[arg(long, value_name = "HOST:PORT")]
     rtt: Option<String>,
+    /// No board: emulate a controller, with a motor of which its parameters do not say everything
+    #[arg(long)]
+    emulated: bool,
 }
 
 impl Connection {
@@ -29,7 +32,12 @@ impl Connection {
         self.port.as_ref()
     }
 
-    /// The line to the board; none if no way is named.
+    /// Whether a controller is to be emulated in place of a board.
+    pub fn is_emulated(&self) -> bool {
+        self.emulated
+    }
+
+    /// The line to the board; none if no way to one is named.
     ///
     /// # Errors
     /// A port, a probe or a program that is not there.

@@ -9,12 +9,14 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use firmware::app::demonstration::UNDECLARED;
 use firmware::app::operation::operator::POLL_PERIOD_MS;
 use firmware::app::wiring::Wiring;
 use model_core::plant::parameters::Parameters;
 use serialport::{SerialPort, TTYPort};
 
-use super::Line;
+use super::{Line, serial};
+use crate::failure::Failure;
 use crate::operation_on_host::{Motor, OperationOnHost, SharedFlash};
 
 /// How fast its clock runs.
@@ -98,6 +100,17 @@ impl WireFault {
             }
         }
     }
+}
+
+/// The controller of the demonstrations and the line to it. The line is dead once the controller is dropped.
+///
+/// # Errors
+/// A system without pseudo-terminals.
+pub fn demonstration(pace: Pace) -> Result<(EmulatedBoard, Box<dyn Line>), Failure> {
+    let board = EmulatedBoard::start(UNDECLARED.actuator, pace)
+        .map_err(|error| Failure::system("a pseudo-terminal", error))?;
+    let line = serial::open(&board.port)?;
+    Ok((board, Box::new(line)))
 }
 
 /// A controller that runs. Dropped, it ends.

@@ -13,14 +13,11 @@ pub mod trigger;
 use std::io::{self, Read, Write};
 use std::path::PathBuf;
 
-use firmware::app::demonstration::UNDECLARED;
-
 use self::board::Board;
 use self::guard::Guard;
 use self::server::Server;
 use crate::board_link::connection::Connection;
-use crate::board_link::emulated::{EmulatedBoard, Pace};
-use crate::board_link::{Line, serial};
+use crate::board_link::emulated::{self, Pace};
 use crate::error::tell;
 use crate::failure::Failure;
 use crate::outputs::Outputs;
@@ -65,9 +62,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (emulated, line) = match args.connection.open()? {
         Some(line) => (None, line),
         None => {
-            let board = EmulatedBoard::start(UNDECLARED.actuator, Pace::RealTime)
-                .map_err(|error| Failure::system("a pseudo-terminal", error))?;
-            let line: Box<dyn Line> = Box::new(serial::open(&board.port)?);
+            let (board, line) = emulated::demonstration(Pace::RealTime)?;
             (Some(board), line)
         }
     };

@@ -14,6 +14,7 @@ use self::drive::{Drive, ENDS, Ending};
 use crate::board_link::Line;
 use crate::board_link::connection::Connection;
 use crate::board_link::console::Console;
+use crate::board_link::emulated::{self, Pace};
 use crate::board_link::log_transfer::LogTransfer;
 use crate::board_log::BoardLog;
 use crate::error::tell;
@@ -102,10 +103,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--mode voltage needs a --signal: no voltage is harmless to every actuator".to_owned(),
         ));
     }
-    let line = args.connection.open()?;
-    let mut line = line.ok_or_else(|| {
-        Failure::Usage("expected a way to the board: --port, --probe or --rtt".to_owned())
-    })?;
+    let (_emulated, mut line) = match args.connection.open()? {
+        Some(line) => (None, line),
+        None if args.connection.is_emulated() => {
+            let (board, line) = emulated::demonstration(Pace::Free)?;
+            (Some(board), line)
+        }
+        None => {
+            let expected =
+                "expected a way to the board: --port, --probe or --rtt; or --emulated without one";
+            return Err(Failure::Usage(expected.to_owned()));
+        }
+    };
     let ending = Ending::watch(&ENDS)?;
     let recorded = record(&mut line, &drive, &ending, || permitted(args, &drive))?;
     if let Some(log) = log {
@@ -222,7 +231,8 @@ fn signal(text: &str) -> Result<String, Failure> {
 
 /// Whether somebody allows the actuator to move.
 fn permitted(args: &Args, drive: &Drive) -> Result<(), Failure> {
-    if args.arm {
+    // Of an emulated one nothing moves.
+    if args.arm || args.connection.is_emulated() {
         return Ok(());
     }
     let refused = "nothing moves before somebody allows it: add --arm, or type `arm` when asked on a terminal";

@@ -492,6 +492,30 @@ fn a_board_is_driven_recorded_and_left_disarmed() {
     assert!((fitted - 0.15).abs() < 0.005, "{fitted}");
 }
 
+/// Who has no board yet records an emulated one, and finds what its machine file does not say.
+#[test]
+fn without_a_board_an_emulated_one_is_recorded_to_a_verdict() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = hil(&directory, &["record", "--emulated", "--out", "recorded"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let trace = [
+        "gap",
+        "--machine",
+        "recorded/machine.toml",
+        "--train",
+        "recorded/log.csv",
+    ];
+    assert!(text(&output.stdout).contains("recorded/machine.toml --train"));
+    let output = hil(&directory, &trace).output().unwrap();
+    let said = text(&output.stdout);
+    assert!(
+        said.contains("friction") && said.contains("direction"),
+        "{said}"
+    );
+}
+
 #[test]
 fn nothing_moves_before_somebody_allows_it() {
     let bench = Bench::new(EMA.plant);
