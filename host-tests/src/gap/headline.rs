@@ -189,7 +189,8 @@ fn equivalent(effect: &FoundEffect) -> Vec<String> {
     }
 }
 
-/// Which numbers of the machine file the logs have otherwise, although `[fit]` leaves them out.
+/// Which numbers of the machine file the logs have otherwise, although `[fit]` leaves them out, or by more than the tolerance
+/// that the file gives them.
 fn off(outcome: &Outcome) -> Option<String> {
     let freed = outcome.fit.iter().filter(|parameter| parameter.freed);
     let (near, far): (Vec<_>, Vec<_>) =
@@ -214,8 +215,35 @@ fn off(outcome: &Outcome) -> Option<String> {
             names(&near)
         )),
     };
-    let all: Vec<String> = wrong.into_iter().chain(within).collect();
+    let all = wrong.into_iter().chain(within).chain(beyond(outcome));
+    let all: Vec<String> = all.collect();
     (!all.is_empty()).then(|| all.join("; "))
+}
+
+/// Which numbers of `[fit]` are surely farther off than the tolerance that the machine file gives them.
+fn beyond(outcome: &Outcome) -> Option<String> {
+    let is_beyond = |parameter: &&FittedParameter| {
+        let Some((tolerance, std)) = parameter.tolerance.zip(parameter.std) else {
+            return false;
+        };
+        let off = (parameter.fitted - parameter.declared).abs();
+        !parameter.freed && off > tolerance * parameter.declared.abs() + 2.0 * std
+    };
+    let beyond = outcome.fit.iter().filter(is_beyond);
+    let named = beyond.map(|parameter| {
+        let off = 100.0 * (parameter.fitted / parameter.declared - 1.0);
+        format!("{} ({off:+.0} %)", parameter.name)
+    });
+    let named: Vec<String> = named.collect();
+    let are = match named.len() {
+        0 => return None,
+        1 => "is farther from the declared value than its tolerance",
+        _ => "are farther from the declared values than their tolerances",
+    };
+    Some(format!(
+        "{} {are}: see that the supply's voltage is right",
+        listed(&named)
+    ))
 }
 
 /// Why nothing is said to be complete although nothing was found.

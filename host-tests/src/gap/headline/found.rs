@@ -86,10 +86,15 @@ pub(super) fn late_input(report: &Report) -> Option<(String, String)> {
     }
     let late = Scale::of(&lead.unit, [lead.value]).quantity(lead.value);
     let rows = significant(lead.value / step, 2);
-    let sentence = format!(
+    let mut sentence = format!(
         "The log has each input {late} late, {rows} of a row: it acted before the row that holds it. The model is given it \
          that much earlier."
     );
+    // No more than a row is looked for.
+    if lead.value + 2.0 * lead.std >= step {
+        sentence +=
+            " It may be later still: see in which row your logger writes what the drive is told.";
+    }
     Some(("input".to_owned(), sentence))
 }
 
