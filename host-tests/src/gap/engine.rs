@@ -226,7 +226,7 @@ pub fn trace(
             report
                 .outcome
                 .disagreement
-                .extend(disagreement::look(machine, &held_back));
+                .extend(disagreement::look_beside(machine, train, &held_back));
         }
         return Ok(Answer::Disagree(Box::new(report)));
     }

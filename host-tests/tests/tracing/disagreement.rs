@@ -49,7 +49,7 @@ fn wrap(values: &mut [f64], turn: f64) {
         .for_each(|value| *value = value.rem_euclid(turn));
 }
 
-const FAULTS: [(&str, &str, Spoil); 35] = [
+const FAULTS: [(&str, &str, Spoil); 36] = [
     (
         "encoder's direction",
         "the encoder counts the other way",
@@ -136,6 +136,9 @@ const FAULTS: [(&str, &str, Spoil); 35] = [
     }),
     ("input sign", "input has the wrong sign", |log, _| {
         scale(&mut log.input, -1.0)
+    }),
+    ("size of the input", "input has no sign", |log, _| {
+        log.input.iter_mut().for_each(|value| *value = value.abs())
     }),
     ("per cent of 24", "input is in per cent", |log, _| {
         scale(&mut log.input, 100.0 / 24.0)
@@ -250,7 +253,9 @@ fn applies(name: &str, case: &Case) -> bool {
     let winding = matches!(case.rig.motor, rig::Motor::Winding { .. });
     match name {
         // A motor that works against a spring is hardly driven backward.
-        "size of the current" | "current of the supply" => winding && case.rig.spring.is_none(),
+        "size of the current" | "size of the input" | "current of the supply" => {
+            winding && case.rig.spring.is_none()
+        }
         "degrees" | "radians as degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
         "motor's side of the gear" | "motor's side of the gear, both" => rotary && winding,
         "wrap 2 pi" | "wrap 360" => rotary && case.rig.stroke.1 - case.rig.stroke.0 > 7.0,
@@ -385,6 +390,110 @@ fn rates() {
     }
 }
 
+/// How often both of two errors are named, each pair drawn at random, over other rigs than those of [`rates`].
+#[test]
+#[ignore = "at length"]
+fn rates_of_pairs() {
+    let seed = std::env::var("SEED").map_or(8_900_000, |seed| seed.parse().unwrap());
+    let all: Vec<Case> = cases::all(Extent::Quick, seed)
+        .into_iter()
+        .step_by(7)
+        .collect();
+    let drawn: Vec<_> = all
+        .par_iter()
+        .flat_map_iter(|case| pairs_of(case, 6))
+        .collect();
+    let named = |pair: &&Pair| pair.said == 2;
+    let count = |kept: &dyn Fn(&&Pair) -> bool| drawn.iter().filter(|pair| kept(pair)).count();
+    for pair in drawn.iter().filter(|pair| pair.said < 2) {
+        println!("{}: {}", pair.of, pair.answer);
+    }
+    println!(
+        "{} pairs: both named {}, one {}, none of two {}, silent {}",
+        drawn.len(),
+        count(&named),
+        count(&|pair| pair.said == 1),
+        count(&|pair| pair.said == 0 && !pair.answer.is_empty()),
+        count(&|pair| pair.answer.is_empty())
+    );
+}
+
+/// Two errors at once in one log, and what was said of them.
+struct Pair {
+    of: String,
+    said: usize,
+    answer: String,
+}
+
+/// Pairs of errors, drawn at random, that apply to a rig and leave one another alone: an order of the two does not matter.
+fn pairs_of(case: &Case, count: usize) -> Vec<Pair> {
+    let full = case.log_lasting(8.0);
+    let mut random = Random::new(case.seed);
+    let mut pairs = Vec::new();
+    while pairs.len() < count {
+        let mut draw = || FAULTS[(random.uniform() * FAULTS.len() as f64) as usize];
+        let drawn = [draw(), draw()];
+        let [one, other] = drawn.map(|(name, ..)| name);
+        let column = |name: &str| changed_by(name);
+        if one == other
+            || !drawn
+                .iter()
+                .all(|(name, ..)| applies(name, case) && column(name).is_some())
+        {
+            continue;
+        }
+        let sign = |name: &str| name.contains("sign") || name.contains("direction");
+        // Two signs are one, or none, of another column.
+        if sign(one) && sign(other) || column(one) == column(other) && sign(one) == sign(other) {
+            continue;
+        }
+        let mut machine = misdeclared(declared(&case.rig), case.seed * 10 + 7);
+        let mut spoiled = full.clone();
+        for (.., spoil) in drawn {
+            spoil(&mut spoiled, &mut machine);
+        }
+        let said = look(&machine, &[spoiled]);
+        let is_named = |words: &str| {
+            let named =
+                |said: &Disagreement| words.split('|').any(|words| said.what.contains(words));
+            said.iter().any(named)
+        };
+        let answers: Vec<String> = said
+            .iter()
+            .map(|said| format!("{} [{}]", said.what, said.evidence))
+            .collect();
+        pairs.push(Pair {
+            of: format!("{} {:?}, {one} and {other}", case.rig.name, case.motion),
+            said: drawn.iter().filter(|(_, words, _)| is_named(words)).count(),
+            answer: answers.join(" / "),
+        });
+    }
+    pairs
+}
+
+/// The column that an error is in; none of those that hide whatever else there is, and of those of the machine file.
+fn changed_by(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "encoder's direction"
+        | "motor's side of the gear"
+        | "radians as degrees"
+        | "degrees"
+        | "millimetres"
+        | "counts"
+        | "position sign" => "position",
+        "volts as millivolts"
+        | "input sign"
+        | "per cent of 24"
+        | "per cent of 12"
+        | "PWM of 10 bits at 24 V"
+        | "duty of 24"
+        | "millivolts" => "input",
+        "amperes as milliamperes" | "milliamperes" | "current sign" => "current",
+        "milliseconds" => "time",
+        _ => return None,
+    })
+}
+
 /// One log each of a rotary drive, a throttle and a slide, with and without an effect.
 fn some(first_seed: u64) -> Vec<(Case, Log)> {
     let all = cases::all(Extent::Quick, first_seed);
@@ -428,13 +537,25 @@ fn units_and_signs_are_named_with_what_to_do() {
                 let remedy = found.remedy;
                 assert!(
                     remedy.starts_with("cargo hil import ")
-                        || remedy.starts_with("in machine.toml"),
+                        || remedy.starts_with("in machine.toml")
+                        || remedy.starts_with("record the direction of the drive"),
                     "{remedy}"
                 );
             }
         }
         assert!(10 * named >= 8 * count, "{name}: {named} of {count}");
     }
+}
+
+/// One error hides another: a wrong sign is least wrong where a wrong unit makes it small.
+#[test]
+fn two_errors_in_one_log_are_both_named() {
+    let pairs: Vec<Pair> = some(8_710_000)
+        .par_iter()
+        .flat_map_iter(|(case, _)| pairs_of(case, 2))
+        .collect();
+    let both = pairs.iter().filter(|pair| pair.said == 2).count();
+    assert!(10 * both >= 8 * pairs.len(), "{both} of {}", pairs.len());
 }
 
 /// What is said of these logs of windings with one column spoilt.

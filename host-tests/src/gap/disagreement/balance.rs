@@ -50,12 +50,14 @@ pub struct Share {
 }
 
 /// One balance: what is balanced, and the coefficients.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Balance {
     /// Effective value of what is balanced.
     pub rms: f64,
     /// Its coefficients, each from the bands that show it well.
     pub shares: Vec<Share>,
+    /// Share of its square that nothing of it explains, in the band that is explained best.
+    pub unexplained: f64,
 }
 
 /// The balances of a log.
@@ -166,6 +168,26 @@ impl Balances {
     }
 }
 
+impl Balances {
+    /// Share of the balances of torque and voltage that nothing explains, their mean.
+    pub fn unexplained(&self) -> f64 {
+        let motion = self.motion.unexplained;
+        let winding = self.winding.as_ref();
+        winding.map_or(motion, |winding| 0.5 * (motion + winding.unexplained))
+    }
+}
+
+impl Default for Balance {
+    /// One of which nothing is known.
+    fn default() -> Self {
+        Self {
+            rms: 0.0,
+            shares: Vec::new(),
+            unexplained: 1.0,
+        }
+    }
+}
+
 impl Balance {
     /// The share that follows something.
     pub fn share(&self, follows: Follows) -> Option<&Share> {
@@ -175,9 +197,10 @@ impl Balance {
     /// Takes from a band the coefficients that it shows more clearly. Where the band is not to be trusted
     /// with them, those in `needs` are left out.
     fn merge(&mut self, rows: &Rows, trusted: bool, needs: &[Follows], clearest: &mut Vec<f64>) {
-        let Some(fits) = regress(rows) else {
+        let Some((fits, unexplained)) = regress(rows) else {
             return;
         };
+        self.unexplained = self.unexplained.min(unexplained);
         let rms = mean_square(&rows.sum).sqrt();
         if self.rms == 0.0 {
             self.rms = rms;

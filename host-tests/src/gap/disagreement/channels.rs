@@ -1,9 +1,10 @@
 //! The columns of a log as one reading of it has them, and what can be seen in them without a machine.
 
-use super::limits::STEP_OF_A_WRAP;
+use super::limits::{BOTH_WAYS, STEP_OF_A_WRAP};
 use super::units;
 use crate::log::resample::smallest_step;
-use crate::log::{COLUMNS, COMMAND, CURRENT, INPUT, Log, POSITION, TIME, VELOCITY};
+use crate::log::{COLUMNS, COMMAND, CURRENT, INPUT, Log, POSITION, TIME, VELOCITY, median};
+use crate::machine::Motor;
 
 /// The columns of one log that a reading may change.
 #[derive(Debug, Clone)]
@@ -121,6 +122,26 @@ impl Channels {
         }
     }
 
+    /// Gives the input the sign of what drives the motion: of the voltage that current and speed ask for of a motor, or of the
+    /// speed where no current was measured.
+    pub fn sign_input(&mut self, motor: Option<&Motor>) {
+        let speed = steps(&self.position).map(|step| step / (2.0 * self.period));
+        let signs: Vec<f64> = match (&self.current, motor) {
+            (Some(current), Some(motor)) => {
+                let pairs = current.iter().zip(speed);
+                pairs
+                    .map(|(current, speed)| {
+                        motor.resistance * current + motor.torque_constant * speed
+                    })
+                    .collect()
+            }
+            _ => speed.collect(),
+        };
+        for (value, sign) in self.input.iter_mut().zip(signs) {
+            *value = value.abs() * sign.signum();
+        }
+    }
+
     /// Exchanges two columns; nothing happens where one of them is not there.
     pub fn swap(&mut self, one: Column, other: Column) {
         let (Some(first), Some(second)) = (self.column(one), self.column(other)) else {
@@ -216,10 +237,27 @@ pub fn wrap_of(logs: &[&[f64]]) -> Option<Wrap> {
         return None;
     }
     let is_near = |turn: &f64| *turn >= range - 1e-9 * range && *turn <= most + 2.0 * step;
+    // Between two steps of the motion a jump has one of them in it, about their mean.
+    let around = |log: &[f64], at: usize| {
+        let step = |at: usize| log[at + 1] - log[at];
+        is_turn(log, at).then(|| (step(at) - 0.5 * (step(at - 1) + step(at + 1))).abs())
+    };
+    let around_all = |log: &&[f64]| -> Vec<f64> {
+        let inner = 1..log.len().saturating_sub(2);
+        inner.filter_map(|at| around(log, at)).collect()
+    };
+    let turns: Vec<f64> = logs.iter().flat_map(around_all).collect();
+    let seen = median(&turns);
     let known = units::wraps().filter(is_near);
-    let turn = known.min_by(|a, b| (a - most).abs().total_cmp(&(b - most).abs()));
+    let known = known.min_by(|a, b| (a - seen).abs().total_cmp(&(b - seen).abs()));
+    // A sensor's turn is a whole number of its steps.
+    let whole = || {
+        let steps = logs.iter().filter_map(|log| smallest_step(log));
+        let least = steps.min_by(f64::total_cmp)?;
+        Some(least * (seen / least).round())
+    };
     Some(Wrap {
-        turn: turn.unwrap_or(most + 0.5 * step),
+        turn: known.or_else(whole).unwrap_or(seen),
         jumps: jumps.len(),
         step,
     })
@@ -237,4 +275,25 @@ pub fn are_counts(logs: &[Channels]) -> bool {
     let mut positions = logs.iter().flat_map(|log| &log.position);
     let moved = logs.iter().any(|log| largest(&log.position) >= 10.0);
     moved && positions.all(|position| position.fract() == 0.0)
+}
+
+/// How far the position moves from the row before to the row behind, for each row; at either end from the row itself.
+fn steps(position: &[f64]) -> impl Iterator<Item = f64> {
+    let last = position.len() - 1;
+    (0..=last).map(move |row| position[(row + 1).min(last)] - position[row.saturating_sub(1)])
+}
+
+/// Whether the input may be the size of what it was: it never changes its sign, though the machine moves both ways.
+pub fn may_lack_sign(logs: &[Channels]) -> bool {
+    let has_one_sign = |log: &Channels| {
+        log.input.iter().all(|value| *value >= 0.0) || log.input.iter().all(|value| *value <= 0.0)
+    };
+    let (mut forward, mut backward) = (0.0, 0.0);
+    for log in logs {
+        for step in steps(&log.position) {
+            forward += step.max(0.0);
+            backward += (-step).max(0.0);
+        }
+    }
+    logs.iter().all(has_one_sign) && forward.min(backward) > BOTH_WAYS * (forward + backward)
 }

@@ -6,13 +6,12 @@ use super::balance::Follows;
 use super::channels::Column;
 use super::limits::{IMPLAUSIBLE, SHEET, STATED_FACTOR};
 use super::reading::{Correction, Reading};
-use crate::machine::MOTOR;
+use crate::machine::{MOTOR, Machine};
 
 /// What a column may have to be multiplied by.
 const FACTORS: [f64; 4] = [4.0, 2.0, 0.5, 0.25];
 
-/// The readings of logs and machine file that mend that. None where the motor's numbers may be guesses: where `[fit]` has them,
-/// and the file does not say that they are within a data sheet's tolerance.
+/// The readings of logs and machine file that mend that. None where the motor's numbers may be guesses.
 pub(super) fn readings(declared: &Reading) -> Vec<Reading> {
     let Some([constant, resistance]) = ratios(declared) else {
         return Vec::new();
@@ -41,10 +40,7 @@ pub(super) fn readings(declared: &Reading) -> Vec<Reading> {
 pub(super) fn ratios(declared: &Reading) -> Option<[(f64, f64); 2]> {
     let winding = declared.balances.winding.as_ref()?;
     let motor = declared.machine.motor.as_ref()?;
-    let machine = &declared.machine;
-    let stated = |name: &str| machine.unsure.get(name).copied().unwrap_or(f64::INFINITY);
-    let is_guess = |name: &&str| machine.fits(name) && stated(name) > STATED_FACTOR;
-    if MOTOR.iter().any(is_guess) {
+    if MOTOR.iter().any(|name| is_guess(&declared.machine, name)) {
         return None;
     }
     let ratio = |follows, declared: f64| {
@@ -55,4 +51,10 @@ pub(super) fn ratios(declared: &Reading) -> Option<[(f64, f64); 2]> {
         ratio(Follows::Velocity, motor.torque_constant)?,
         ratio(Follows::Current, motor.resistance)?,
     ])
+}
+
+/// Whether a number may be one: where `[fit]` has it, and the file does not say that it is within a data sheet's tolerance.
+pub(super) fn is_guess(machine: &Machine, name: &str) -> bool {
+    let stated = machine.unsure.get(name).copied().unwrap_or(f64::INFINITY);
+    machine.fits(name) && stated > STATED_FACTOR
 }

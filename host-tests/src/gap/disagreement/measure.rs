@@ -6,7 +6,8 @@ use super::channels::{self, Channels, Wrap};
 use super::limits::{
     BAD_GUESS, BEYOND_STOPS, COMMAND_FACTOR, EXACT_DEVIATION, EXACT_FACTOR, FAR_OFF,
     FITTED_DEVIATION, FITTED_FACTOR, FLOOR, GLITCHES, HINT, IMPOSSIBLE, INDUCTANCE_FACTOR,
-    LONGEST_PERIOD, LONGEST_WINDING, SHORTEST_PERIOD, STATED_DEVIATION, STATED_FACTOR, UNSIGNED,
+    LEAST_SAVING, LONGEST_PERIOD, LONGEST_WINDING, SHORTEST_PERIOD, STATED_DEVIATION,
+    STATED_FACTOR, UNSIGNED,
 };
 use crate::machine::Machine;
 
@@ -31,6 +32,9 @@ pub enum Subject {
     Period(f64),
     /// The winding's time constant, s.
     Winding(f64),
+    /// The input has one sign, and with that of what drives the motion the balances leave less open: shares that are left without it
+    /// and with it.
+    InputSign([f64; 2]),
     /// The current has one sign while the motor is driven forward and backward: its means there, A.
     Sign([f64; 2]),
 }
@@ -306,6 +310,7 @@ fn impossible(machine: &Machine, logs: &[Channels], balances: &Balances) -> Vec<
         |[one, other]: &[f64; 2]| (UNSIGNED..=UNSIGNED.recip()).contains(&(one / other));
     let unsigned = balances.drawn.filter(has_one_sign);
     clues.extend(unsigned.map(|means| cost(Subject::Sign(means))));
+    clues.extend(lost_sign(machine, logs, balances).map(|shares| cost(Subject::InputSign(shares))));
     let mechanics = &machine.mechanics;
     if let (Some(lower), Some(upper)) = (mechanics.lower_stop, mechanics.upper_stop) {
         let slack = BEYOND_STOPS * (upper - lower);
@@ -320,6 +325,22 @@ fn impossible(machine: &Machine, logs: &[Channels], balances: &Balances) -> Vec<
         }
     }
     clues
+}
+
+/// What the balances leave open, without the sign of the input and with it, where it seems to have lost it.
+fn lost_sign(machine: &Machine, logs: &[Channels], balances: &Balances) -> Option<[f64; 2]> {
+    if !channels::may_lack_sign(logs) {
+        return None;
+    }
+    let mut signed = logs.to_vec();
+    for log in &mut signed {
+        log.sign_input(machine.motor.as_ref());
+    }
+    let (without, with) = (
+        balances.unexplained(),
+        Balances::of(&signed, machine).unexplained(),
+    );
+    (with <= (1.0 - LEAST_SAVING) * without).then_some([without, with])
 }
 
 fn resolution(machine: &Machine, logs: &[Channels]) -> Option<Clue> {

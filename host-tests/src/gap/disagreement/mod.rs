@@ -20,17 +20,18 @@ pub(crate) mod units;
 mod words;
 
 pub(super) use answer::{failure, report};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::log::Log;
 use crate::machine::Machine;
 use channels::{Channels, Column};
 use limits::{
-    ALIKE, CLEARLY_BETTER, FAR_OFF, IMPLAUSIBLE, IMPOSSIBLE, LARGEST_UNIT, LEAST_SAVING,
+    ALIKE, CLEARLY_BETTER, FAR_OFF, IMPLAUSIBLE, IMPOSSIBLE, KEPT, LARGEST_UNIT, LEAST_SAVING,
     MOST_CORRECTIONS, SAMPLES_A_PERIOD,
 };
 use measure::{Clue, Subject};
-use reading::{Correction, Reading};
+use reading::{Correction, Reading, Tried};
 
 /// One thing in which logs and machine file disagree.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -62,16 +63,58 @@ impl Disagreement {
 /// What logs and machine file disagree in; nothing where they belong together, or where the logs do not
 /// tell. The logs are read as one log of one machine.
 pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
-    let channels: Vec<Channels> = logs.iter().map(Channels::of).collect();
-    let declared = Reading::declared(machine, channels);
-    let (steps, explained) = explain(&declared);
-    let mended = factor::readings(&declared);
+    let declared = declared(machine, logs);
+    match explanation(&declared) {
+        Some((steps, best)) => words::corrections(logs, &declared, &steps, &best),
+        None => unexplained(logs, &declared),
+    }
+}
+
+/// The same of logs that stand beside these, which disagree. What mends the ones mends the others most likely: it is said of
+/// them if it does.
+pub fn look_beside(machine: &Machine, logs: &[Log], beside: &[Log]) -> Vec<Disagreement> {
+    let others = declared(machine, beside);
+    if others.cost >= IMPLAUSIBLE
+        && let Some((steps, best)) = explanation(&declared(machine, logs))
+    {
+        let best = Tried::of(&best).reading(&others);
+        if best.cost < IMPLAUSIBLE {
+            return words::corrections(beside, &others, &steps, &best);
+        }
+    }
+    look(machine, beside)
+}
+
+fn declared(machine: &Machine, logs: &[Log]) -> Reading {
+    Reading::declared(machine, logs.iter().map(Channels::of).collect())
+}
+
+/// The corrections that make log and machine file agree, each with those that do as well, and the reading that they lead to.
+fn explanation(declared: &Reading) -> Option<(Vec<Vec<Correction>>, Reading)> {
+    let (steps, explained) = if declared.cost < IMPLAUSIBLE {
+        (Vec::new(), declared.clone())
+    } else {
+        explain(declared)
+    };
+    let mended = factor::readings(declared);
     // One other correction may agree still better: per cent of 24 V are about a quarter of them.
     let is_better = |best: &Reading| steps.len() == 1 && explained.strained() < best.strained();
     if let Some(best) = mended.first().filter(|best| !is_better(best)) {
-        let alike = with_duties(&declared, &mended, best.strained());
-        return words::corrections(logs, &declared, std::slice::from_ref(&alike), &alike[0]);
+        let alike = with_duties(declared, &mended, best.strained());
+        let corrections = alike.iter().map(|reading| reading.corrections[0]).collect();
+        return Some((vec![corrections], alike[0].clone()));
     }
+    let is_explained = !is_absurd(declared) && !steps.is_empty();
+    is_explained.then_some((steps, explained))
+}
+
+/// No unit is that far off: the number is none that a machine has, and its model says so.
+fn is_absurd(declared: &Reading) -> bool {
+    declared.clues.iter().any(|clue| clue.ratio > LARGEST_UNIT)
+}
+
+/// What is wrong with these logs though no correction explains it.
+fn unexplained(logs: &[Log], declared: &Reading) -> Vec<Disagreement> {
     if declared.cost < IMPLAUSIBLE {
         return if is_too_slow(&declared.logs) {
             vec![words::too_slow(&logs[0], SAMPLES_A_PERIOD)]
@@ -79,21 +122,17 @@ pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
             Vec::new()
         };
     }
-    // No unit is that far off: the number is none that a machine has, and its model says so.
-    if declared.clues.iter().any(|clue| clue.ratio > LARGEST_UNIT) {
+    if is_absurd(declared) {
         return Vec::new();
     }
-    if !steps.is_empty() {
-        return words::corrections(logs, &declared, &steps, &explained);
-    }
-    let unexplained = |clue: &&Clue| match clue.subject {
+    let is_clear = |clue: &&Clue| match clue.subject {
         Subject::Number(name) => {
             name != "viscous" && clue.ratio > 0.0 && clue.excess > FAR_OFF.ln()
         }
         _ => clue.cost >= IMPOSSIBLE,
     };
-    let clue = declared.clues.iter().find(unexplained);
-    clue.map(|clue| words::unexplained(machine, &logs[0], clue))
+    let clue = declared.clues.iter().find(is_clear);
+    clue.map(|clue| words::unexplained(&declared.machine, &logs[0], clue))
         .into_iter()
         .collect()
 }
@@ -101,7 +140,7 @@ pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
 /// How implausible logs and machine file are as declared, nats: from [`limits::IMPLAUSIBLE`] on another
 /// reading is looked for.
 pub fn cost(machine: &Machine, logs: &[Log]) -> f64 {
-    Reading::declared(machine, logs.iter().map(Channels::of).collect()).cost
+    declared(machine, logs).cost
 }
 
 /// Those that mend a column that is off as a whole, with the duties that do as well: per cent of 24 V are about a quarter
@@ -128,31 +167,80 @@ fn with_duties(declared: &Reading, mended: &[Reading], strained: f64) -> Vec<Rea
     [voltages, duties].concat()
 }
 
-/// The corrections that explain the contradiction, one after the other, each with those that explain it
-/// as well, and the reading that they lead to. None where no correction does.
-fn explain(declared: &Reading) -> (Vec<Vec<Reading>>, Reading) {
+/// The corrections that explain the contradiction, each with those that explain it as well, and the reading that they
+/// lead to. None where no corrections do.
+///
+/// One wrong thing can hide another: a wrong sign is least wrong where a wrong unit makes it small. So several corrections
+/// are sought together, and one more only where it saves enough, with what it leaves of the numbers that are known well.
+fn explain(declared: &Reading) -> (Vec<Vec<Correction>>, Reading) {
     let mut best = declared.clone();
-    let mut steps = Vec::new();
-    while best.cost >= IMPLAUSIBLE && steps.len() < MOST_CORRECTIONS {
-        let mut further = best.further();
-        further.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let saving = (LEAST_SAVING * best.cost).max(CLEARLY_BETTER);
-        let Some(least) = further.first().map(|reading| reading.cost) else {
+    let mut kept = vec![Tried::of(declared)];
+    for _ in 0..MOST_CORRECTIONS {
+        let further = |tried: &Tried| tried.reading(declared).further();
+        let further: Vec<Tried> = kept.par_iter().flat_map_iter(further).collect();
+        let alike = alike(&further);
+        let Some(least) = alike.first() else {
             break;
         };
-        let is_wrap = matches!(further[0].corrections.last(), Some(Correction::Wrapped(_)));
-        if best.cost - least < saving && !is_wrap {
+        let more = (least.corrections.len() - best.corrections.len()) as i32;
+        let strained = best.strained();
+        let saves = strained - least.strained >= CLEARLY_BETTER * f64::from(more)
+            && least.strained <= (1.0 - LEAST_SAVING).powi(more) * strained;
+        let is_wrap = matches!(least.last(), Some(Correction::Wrapped(_)));
+        if saves || is_wrap {
+            best = least.reading(declared);
+        }
+        if best.strained() < IMPLAUSIBLE {
             break;
         }
-        // Of those that explain it as well, the ones that the well-known numbers speak for.
-        further.retain(|reading| reading.cost <= least + ALIKE);
-        further.sort_by(|a, b| a.strained().total_cmp(&b.strained()));
-        let least = further[0].strained();
-        further.retain(|reading| reading.strained() <= least + ALIKE);
-        best = further[0].clone();
-        steps.push(further);
+        kept = least_of_each(further);
+        kept.truncate(KEPT);
+    }
+    alternatives(declared, best)
+}
+
+/// Of those that correct the same things the one that costs least; the least first.
+fn least_of_each(mut all: Vec<Tried>) -> Vec<Tried> {
+    all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut least: Vec<Tried> = Vec::new();
+    for tried in all {
+        if !least.iter().any(|known| known.corrects_as(&tried)) {
+            least.push(tried);
+        }
+    }
+    least
+}
+
+/// Each correction of a reading chosen anew beside the others, with those that explain as much, and the reading that
+/// they lead to.
+fn alternatives(declared: &Reading, mut best: Reading) -> (Vec<Vec<Correction>>, Reading) {
+    let mut steps = Vec::new();
+    for place in 0..best.corrections.len() {
+        // What is exchanged or unwrapped comes before what is multiplied.
+        if best.corrections[place].comes_first() {
+            steps.push(vec![best.corrections[place]]);
+            continue;
+        }
+        let further = Tried::of(&best).but(place).reading(declared).further();
+        let alike = alike(&further);
+        let last = alike.iter().filter_map(|tried| tried.last());
+        steps.push(last.collect());
+        if let Some(chosen) = alike.first() {
+            best = chosen.with_last_at(place).reading(declared);
+        }
     }
     (steps, best)
+}
+
+/// Those that explain as much as the best one, and for which the numbers that are known well speak as much; the best first.
+fn alike(all: &[Tried]) -> Vec<&Tried> {
+    let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
+    let cost = least(&mut all.iter().map(|tried| tried.cost)) + ALIKE;
+    let mut alike: Vec<&Tried> = all.iter().filter(|tried| tried.cost <= cost).collect();
+    let strained = least(&mut alike.iter().map(|tried| tried.strained)) + ALIKE;
+    alike.retain(|tried| tried.strained <= strained);
+    alike.sort_by(|a, b| a.strained.total_cmp(&b.strained));
+    alike
 }
 
 /// Whether the motion's speed changes too much from one sample to the next: its autocorrelation is that

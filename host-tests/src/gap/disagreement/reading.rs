@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::balance::{Balances, Follows};
 use super::channels::{self, Channels, Column, largest};
+use super::factor::is_guess;
 use super::limits::{
     FITTED_FACTOR, HINT, LONGEST_PERIOD, SAME_FACTOR, SAME_STEP, SHEET, SHORTEST_AS_MILLISECONDS,
 };
@@ -38,8 +39,8 @@ pub enum Correction {
     Swapped(Column, Column),
     /// The position starts again after so much.
     Wrapped(f64),
-    /// The current has no sign, so that it is to be left out.
-    Unsigned,
+    /// Input or current is the size of what it was, without its sign.
+    Unsigned(Column),
     /// A number of the machine file is in another unit: its name, that unit, the right value.
     Number(&'static str, &'static str, f64),
 }
@@ -78,6 +79,20 @@ impl Stated {
 }
 
 impl Correction {
+    /// Whether it changes more of a column than its scale, so that what the balances leave open tells whether it is right.
+    fn changes_the_course(&self) -> bool {
+        match self {
+            Self::Swapped(one, other) => [one, other].contains(&&Column::Position),
+            Self::Unsigned(column) => *column == Column::Input,
+            _ => false,
+        }
+    }
+
+    /// Whether it has to be made before a column is multiplied.
+    pub fn comes_first(&self) -> bool {
+        matches!(self, Self::Swapped(..) | Self::Wrapped(_))
+    }
+
     /// Whether both change the same thing in the same way, so that one of them is enough.
     fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
@@ -96,6 +111,69 @@ impl Correction {
     }
 }
 
+/// Corrections, with what the reading that they lead to costs.
+#[derive(Debug, Clone)]
+pub struct Tried {
+    /// The corrections, in the order in which they are made.
+    pub corrections: Vec<Correction>,
+    /// As [`Reading::cost`].
+    pub cost: f64,
+    /// As [`Reading::strained`].
+    pub strained: f64,
+    rarities: Vec<f64>,
+}
+
+impl Tried {
+    /// Those of a reading.
+    pub fn of(reading: &Reading) -> Self {
+        Self {
+            corrections: reading.corrections.clone(),
+            cost: reading.cost,
+            strained: reading.strained(),
+            rarities: reading.rarities.clone(),
+        }
+    }
+
+    /// The reading that they lead to from the declared one.
+    pub fn reading(&self, declared: &Reading) -> Reading {
+        let corrections = self.corrections.iter().zip(&self.rarities);
+        corrections.fold(declared.clone(), |reading, (correction, rarity)| {
+            reading.with(*correction, *rarity)
+        })
+    }
+
+    /// The correction that is made last.
+    pub fn last(&self) -> Option<Correction> {
+        self.corrections.last().copied()
+    }
+
+    /// Without the correction in this place.
+    pub fn but(mut self, place: usize) -> Self {
+        self.corrections.remove(place);
+        self.rarities.remove(place);
+        self
+    }
+
+    /// With the last correction in this place.
+    pub fn with_last_at(&self, place: usize) -> Self {
+        let mut moved = self.clone();
+        moved.corrections[place..].rotate_right(1);
+        moved.rarities[place..].rotate_right(1);
+        moved
+    }
+
+    /// Whether both correct the same things, in one order or another.
+    pub fn corrects_as(&self, other: &Self) -> bool {
+        let are_in = |one: &[Correction], other: &[Correction]| {
+            let is_in =
+                |correction: &Correction| other.iter().any(|known| correction.is_like(known));
+            one.iter().all(is_in)
+        };
+        let (one, other) = (&self.corrections, &other.corrections);
+        one.len() == other.len() && are_in(one, other) && are_in(other, one)
+    }
+}
+
 /// Logs and machine file, read in one way.
 #[derive(Debug, Clone)]
 pub struct Reading {
@@ -111,7 +189,8 @@ pub struct Reading {
     pub clues: Vec<Clue>,
     /// What that costs, with how unusual the corrections are, nats.
     pub cost: f64,
-    rarity: f64,
+    /// How unusual each of the corrections is, nats.
+    rarities: Vec<f64>,
 }
 
 impl Reading {
@@ -123,7 +202,7 @@ impl Reading {
             machine: machine.clone(),
             corrections: Vec::new(),
             cost: total(&clues),
-            rarity: 0.0,
+            rarities: Vec::new(),
             logs,
             balances,
             clues,
@@ -155,7 +234,8 @@ impl Reading {
                 }
                 Correction::Swapped(one, other) => log.swap(one, other),
                 Correction::Wrapped(turn) => log.unwrap_position(turn),
-                Correction::Unsigned => log.current = None,
+                Correction::Unsigned(Column::Input) => log.sign_input(machine.motor.as_ref()),
+                Correction::Unsigned(_) => log.current = None,
                 Correction::Number(..) => {}
             }
         }
@@ -167,13 +247,13 @@ impl Reading {
         };
         let mut clues = clues(&machine, &logs, &balances);
         // A missing sign stands until it is seen or the column is out: an input of another size only hides it.
-        if balances.drawn.is_none() && correction != Correction::Unsigned {
+        if balances.drawn.is_none() && correction != Correction::Unsigned(Column::Current) {
             clues.extend(self.clues.iter().filter(|clue| is_of_sign(clue)));
         }
-        let rarity = self.rarity + rarity;
+        let rarities = [&self.rarities[..], &[rarity]].concat();
         Self {
-            cost: total(&clues) + rarity,
-            rarity,
+            cost: total(&clues) + rarities.iter().sum::<f64>(),
+            rarities,
             corrections: [&self.corrections[..], &[correction]].concat(),
             machine,
             logs,
@@ -182,16 +262,25 @@ impl Reading {
         }
     }
 
-    /// Every reading that is one correction further, each with the cost.
-    pub fn further(&self) -> Vec<Self> {
+    /// Every reading that is one correction further.
+    pub fn further(&self) -> Vec<Tried> {
         let mut tried = Vec::new();
         let mut attempt = |correction: Correction, rarity: f64| {
-            if !self
+            let is_late =
+                correction.comes_first() && !self.corrections.iter().all(Correction::comes_first);
+            let is_known = self
                 .corrections
                 .iter()
-                .any(|known| known.is_like(&correction))
+                .any(|known| known.is_like(&correction));
+            if is_known || is_late {
+                return;
+            }
+            let reading = self.with(correction, rarity);
+            // What is a machine's motion leaves less of its balance open than what is none.
+            if !correction.changes_the_course()
+                || reading.balances.unexplained() < self.balances.unexplained()
             {
-                tried.push(self.with(correction, rarity));
+                tried.push(Tried::of(&reading));
             }
         };
         // A jump is a jump in every unit: until it is out, nothing else can be seen.
@@ -343,8 +432,8 @@ impl Reading {
             .collect()
     }
 
-    /// What the log asks for of the numbers of the motor that `[fit]` leaves out, over what is declared, each with
-    /// how far that may be off, as factors.
+    /// What the log asks for of the numbers of the motor that are no guesses, over what is declared, each with how far that
+    /// may be off, as factors.
     pub fn motor(&self) -> Vec<Stated> {
         let Some(motor) = &self.machine.motor else {
             return Vec::new();
@@ -367,7 +456,7 @@ impl Reading {
         ];
         let numbers = numbers
             .into_iter()
-            .filter(|(name, ..)| !self.machine.fits(name));
+            .filter(|(name, ..)| !is_guess(&self.machine, name));
         numbers
             .filter_map(|(name, follows, declared)| {
                 let (low, high) = balance.share(follows)?.interval;
@@ -435,7 +524,10 @@ impl Reading {
             all.push((Correction::Reversed, 0.0));
         }
         if self.clues.iter().any(is_of_sign) {
-            all.push((Correction::Unsigned, 0.0));
+            all.push((Correction::Unsigned(Column::Current), 0.0));
+        }
+        if channels::may_lack_sign(&self.logs) {
+            all.push((Correction::Unsigned(Column::Input), 0.0));
         }
         let pairs = [
             (Column::Input, Column::Current, 1.0),

@@ -11,8 +11,9 @@ pub(super) fn mean_square(series: &[f64]) -> f64 {
 }
 
 /// Least squares. Each coefficient has with it the share of what the others leave that it explains (the
-/// squared partial correlation), which is also how far the regression the other way round is from it.
-pub(super) fn regress(rows: &Rows) -> Option<Vec<(Share, f64)>> {
+/// squared partial correlation), which is also how far the regression the other way round is from it. With them the share of
+/// the sum's square that is left.
+pub(super) fn regress(rows: &Rows) -> Option<(Vec<(Share, f64)>, f64)> {
     let (count, unknowns) = (rows.sum.len(), rows.columns.len());
     let level = mean_square(&rows.sum).sqrt();
     if count < LEAST_ROWS || level == 0.0 {
@@ -70,5 +71,5 @@ pub(super) fn regress(rows: &Rows) -> Option<Vec<(Share, f64)>> {
         };
         (share, clarity)
     });
-    Some(shares.collect())
+    Some((shares.collect(), energy / count as f64))
 }

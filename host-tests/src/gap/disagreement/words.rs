@@ -18,7 +18,7 @@ use crate::quantity::significant;
 pub(super) fn corrections(
     logs: &[Log],
     declared: &Reading,
-    steps: &[Vec<Reading>],
+    steps: &[Vec<Correction>],
     best: &Reading,
 ) -> Vec<Disagreement> {
     let mut all: Vec<Disagreement> = Vec::new();
@@ -35,19 +35,18 @@ pub(super) fn corrections(
 fn corrections_of(
     log: &Log,
     declared: &Reading,
-    steps: &[Vec<Reading>],
+    steps: &[Vec<Correction>],
     best: &Reading,
 ) -> Vec<Disagreement> {
-    let mut before = declared;
+    let mut before = declared.clone();
     let mut all = Vec::new();
     for (step, alike) in steps.iter().enumerate() {
-        let last = |reading: &Reading| reading.corrections[step];
-        let mut whats: Vec<String> = Vec::new();
+        let after = before.with(best.corrections[step], 0.0);
+        let mut known: Vec<String> = Vec::new();
         let mut remedies: Vec<String> = Vec::new();
-        for reading in alike {
-            let correction = last(reading);
+        for &correction in alike {
             let said = what(declared, correction);
-            if whats.contains(&said) {
+            if known.contains(&said) {
                 continue;
             }
             // What is done about the others stays as it is in the best reading.
@@ -55,19 +54,65 @@ fn corrections_of(
             chosen[step] = correction;
             remedies.push(match correction {
                 Correction::Number(name, _, value) => line(&declared.machine, name, value),
+                Correction::Unsigned(Column::Input) => format!(
+                    "record the direction of the drive, the bridge's direction pin, with {}, and import it as --input \
+                     input@DIRECTION",
+                    log.path.display()
+                ),
                 _ => command(log, declared, &chosen),
             });
-            whats.push(said);
+            known.push(said);
         }
         remedies.dedup();
         all.push(Disagreement {
-            what: whats.join(", or "),
-            evidence: evidence(before, &alike[0]),
+            what: whats(declared, alike),
+            evidence: evidence(&before, &after),
             remedy: remedies.join("\n"),
         });
-        before = &alike[0];
+        before = after;
     }
     all
+}
+
+/// What each of several corrections says, once; of supplies all their voltages together.
+fn whats(declared: &Reading, alike: &[Correction]) -> String {
+    let mut all: Vec<String> = Vec::new();
+    for correction in alike {
+        let said = match correction {
+            Correction::Duty(whole, _) => {
+                let supplies = alike.iter().filter_map(|other| match other {
+                    Correction::Duty(same, volts) if same == whole => Some(volts.to_string()),
+                    _ => None,
+                });
+                duty(*whole, &either(&supplies.collect::<Vec<_>>()))
+            }
+            _ => what(declared, *correction),
+        };
+        if !all.contains(&said) {
+            all.push(said);
+        }
+    }
+    all.join(", or ")
+}
+
+/// `9, 12 or 15`.
+fn either(all: &[String]) -> String {
+    match all {
+        [] => String::new(),
+        [one] => one.clone(),
+        [others @ .., last] => format!("{} or {last}", others.join(", ")),
+    }
+}
+
+/// An input that is a share of a supply's voltage.
+fn duty(whole: f64, volts: &str) -> String {
+    match whole {
+        1.0 => format!("input is the duty, a share of a supply of about {volts} V, not in volts"),
+        100.0 => format!("input is in per cent of a supply of about {volts} V, not in volts"),
+        _ => format!(
+            "input is in counts of a PWM, of which {whole} are a supply of about {volts} V, not in volts"
+        ),
+    }
 }
 
 /// What is off though no unit explains it.
@@ -141,15 +186,7 @@ fn what(declared: &Reading, correction: Correction) -> String {
             significant(size, 4)
         ),
         Correction::Factor(column, factor) => scaled(column, factor),
-        Correction::Duty(whole, volts) => match whole {
-            1.0 => {
-                format!("input is the duty, a share of a supply of about {volts} V, not in volts")
-            }
-            100.0 => format!("input is in per cent of a supply of about {volts} V, not in volts"),
-            _ => format!(
-                "input is in counts of a PWM, of which {whole} are a supply of about {volts} V, not in volts"
-            ),
-        },
+        Correction::Duty(whole, volts) => duty(whole, &volts.to_string()),
         Correction::Taken(column, unit, factor) => format!(
             "{} is {} times too {}: the column is in {}, and was imported as {unit}",
             column.name(),
@@ -177,7 +214,10 @@ fn what(declared: &Reading, correction: Correction) -> String {
             "position is wrapped: it starts again after {}",
             significant(turn, 6)
         ),
-        Correction::Unsigned => "current_a has no sign: it is the size of the motor's current, or the supply's current; \
+        Correction::Unsigned(Column::Input) => {
+            "input has no sign: it is the size of a voltage or of a duty, whichever way it drives".to_owned()
+        }
+        Correction::Unsigned(_) => "current_a has no sign: it is the size of the motor's current, or the supply's current; \
                                  record the motor's own, or leave it out"
             .to_owned(),
         Correction::Number(name, unit, _) => {
@@ -274,6 +314,10 @@ fn evidence(before: &Reading, after: &Reading) -> String {
         left < 0.5 * clue.cost
     };
     let mut mended: Vec<&Clue> = before.clues.iter().filter(is_mended).collect();
+    // Where one thing hides another, it is seen once both are mended.
+    if mended.is_empty() {
+        mended.extend(before.clues.first());
+    }
     // What the sensor says of itself is the most direct.
     mended.sort_by_key(|clue| !matches!(clue.subject, Subject::Resolution(..)));
     let mended = mended.into_iter().take(3).map(sentence);
@@ -342,6 +386,12 @@ fn sentence(clue: &Clue) -> String {
             },
             significant(wrap.step, 2)
         ),
+        Subject::InputSign([without, with]) => format!(
+            "`input` has one sign though the machine moves both ways: with the sign of what drives it, {} % of the drive stays \
+             unexplained, without it {} %",
+            significant(100.0 * with, 2),
+            significant(100.0 * without, 2)
+        ),
         Subject::Sign([forward, backward]) => format!(
             "`current_a` is {} A in the mean where `input` and the speed drive the motor forward, and {} A where they drive it \
              backward",
@@ -409,7 +459,8 @@ fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String 
             _ => expected_unit(&declared.machine, column),
         };
         let is_there = column == Column::Time || declared.has(column);
-        let is_left_out = column == Column::Current && corrections.contains(&Correction::Unsigned);
+        let is_left_out =
+            column == Column::Current && corrections.contains(&Correction::Unsigned(column));
         if is_there && !is_left_out {
             let source = source(column, unit, corrections, declared.machine.gain);
             call.source(column.index(), &source);
