@@ -63,7 +63,7 @@ const POUND: f64 = 16.0 * OUNCE;
 const OUNCE_INCH: f64 = OUNCE * GRAVITY * INCH;
 
 /// What no logger writes; the others are those of [`Unit`].
-const UNITS: [Entry; 59] = {
+const UNITS: [Entry; 60] = {
     use Quantity::{
         BackEmfConstant, Inductance, Inertia, Mass, Resistance, SpeedConstant, Spring, Torque,
         TorqueConstant, Viscous,
@@ -93,6 +93,7 @@ const UNITS: [Entry; 59] = {
         ("gcm/A", TorqueConstant, 1e-5 * GRAVITY, false),
         ("N/A", TorqueConstant, 1.0, true),
         ("rpm/V", SpeedConstant, RPM, false),
+        ("min-1/V", SpeedConstant, RPM, false),
         ("rad/s/V", SpeedConstant, 1.0, false),
         ("rad/(sV)", SpeedConstant, 1.0, false),
         ("1/min/V", SpeedConstant, RPM, false),

@@ -345,7 +345,7 @@ mod tests {
                 ["log_time", "publish_time", "drive.duty", "drive.pos"],
                 1e-3
             ),
-            ["log_time", "drive.duty", "drive.pos"]
+            ["log_time", "drive.duty:%*1", "drive.pos"]
         );
         assert_eq!(
             guessed(["/a.publish_time", "/a.log_time", "/a.u", "/a.x"], 1e-3),

@@ -57,7 +57,7 @@ pub(super) fn suspicions(
             let most = given(most);
             said.push(format!(
                 "`input` may be in counts of a PWM, for it is whole and reaches {most}: then --input \
-                 \"{name}/{scale}:duty*12\" ({scale} being the most, and 12 V the supply)"
+                 \"{name}/{scale}:duty*12\" ({scale} being the most; put the volts of your supply in place of 12)"
             ));
             continue;
         }
@@ -134,8 +134,8 @@ fn contradiction(raw: &Raw, index: usize, source: &Source) -> Option<String> {
 /// What a unit needs beside its name, by example.
 fn size(unit: &str) -> &'static str {
     match Unit::find(unit).map(|unit| unit.kind) {
-        Some(Kind::Share) => "*12\" (12 V being the supply)",
-        Some(Kind::Counts) => "*0.001\" (so much a count)",
+        Some(Kind::Share) => "*12\" (put the volts of your supply in place of 12)",
+        Some(Kind::Counts) => "*0.001\" (put the size of a count in place of 0.001)",
         _ if unit.starts_with("counts/") => {
             "\" (4096 being the counts of a turn; in front of a gear of 75, /75 behind it)"
         }

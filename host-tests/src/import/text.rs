@@ -244,7 +244,13 @@ fn bare(unit: &str) -> &str {
 /// Whether these are the units of columns.
 pub(super) fn are_units(fields: &[Cow<'_, str>]) -> bool {
     let known = |field: &str| Unit::find(bare(field)).is_some();
-    let may_be = |field: &str| matches!(bare(field), "" | "-" | "1") || known(field);
+    let is_clock = |field: &str| {
+        ["mm", "ss"]
+            .iter()
+            .all(|part| field.to_lowercase().contains(part))
+    };
+    let may_be =
+        |field: &str| matches!(bare(field), "" | "-" | "1") || known(field) || is_clock(field);
     fields.iter().all(|field| may_be(field)) && fields.iter().any(|field| known(field))
 }
 

@@ -144,13 +144,14 @@ pub fn cost(machine: &Machine, logs: &[Log]) -> f64 {
 }
 
 /// Those that mend a column that is off as a whole, with the duties that do as well: per cent of 24 V are about a quarter
-/// of them. No input beyond the largest supply is a voltage.
+/// of them. No input beyond the largest supply is a voltage, and none whose unit the machine file has is a duty.
 fn with_duties(declared: &Reading, mended: &[Reading], strained: f64) -> Vec<Reading> {
     let is_of_input = |reading: &&Reading| {
         let last = reading.corrections.last();
         matches!(last, Some(Correction::Factor(Column::Input, _)))
     };
-    if !mended.iter().any(|reading| is_of_input(&reading)) {
+    let is_in_own_unit = declared.machine.gain != 1.0;
+    if is_in_own_unit || !mended.iter().any(|reading| is_of_input(&reading)) {
         return mended.to_vec();
     }
     let is_voltage = !declared.is_beyond_supplies();

@@ -54,6 +54,10 @@ fn corrections_of(
             chosen[step] = correction;
             remedies.push(match correction {
                 Correction::Number(name, _, value) => line(&declared.machine, name, value),
+                // What volts a unit of the input is says the machine file.
+                Correction::Factor(Column::Input, factor) if declared.machine.gain != 1.0 => {
+                    gain(&declared.machine, factor)
+                }
                 Correction::Unsigned(Column::Input) => format!(
                     "record the direction of the drive, the bridge's direction pin, with {}, and import it as --input \
                      input@DIRECTION",
@@ -438,6 +442,15 @@ fn line(machine: &Machine, name: &str, value: f64) -> String {
         "in {}, [{section}]: {name} = {:e}",
         machine.path.display(),
         rounded(value, 3)
+    )
+}
+
+/// The line of the machine file that says what a unit of the input is, to be changed by this factor.
+fn gain(machine: &Machine, factor: f64) -> String {
+    format!(
+        "in {}, [input]: gain = {:e}",
+        machine.path.display(),
+        rounded(machine.gain * factor, 6)
     )
 }
 

@@ -113,7 +113,7 @@ fn a_column_that_looks_like_another_unit_is_pointed_out() {
     for hint in [
         "--time \"t:ms\"",
         "--position \"pos:deg\"",
-        "--input \"u:%*12\" (12 V being the supply)",
+        "--input \"u:%*12\" (put the volts of your supply in place of 12)",
         "--current \"i:mA\"",
     ] {
         assert!(said.contains(hint), "{hint}: {said}");
@@ -151,13 +151,13 @@ fn shares_and_counts_are_pointed_out() {
     let place = Place::with("raw.csv", raw);
     let (_, said) = place.import("raw.csv --time t:ms --position Winkel --input PWM");
     for hint in [
-        "--position \"Winkel [counts]:counts*0.001\" (so much a count)",
-        "reaches 200: then --input \"PWM/255:duty*12\" (255 being the most, and 12 V the supply)",
+        "--position \"Winkel [counts]:counts*0.001\" (put the size of a count in place of 0.001)",
+        "reaches 200: then --input \"PWM/255:duty*12\" (255 being the most; put the volts of your supply in place of 12)",
     ] {
         assert!(said.contains(hint), "{hint}: {said}");
     }
     let (_, said) = place.import("raw.csv --time t:ms --position Winkel:deg --input motor_duty");
-    let hint = "the file says so: then --input \"motor_duty:duty*12\" (12 V being the supply)";
+    let hint = "the file says so: then --input \"motor_duty:duty*12\" (put the volts of your supply in place of 12)";
     assert!(said.contains(hint), "{said}");
 }
 
