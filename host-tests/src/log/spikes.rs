@@ -10,7 +10,11 @@ use super::resample::smallest_step;
 pub(super) const SPIKE: f64 = 10.0;
 
 /// Most spikes that a log is looked through for; where more jump, that is how it moves.
-const MOST_SPIKES: usize = 10;
+pub(super) const MOST_SPIKES: usize = 10;
+
+/// How many times as large as all others a few samples have to be, to be damaged: a converter of ten bits has no smaller step than a
+/// thousandth of its range, so that all the others would be none.
+pub(super) const RANGE: f64 = 1000.0;
 
 /// Most samples of one spike. Through a jump that stays a straight line over `n` samples bends by 1/(n + 1) of it at either
 /// end: over three by a quarter, more than [`SPIKE_LEFT`].

@@ -7,10 +7,11 @@ use super::resample::Instants;
 use super::rows::{
     Rows, check_value, describe_fields, describe_step, describe_width, find_columns, parse_number,
 };
-use super::spikes::{SPIKE, said_of, spikes, straighten};
+use super::spikes::{MOST_SPIKES, RANGE, SPIKE, said_of, spikes, straighten};
 use super::{
-    COLUMNS, CURRENT, Columns, Course, EXPECTED, GRID_MARGIN, INPUT, JITTER, LONGEST_GAP_S, Log,
-    MAX_PERIOD_S, MIN_PERIOD_S, MOST_UNTIMED, POSITION, SLOWER, TIME, counted, median, rounded,
+    COLUMNS, COMMAND, CURRENT, Columns, Course, EXPECTED, GRID_MARGIN, INPUT, JITTER, LOAD_TORQUE,
+    LONGEST_GAP_S, Log, MAX_PERIOD_S, MIN_PERIOD_S, MOST_UNTIMED, POSITION, SLOWER, TIME, VELOCITY,
+    counted, median, rounded,
 };
 use crate::gap::metrics::SETTLING;
 use crate::import::stamp::is_stamp;
@@ -176,31 +177,41 @@ impl Table {
         Err(Fault::new(line, message))
     }
 
-    /// What can be read but hardly be so: a sample that is alone in its column. A position that is gets the mean of its
-    /// neighbours.
+    /// What can be read but hardly be so: samples that are alone in their column. Of a position that is, the straight line
+    /// between its neighbours is taken.
     pub fn mend_doubts(&mut self) -> Vec<Fault> {
         let mut doubts = self.mend_spikes();
-        doubts.extend(self.alone(INPUT));
-        doubts.extend(self.alone(CURRENT));
+        let columns = [INPUT, CURRENT, VELOCITY, COMMAND, LOAD_TORQUE];
+        doubts.extend(columns.into_iter().filter_map(|column| self.alone(column)));
         doubts
     }
 
-    /// A sample many times as large as every other one of its column: a drive holds what it drives for longer, and
-    /// a winding its current.
+    /// A sample many times as large as every other one of its column, or a few that are as no converter has them: a drive holds
+    /// what it drives for longer, and a winding its current.
     fn alone(&self, column: usize) -> Option<Fault> {
         let values = self.columns[column].as_deref()?;
-        let by_size = |a: &(usize, &f64), b: &(usize, &f64)| a.1.abs().total_cmp(&b.1.abs());
-        let (row, largest) = values.iter().enumerate().max_by(by_size)?;
-        let others = values.iter().enumerate().filter(|(at, _)| *at != row);
-        let most = others.map(|(_, value)| value.abs()).fold(0.0, f64::max);
-        (most > 0.0 && largest.abs() > SPIKE * most).then(|| {
-            let message = format!(
-                "`{}` is {largest:?} in this sample alone, and {most:?} at most in all others: correct the sample, \
-                 or remove the row",
-                COLUMNS[column].0
-            );
-            Fault::new(self.lines[row], message)
-        })
+        let mut rows: Vec<usize> = (0..values.len()).collect();
+        let size = |row: usize| values[row].abs();
+        let most = MOST_SPIKES.min(rows.len().checked_sub(1)?);
+        rows.select_nth_unstable_by(most, |a, b| size(*b).total_cmp(&size(*a)));
+        rows.truncate(most + 1);
+        rows.sort_by(|a, b| size(*b).total_cmp(&size(*a)).then(a.cmp(b)));
+        let is_alone = |count: &usize| {
+            let (last, next) = (size(rows[count - 1]), size(rows[*count]));
+            next > 0.0 && last > next * if *count == 1 { SPIKE } else { RANGE }
+        };
+        let count = (1..=most).rev().find(is_alone)?;
+        let (row, next) = (rows[0], size(rows[count]));
+        let others = match count {
+            1 => String::new(),
+            2 => " and nearly so in another".to_owned(),
+            _ => format!(" and nearly so in {} others", count - 1),
+        };
+        let message = format!(
+            "`{}` is {:?} in this sample alone{others}, and {next:?} at most in all others: correct it, or remove the row",
+            COLUMNS[column].0, values[row]
+        );
+        Some(Fault::new(self.lines[row], message))
     }
 
     /// Positions that jump for a few samples in a log that is smooth otherwise: no machine moves there and back so fast. What

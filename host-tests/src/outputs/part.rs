@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::thread;
 
-use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level};
 
@@ -19,7 +19,7 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// Held while something has to be brought to its end before a signal may end the program.
 static DEFERRED: Mutex<()> = Mutex::new(());
 
-/// Until it is dropped, SIGINT and SIGTERM do not end the program. Who holds it is told of them by a flag of
+/// Until it is dropped, SIGHUP, SIGINT and SIGTERM do not end the program. Who holds it is told of them by a flag of
 /// his own, and must come to an end soon.
 pub fn defer_signals() -> MutexGuard<'static, ()> {
     remove_on_signals();
@@ -67,7 +67,7 @@ fn remove_on_signals() {
     ONCE.call_once(|| {
         // A limit on the size of files becomes an error of writing, and is no reason to end at once.
         let _ = flag::register(SIGXFSZ, Arc::default());
-        let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else {
+        let Ok(mut signals) = Signals::new([SIGHUP, SIGINT, SIGTERM]) else {
             return;
         };
         thread::spawn(move || {

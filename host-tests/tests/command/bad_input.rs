@@ -628,8 +628,11 @@ mod log {
 
     #[test]
     fn an_input_of_one_sample_beside_all_others_is_named() {
-        let log = |row: usize, volts: f64| {
-            let input = |at: usize| if at == row { volts } else { (at % 7) as f64 };
+        let log = |damaged: &[usize], volts: f64| {
+            let input = |at: usize| match damaged.contains(&at) {
+                true => volts,
+                false => (at % 7) as f64,
+            };
             let rows: Vec<String> = (0..1000)
                 .map(|at| {
                     format!(
@@ -644,13 +647,21 @@ mod log {
         };
         for row in [0, 500, 999] {
             doubted(
-                log(row, 1e5),
+                log(&[row], 1e5),
                 &[row + 2],
                 &["`input`", "in this sample alone", "remove the row"],
             );
         }
         // No more than ten times the largest of all others.
-        doubted(log(500, -60.0), &[], &[]);
+        doubted(log(&[500], -60.0), &[], &[]);
+        // Several of which each hides the other, as no converter has them; a drive that kicks is none.
+        let several = log(&[400, 401, 800], 1e8);
+        doubted(
+            several,
+            &[402],
+            &["`input`", "in this sample alone and nearly so in 2 others"],
+        );
+        doubted(log(&[500, 501], 200.0), &[], &[]);
     }
 
     #[test]

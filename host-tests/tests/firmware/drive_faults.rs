@@ -801,7 +801,10 @@ fn an_encoder_that_runs_backwards_is_found_before_the_loop_runs_away() {
         // Nothing accelerates the rotor by more than the current that its command alone may drive.
         let acceleration = torque_constant * 24.0 / EMA.plant.inertia;
         let most = 0.5 * acceleration * LONGEST * LONGEST;
+        println!("to {target} rad: {outcome:?}");
         assert!(outcome.travel <= most, "{outcome:?}, {most} rad at most");
+        // As every fault: the limit, and a tenth of it.
+        assert!(outcome.peak <= 22.0, "{outcome:?}");
     }
 }
 
