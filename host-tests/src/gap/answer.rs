@@ -248,6 +248,7 @@ impl Spread {
         let mut information = Information::default();
         information.gather(data, &AllCores, model, &variables)?;
         information.allow_for_restarts(data, &AllCores, model, &variables)?;
+        information.allow_for_errors(&variables, |variable| options.error(variable));
         let covariance = information.covariance(&variables);
         Some(Self {
             variables,

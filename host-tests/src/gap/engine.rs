@@ -20,7 +20,7 @@ use super::answer::{
 };
 use super::declared::{base_parameters, encoder_turn, model, resolution, unsure};
 use super::demand::Demand;
-use super::disagreement;
+use super::disagreement::{self, Look};
 use super::evidence::evidence;
 use super::metrics::{self, SETTLING, balance_entries, balanced_samples, torque_balance};
 use super::outcome::{
@@ -217,18 +217,19 @@ pub fn trace(
     let series = Series::of(train, machine);
     let logs: Vec<CoreLog> = series.iter().map(Series::log).collect();
     let period = same_period(train, None)?;
-    let disagree = |logs: &[Log]| disagreement::report(machine, &declared, train, logs, started);
-    if let Some(mut report) = disagree(train) {
+    let disagree = |found| {
+        let report = disagreement::report(machine, &declared, train, found, started);
+        Ok(Answer::Disagree(Box::new(report)))
+    };
+    let mut look = Look::at(machine, train);
+    if !look.found.is_empty() {
         // They most likely need the same call. What else is wrong with them is said once this is mended.
         if let Ok(held_back) = validate()
             && !held_back.is_empty()
         {
-            report
-                .outcome
-                .disagreement
-                .extend(disagreement::look_beside(machine, train, &held_back));
+            look.found.extend(look.beside(&held_back));
         }
-        return Ok(Answer::Disagree(Box::new(report)));
+        return disagree(look.found);
     }
     let refused = |error: ParameterError| InputError::new(&machine.path, None, error.to_string());
     declared.build(period as f32).map_err(refused)?;
@@ -304,8 +305,9 @@ pub fn trace(
     if let Some(first) = held_back.first() {
         same_period(&held_back, Some(period))?;
         check_unseen(train, &held_back)?;
-        if let Some(report) = disagree(&held_back) {
-            return Ok(Answer::Disagree(Box::new(report)));
+        let found = disagreement::look(machine, &held_back);
+        if !found.is_empty() {
+            return disagree(found);
         }
         check_logs(&first.path, &unseen, &declared, LEAST_VALIDATE_WINDOWS)?;
         let mut errors = stages(&unseen, &schedule, models)?;

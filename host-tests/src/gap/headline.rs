@@ -222,14 +222,8 @@ fn off(outcome: &Outcome) -> Option<String> {
 
 /// Which numbers of `[fit]` are surely farther off than the tolerance that the machine file gives them.
 fn beyond(outcome: &Outcome) -> Option<String> {
-    let is_beyond = |parameter: &&FittedParameter| {
-        let Some((tolerance, std)) = parameter.tolerance.zip(parameter.std) else {
-            return false;
-        };
-        let off = (parameter.fitted - parameter.declared).abs();
-        !parameter.freed && off > tolerance * parameter.declared.abs() + 2.0 * std
-    };
-    let beyond = outcome.fit.iter().filter(is_beyond);
+    let fitted = outcome.fit.iter().filter(|parameter| !parameter.freed);
+    let beyond = fitted.filter(|parameter| parameter.is_surely_beyond_tolerance());
     let named = beyond.map(|parameter| {
         let off = 100.0 * (parameter.fitted / parameter.declared - 1.0);
         format!("{} ({off:+.0} %)", parameter.name)

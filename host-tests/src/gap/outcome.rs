@@ -187,6 +187,13 @@ impl FittedParameter {
         let off = (self.fitted / self.declared - 1.0).abs();
         self.tolerance.is_some_and(|tolerance| off <= tolerance)
     }
+
+    /// Whether the logs ask for more than that, by more than two standard deviations.
+    pub(super) fn is_surely_beyond_tolerance(&self) -> bool {
+        let off = (self.fitted - self.declared).abs();
+        let stated = self.tolerance.zip(self.std);
+        stated.is_some_and(|(tolerance, std)| off > tolerance * self.declared.abs() + 2.0 * std)
+    }
 }
 
 impl Outcome {

@@ -7,7 +7,7 @@ use super::raw::Raw;
 use super::source::Source;
 use super::text::suffixed;
 use super::unit::{Kind, Unit, kinds, unit_of_time};
-use crate::gap::disagreement::channels::wrap_of;
+use crate::gap::disagreement::channels::{largest, wrap_of};
 use crate::gap::disagreement::units::full_scale;
 use crate::log::{COLUMNS, COMMAND, CURRENT, Columns, INPUT, POSITION, TIME, VELOCITY, counted};
 use crate::page::series::extent;
@@ -183,9 +183,7 @@ fn looks(
 
 /// The full scale of the counter that a duty is in, if it looks like one.
 fn counter_of_duty(name: &str, values: &[f64]) -> Option<f64> {
-    let largest = values
-        .iter()
-        .fold(0.0_f64, |most, value| most.max(value.abs()));
+    let largest = largest(values);
     let whole = values.iter().all(|value| value.fract() == 0.0);
     full_scale(largest).filter(|_| whole && largest > 100.5 && is_share(name))
 }

@@ -3,7 +3,6 @@
 use std::iter::once;
 use std::ops::Range;
 
-use super::resample::smallest_step;
 /// How many times as far from the mean of its neighbours as all others a position has to be, to be a damaged sample: one
 /// that oscillates is as far in every sample, and noise of a Gaussian sensor goes beyond five deviations once in a
 /// million.
@@ -89,10 +88,8 @@ fn is_mended(position: &[f64], bends: &[f64], rows: &Range<usize>) -> bool {
         .iter()
         .fold(0.0_f64, |most, bend| most.max(bend.abs()));
     let mut straight = position[around.clone()].to_vec();
-    straighten(
-        &mut straight,
-        &(rows.start - around.start..rows.end - around.start),
-    );
+    let rows = rows.start - around.start..rows.end - around.start;
+    straighten(&mut straight, &rows, None);
     self::bends(&straight).all(|bend| bend.abs() <= SPIKE_LEFT * largest)
 }
 
@@ -103,13 +100,12 @@ fn stays(bends: &[f64]) -> bool {
     jumps.any(|jump| jump)
 }
 
-/// Draws a straight line through these rows, in whole steps of the sensor. The first row and the last one of a log have no
-/// second neighbour, and stay.
-pub(super) fn straighten(position: &mut [f64], rows: &Range<usize>) {
+/// Draws a straight line through these rows, in whole steps of the sensor where it has such. The first row and the last one of
+/// a log have no second neighbour, and stay.
+pub(super) fn straighten(position: &mut [f64], rows: &Range<usize>, step: Option<f64>) {
     if rows.start == 0 || rows.end == position.len() {
         return;
     }
-    let step = smallest_step(position);
     let (before, after) = (position[rows.start - 1], position[rows.end]);
     let count = (rows.len() + 1) as f64;
     for (place, row) in rows.clone().enumerate() {

@@ -1,9 +1,10 @@
 //! The known columns of a log, row by row, and how their rows lie in time.
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::fault::{Fault, Mend};
-use super::resample::Instants;
+use super::resample::{Instants, smallest_step};
 use super::rows::{
     Rows, check_value, describe_fields, describe_step, describe_width, find_columns, parse_number,
 };
@@ -220,13 +221,17 @@ impl Table {
         let Some(position) = self.columns[POSITION].as_deref_mut() else {
             return Vec::new();
         };
-        let mut faults = Vec::new();
-        for rows in spikes(position) {
-            let message = said_of(&rows, position);
-            straighten(position, &rows);
-            faults.push(Fault::new(self.lines[rows.start], message));
+        let damaged = spikes(position);
+        if damaged.is_empty() {
+            return Vec::new();
         }
-        faults
+        let step = smallest_step(position);
+        let mend = |rows: Range<usize>| {
+            let message = said_of(&rows, position);
+            straighten(position, &rows, step);
+            Fault::new(self.lines[rows.start], message)
+        };
+        damaged.into_iter().map(mend).collect()
     }
 
     pub fn time(&self) -> &[f64] {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -63,26 +63,33 @@ impl Bench {
         fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    /// Every file below the directory and what it holds; of a link where it leads.
+    /// Every file below the directory and what it holds; of a link where it leads. A file that a running command
+    /// takes away meanwhile is not there.
     fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let mut files = BTreeMap::new();
         let mut directories = vec![self.directory.path().to_owned()];
         while let Some(directory) = directories.pop() {
             for entry in fs::read_dir(directory).unwrap() {
                 let path = entry.unwrap().path();
-                let what = fs::symlink_metadata(&path).unwrap().file_type();
-                let content = if what.is_symlink() {
-                    let to = fs::read_link(&path).unwrap();
-                    to.into_os_string().into_encoded_bytes()
-                } else if what.is_file() {
-                    fs::read(&path).unwrap()
-                } else {
+                let content = fs::symlink_metadata(&path).and_then(|what| {
+                    if what.is_symlink() {
+                        let to = fs::read_link(&path)?;
+                        return Ok(to.into_os_string().into_encoded_bytes());
+                    }
+                    if what.is_file() {
+                        return fs::read(&path);
+                    }
                     if what.is_dir() {
                         directories.push(path.clone());
                     }
-                    Vec::new()
-                };
-                files.insert(path, content);
+                    Ok(Vec::new())
+                });
+                match content {
+                    Ok(content) => {
+                        files.insert(path, content);
+                    }
+                    Err(error) => assert_eq!(error.kind(), ErrorKind::NotFound, "{path:?}"),
+                }
             }
         }
         files

@@ -104,18 +104,28 @@ impl Information {
             problem.simulated += sums.simulated(copies);
         })?;
         // What is known of the sensor beforehand is known as surely as its weight says.
-        let own = |variable: &&Variable| matches!(variable.target, Target::Current(_));
-        if variables.iter().any(|variable| own(&variable)) {
-            let factor = Cholesky::new(sums.normal(variables.len()), variables.len());
-            let places = variables.iter().enumerate();
-            for (place, variable) in places.filter(|(_, variable)| own(variable)) {
+        self.allow_for_errors(variables, |variable| match variable.target {
+            Target::Current(_) => libm::sqrt(1.0 / DECLARED_WEIGHT),
+            _ => 0.0,
+        });
+        Some(problem.simulated)
+    }
+
+    /// Adds how far the fit is moved by what the declared values are off by. Where a log leaves a direction open, as
+    /// the common scale of all torques without a current, they alone hold it, and what the windows differ by says nothing
+    /// of it. `error`: standard deviation of a variable's declared value, in its scales.
+    pub fn allow_for_errors(&mut self, variables: &[Variable], error: impl Fn(&Variable) -> f64) {
+        let count = variables.len();
+        let factor = Cholesky::new(self.sums.normal(count), count);
+        for (place, variable) in variables.iter().enumerate() {
+            let error = variable.weight() * error(variable);
+            if error > 0.0 {
                 let mut step = [0.0; MOST_VARIABLES];
-                step[place] = 1.0;
-                factor.solve(&mut step[..variables.len()]);
-                add_square(moves, &step[..variables.len()], variable.weight());
+                step[place] = error;
+                factor.solve(&mut step[..count]);
+                add_square(&mut self.moves, &step[..count], 1.0);
             }
         }
-        Some(problem.simulated)
     }
 
     /// Adds the mean square of how far the fit would be moved by restarts that are smoothed over the

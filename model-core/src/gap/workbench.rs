@@ -2,9 +2,9 @@
 //! count of what was simulated.
 
 use super::covariance::Information;
-use super::criterion::{BLOCK, FARTHEST, FLOOR_STROKE, GOOD_SENSOR, UNSURE};
+use super::criterion::{BLOCK, DECLARED_WEIGHT, FARTHEST, FLOOR_STROKE, GOOD_SENSOR, UNSURE};
 use super::current_sensor::Readings;
-use super::fit::{self, Target, Variables};
+use super::fit::{self, Target, Variable, Variables};
 use super::held_out::windows_per_block;
 use super::log::Log;
 use super::model::{Base, Model, Numbers};
@@ -84,6 +84,18 @@ impl<'a> Options<'a> {
         let is_limited = declared > 0.0 && number.dimension() != Dimension::Position;
         let stated = self.unsure.iter().find(|(own, _)| *own == number);
         is_limited.then_some(stated.map_or(UNSURE, |&(_, factor)| factor))
+    }
+
+    /// Standard deviation of what a number of the actuator is declared as, in scales of its variable; none of others.
+    pub fn error(&self, variable: &Variable) -> f64 {
+        let (Target::Base(number), Some(declared)) = (variable.target, variable.declared) else {
+            return 0.0;
+        };
+        let share = f64::from(declared / variable.scale);
+        let factor = self.factor(number, declared).map(f64::from);
+        factor.map_or(libm::sqrt(1.0 / DECLARED_WEIGHT), |it| {
+            share * libm::log(it)
+        })
     }
 }
 

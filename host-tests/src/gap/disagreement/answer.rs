@@ -7,8 +7,8 @@ use model_core::gap::model::Model;
 use model_core::gap::replay::Data;
 use model_core::gap::verdict::Verdict;
 
+use super::Disagreement;
 use super::limits::LONGEST_PERIOD;
-use super::look;
 use crate::failure::Failure;
 use crate::gap::declared::resolution;
 use crate::gap::demand::Demand;
@@ -21,19 +21,14 @@ use crate::gap::series::Series;
 use crate::log::Log;
 use crate::machine::Machine;
 
-/// The answer if these logs, of which the training logs are the first to be looked at, disagree with the
-/// machine file.
+/// The answer where logs and machine file disagree in this.
 pub(in crate::gap) fn report(
     machine: &Machine,
     declared: &Model,
     train: &[Log],
-    logs: &[Log],
+    disagreement: Vec<Disagreement>,
     started: Instant,
-) -> Option<Report> {
-    let disagreement = look(machine, logs);
-    if disagreement.is_empty() {
-        return None;
-    }
+) -> Report {
     let errors = declared_errors(machine, declared, train);
     let stages = Stages {
         declared: errors.clone(),
@@ -76,7 +71,7 @@ pub(in crate::gap) fn report(
             samples: train.iter().map(Log::samples).sum(),
         },
     };
-    Some(Report {
+    Report {
         outcome,
         coordinate: machine.coordinate.unit().to_owned(),
         load_unit: machine.coordinate.load_unit().to_owned(),
@@ -88,7 +83,7 @@ pub(in crate::gap) fn report(
         without_inductance: None,
         train: Vec::new(),
         validate: Vec::new(),
-    })
+    }
 }
 
 /// What those say who can do nothing with such files.

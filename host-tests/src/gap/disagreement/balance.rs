@@ -100,6 +100,13 @@ pub(super) struct Rows {
 }
 
 impl Balances {
+    /// Share of the balances of torque and voltage that nothing explains, their mean.
+    pub fn unexplained(&self) -> f64 {
+        let motion = self.motion.unexplained;
+        let winding = self.winding.as_ref();
+        winding.map_or(motion, |winding| 0.5 * (motion + winding.unexplained))
+    }
+
     /// Of all logs together.
     pub fn of(logs: &[Channels], machine: &Machine) -> Self {
         let has_motor = machine.motor.is_some();
@@ -165,15 +172,6 @@ impl Balances {
             command,
             drawn,
         }
-    }
-}
-
-impl Balances {
-    /// Share of the balances of torque and voltage that nothing explains, their mean.
-    pub fn unexplained(&self) -> f64 {
-        let motion = self.motion.unexplained;
-        let winding = self.winding.as_ref();
-        winding.map_or(motion, |winding| 0.5 * (motion + winding.unexplained))
     }
 }
 

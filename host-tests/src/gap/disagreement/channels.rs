@@ -2,6 +2,7 @@
 
 use super::limits::{BOTH_WAYS, STEP_OF_A_WRAP};
 use super::units;
+use crate::gap::metrics::differentiate;
 use crate::log::resample::smallest_step;
 use crate::log::{COLUMNS, COMMAND, CURRENT, INPUT, Log, POSITION, TIME, VELOCITY, median};
 use crate::machine::Motor;
@@ -125,20 +126,14 @@ impl Channels {
     /// Gives the input the sign of what drives the motion: of the voltage that current and speed ask for of a motor, or of the
     /// speed where no current was measured.
     pub fn sign_input(&mut self, motor: Option<&Motor>) {
-        let speed = steps(&self.position).map(|step| step / (2.0 * self.period));
-        let signs: Vec<f64> = match (&self.current, motor) {
-            (Some(current), Some(motor)) => {
-                let pairs = current.iter().zip(speed);
-                pairs
-                    .map(|(current, speed)| {
-                        motor.resistance * current + motor.torque_constant * speed
-                    })
-                    .collect()
+        let mut drive = differentiate(&self.position, self.period);
+        if let (Some(current), Some(motor)) = (&self.current, motor) {
+            for (drive, current) in drive.iter_mut().zip(current) {
+                *drive = motor.resistance * current + motor.torque_constant * *drive;
             }
-            _ => speed.collect(),
-        };
-        for (value, sign) in self.input.iter_mut().zip(signs) {
-            *value = value.abs() * sign.signum();
+        }
+        for (value, drive) in self.input.iter_mut().zip(drive) {
+            *value = value.abs() * drive.signum();
         }
     }
 
@@ -277,12 +272,6 @@ pub fn are_counts(logs: &[Channels]) -> bool {
     moved && positions.all(|position| position.fract() == 0.0)
 }
 
-/// How far the position moves from the row before to the row behind, for each row; at either end from the row itself.
-fn steps(position: &[f64]) -> impl Iterator<Item = f64> {
-    let last = position.len() - 1;
-    (0..=last).map(move |row| position[(row + 1).min(last)] - position[row.saturating_sub(1)])
-}
-
 /// Whether the input may be the size of what it was: it never changes its sign, though the machine moves both ways.
 pub fn may_lack_sign(logs: &[Channels]) -> bool {
     let has_one_sign = |log: &Channels| {
@@ -290,7 +279,8 @@ pub fn may_lack_sign(logs: &[Channels]) -> bool {
     };
     let (mut forward, mut backward) = (0.0, 0.0);
     for log in logs {
-        for step in steps(&log.position) {
+        for pair in log.position.windows(2) {
+            let step = pair[1] - pair[0];
             forward += step.max(0.0);
             backward += (-step).max(0.0);
         }

@@ -63,26 +63,47 @@ impl Disagreement {
 /// What logs and machine file disagree in; nothing where they belong together, or where the logs do not
 /// tell. The logs are read as one log of one machine.
 pub fn look(machine: &Machine, logs: &[Log]) -> Vec<Disagreement> {
-    let declared = declared(machine, logs);
-    match explanation(&declared) {
-        Some((steps, best)) => words::corrections(logs, &declared, &steps, &best),
-        None => unexplained(logs, &declared),
-    }
+    Look::at(machine, logs).found
 }
 
-/// The same of logs that stand beside these, which disagree. What mends the ones mends the others most likely: it is said of
-/// them if it does.
-pub fn look_beside(machine: &Machine, logs: &[Log], beside: &[Log]) -> Vec<Disagreement> {
-    let others = declared(machine, beside);
-    if others.cost >= IMPLAUSIBLE
-        && let Some((steps, best)) = explanation(&declared(machine, logs))
-    {
-        let best = Tried::of(&best).reading(&others);
-        if best.cost < IMPLAUSIBLE {
-            return words::corrections(beside, &others, &steps, &best);
+/// A look at logs and their machine file.
+pub(super) struct Look<'a> {
+    /// What they disagree in, as [`look`].
+    pub found: Vec<Disagreement>,
+    machine: &'a Machine,
+    explanation: Option<(Vec<Vec<Correction>>, Reading)>,
+}
+
+impl<'a> Look<'a> {
+    /// At these logs, read as one log of one machine.
+    pub fn at(machine: &'a Machine, logs: &[Log]) -> Self {
+        let declared = declared(machine, logs);
+        let explanation = explanation(&declared);
+        let found = match &explanation {
+            Some((steps, best)) => words::corrections(logs, &declared, steps, best),
+            None => unexplained(logs, &declared),
+        };
+        Self {
+            found,
+            machine,
+            explanation,
         }
     }
-    look(machine, beside)
+
+    /// What other logs of the same logger disagree in. What mends the ones mends the others most likely: it is said of them if
+    /// it does.
+    pub fn beside(&self, others: &[Log]) -> Vec<Disagreement> {
+        let declared = declared(self.machine, others);
+        if declared.cost >= IMPLAUSIBLE
+            && let Some((steps, best)) = &self.explanation
+        {
+            let best = Tried::of(best).reading(&declared);
+            if best.cost < IMPLAUSIBLE {
+                return words::corrections(others, &declared, steps, &best);
+            }
+        }
+        look(self.machine, others)
+    }
 }
 
 fn declared(machine: &Machine, logs: &[Log]) -> Reading {
@@ -235,12 +256,17 @@ fn alternatives(declared: &Reading, mut best: Reading) -> (Vec<Vec<Correction>>,
 
 /// Those that explain as much as the best one, and for which the numbers that are known well speak as much; the best first.
 fn alike(all: &[Tried]) -> Vec<&Tried> {
-    let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
-    let cost = least(&mut all.iter().map(|tried| tried.cost)) + ALIKE;
-    let mut alike: Vec<&Tried> = all.iter().filter(|tried| tried.cost <= cost).collect();
-    let strained = least(&mut alike.iter().map(|tried| tried.strained)) + ALIKE;
-    alike.retain(|tried| tried.strained <= strained);
+    let least = all
+        .iter()
+        .map(|tried| tried.cost)
+        .fold(f64::INFINITY, f64::min);
+    let mut alike: Vec<&Tried> = all
+        .iter()
+        .filter(|tried| tried.cost <= least + ALIKE)
+        .collect();
     alike.sort_by(|a, b| a.strained.total_cmp(&b.strained));
+    let least = alike.first().map_or(0.0, |tried| tried.strained);
+    alike.retain(|tried| tried.strained <= least + ALIKE);
     alike
 }
 

@@ -8,6 +8,7 @@ use super::factor;
 use super::limits::LONGEST_PERIOD;
 use super::measure::{Clue, Subject};
 use super::reading::{Correction, Reading};
+use crate::gap::experiment::any_of;
 use crate::import::call::{Call, out_beside};
 use crate::log::{BRAKE, COLUMNS, ENABLED, LOAD_TORQUE, Log, rounded};
 use crate::machine::{Coordinate, Machine, PARAMETERS};
@@ -21,9 +22,14 @@ pub(super) fn corrections(
     steps: &[Vec<Correction>],
     best: &Reading,
 ) -> Vec<Disagreement> {
+    // From the declared reading to the best one, correction by correction.
+    let mut readings = vec![declared.clone()];
+    for correction in &best.corrections {
+        readings.extend(readings.last().map(|before| before.with(*correction, 0.0)));
+    }
     let mut all: Vec<Disagreement> = Vec::new();
     for log in logs {
-        for found in corrections_of(log, declared, steps, best) {
+        for found in corrections_of(log, &readings, steps, best) {
             if !all.contains(&found) {
                 all.push(found);
             }
@@ -34,14 +40,13 @@ pub(super) fn corrections(
 
 fn corrections_of(
     log: &Log,
-    declared: &Reading,
+    readings: &[Reading],
     steps: &[Vec<Correction>],
     best: &Reading,
 ) -> Vec<Disagreement> {
-    let mut before = declared.clone();
+    let declared = &readings[0];
     let mut all = Vec::new();
     for (step, alike) in steps.iter().enumerate() {
-        let after = before.with(best.corrections[step], 0.0);
         let mut known: Vec<String> = Vec::new();
         let mut remedies: Vec<String> = Vec::new();
         for &correction in alike {
@@ -56,7 +61,8 @@ fn corrections_of(
                 Correction::Number(name, _, value) => line(&declared.machine, name, value),
                 // What volts a unit of the input is says the machine file.
                 Correction::Factor(Column::Input, factor) if declared.machine.gain != 1.0 => {
-                    gain(&declared.machine, factor)
+                    let gain = rounded(declared.machine.gain * factor, 6);
+                    entry(&declared.machine, "input", "gain", gain)
                 }
                 Correction::Unsigned(Column::Input) => format!(
                     "record the direction of the drive, the bridge's direction pin, with {}, and import it as --input \
@@ -70,10 +76,9 @@ fn corrections_of(
         remedies.dedup();
         all.push(Disagreement {
             what: whats(declared, alike),
-            evidence: evidence(&before, &after),
+            evidence: evidence(&readings[step], &readings[step + 1]),
             remedy: remedies.join("\n"),
         });
-        before = after;
     }
     all
 }
@@ -88,7 +93,7 @@ fn whats(declared: &Reading, alike: &[Correction]) -> String {
                     Correction::Duty(same, volts) if same == whole => Some(volts.to_string()),
                     _ => None,
                 });
-                duty(*whole, &either(&supplies.collect::<Vec<_>>()))
+                duty(*whole, &any_of(&supplies.collect::<Vec<_>>()))
             }
             _ => what(declared, *correction),
         };
@@ -97,15 +102,6 @@ fn whats(declared: &Reading, alike: &[Correction]) -> String {
         }
     }
     all.join(", or ")
-}
-
-/// `9, 12 or 15`.
-fn either(all: &[String]) -> String {
-    match all {
-        [] => String::new(),
-        [one] => one.clone(),
-        [others @ .., last] => format!("{} or {last}", others.join(", ")),
-    }
 }
 
 /// An input that is a share of a supply's voltage.
@@ -438,20 +434,12 @@ fn line(machine: &Machine, name: &str, value: f64) -> String {
         .iter()
         .find(|known| known.name == name)
         .map_or("", |known| known.section);
-    format!(
-        "in {}, [{section}]: {name} = {:e}",
-        machine.path.display(),
-        rounded(value, 3)
-    )
+    entry(machine, section, name, rounded(value, 3))
 }
 
-/// The line of the machine file that says what a unit of the input is, to be changed by this factor.
-fn gain(machine: &Machine, factor: f64) -> String {
-    format!(
-        "in {}, [input]: gain = {:e}",
-        machine.path.display(),
-        rounded(machine.gain * factor, 6)
-    )
+fn entry(machine: &Machine, section: &str, name: &str, value: f64) -> String {
+    let path = machine.path.display();
+    format!("in {path}, [{section}]: {name} = {value:e}")
 }
 
 /// The import that mends a log.
