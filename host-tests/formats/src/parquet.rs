@@ -15,7 +15,13 @@ const BATCH: usize = 65_536;
 
 /// Reads the columns that hold one number a row. Time stamps become seconds since the first.
 pub fn read(bytes: Vec<u8>, most: usize) -> Result<Columns, String> {
-    let damaged = |error: ParquetError| format!("is a damaged Parquet file ({error})");
+    let damaged = |error: ParquetError| match error {
+        // Brotli and LZO, which are rare.
+        ParquetError::General(said) if said.contains("Disabled feature") => format!(
+            "is compressed in a way that is not read ({said}); expected snappy, gzip, zstd, lz4 or none"
+        ),
+        error => format!("is a damaged Parquet file ({error})"),
+    };
     let file = SerializedFileReader::new(Bytes::from(bytes)).map_err(damaged)?;
     let metadata = file.metadata().file_metadata();
     let rows = usize::try_from(metadata.num_rows()).unwrap_or(usize::MAX);

@@ -1,25 +1,20 @@
 //! What the tracing found, in the names, numbers and words of the answer.
 
-use std::f64::consts::TAU;
-
 use model_core::effect::Id;
 use model_core::effect::learned_map::{Kind, LearnedMap};
-use model_core::gap::covariance::{Covariance, Information};
 use model_core::gap::criterion::LEAST_CERTAINTY;
 use model_core::gap::current_sensor::Reading;
-use model_core::gap::fit::{Variables, variables};
 use model_core::gap::held_out::Refusal;
 use model_core::gap::mechanism::Mechanism;
 use model_core::gap::model::{Base, Model};
-use model_core::gap::replay::Data;
 use model_core::gap::verdict::{Accepted, Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
 
-use super::engine::AllCores;
 use super::outcome::{
     Candidate, Estimate, FittedParameter, FoundEffect, LearnedLaw, NUMBERS, Unknown,
 };
+use super::spread::{Spread, propagate};
 use crate::machine::{Coordinate, Machine};
 use crate::quantity::decimal;
 use crate::quantity::{probability, significant};
@@ -180,81 +175,6 @@ pub(crate) fn listed(names: &[impl AsRef<str>]) -> String {
 /// A learned map among the candidates.
 fn map_name(kind: Kind) -> String {
     format!("map:{} ({})", kind.variable(), kind.acts_as())
-}
-
-/// Standard deviations of functions of the fitted model, by linear propagation of the covariance.
-/// `dimensions`: what the functions measure.
-fn propagate<const N: usize>(
-    model: &Model,
-    spread: &Spread,
-    dimensions: &[Dimension],
-    quantity: impl Fn(&Model) -> [f32; N],
-) -> [f64; N] {
-    let start = quantity(model);
-    let slopes: Vec<[f64; N]> = spread
-        .variables
-        .iter()
-        .map(|variable| {
-            let mut moved = model.clone();
-            let step = 0.01 * variable.scale;
-            variable.set(&mut moved, variable.get(model) + step);
-            let end = quantity(&moved);
-            std::array::from_fn(|index| {
-                let mut change = f64::from(end[index] - start[index]);
-                if dimensions.get(index) == Some(&Dimension::Phase) {
-                    // A phase may step across ±π.
-                    change -= TAU * (change / TAU).round();
-                }
-                change / f64::from(step)
-            })
-        })
-        .collect();
-    std::array::from_fn(|index| {
-        let mut variance = 0.0;
-        for (row, a) in slopes.iter().enumerate() {
-            for (column, b) in slopes.iter().enumerate() {
-                let product = a[index] * b[index];
-                if product != 0.0 {
-                    variance += product * spread.covariance.at(row, column);
-                }
-            }
-        }
-        variance.max(0.0).sqrt()
-    })
-}
-
-/// What the final fit has moved, and how surely.
-pub(super) struct Spread {
-    variables: Variables,
-    covariance: Covariance,
-}
-
-impl Spread {
-    /// Of the final fit, with the data as the tracing weighed it in the end.
-    pub fn new(trace: &Trace, data: &Data, declared: &Model, options: &Options) -> Option<Self> {
-        let moved = (&trace.base[..], &trace.readings[..]);
-        Self::of(&trace.after.model, moved, data, declared, options)
-    }
-
-    /// Of the fit that has moved these numbers to the model.
-    pub fn of(
-        model: &Model,
-        moved: (&[Base], &[Reading]),
-        data: &Data,
-        declared: &Model,
-        options: &Options,
-    ) -> Option<Self> {
-        let variables = variables(declared, model, moved, &options.scope);
-        let mut information = Information::default();
-        information.gather(data, &AllCores, model, &variables)?;
-        information.allow_for_restarts(data, &AllCores, model, &variables)?;
-        information.allow_for_errors(&variables, |variable| options.error(variable));
-        let covariance = information.covariance(&variables);
-        Some(Self {
-            variables,
-            covariance,
-        })
-    }
 }
 
 /// The effects that were found. `named`: how sure the formula is of that one of which a law was learned.
@@ -432,59 +352,4 @@ pub(super) fn current_sensor(trace: &Trace, spread: &Spread) -> Vec<Estimate> {
             unit: unit.to_owned(),
         })
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gap::declared;
-    use crate::workspace;
-    use model_core::effect::{Active, Scope};
-
-    /// A cogging of amplitude A whose two components have independent errors of standard deviation
-    /// σ has σ of its amplitude and σ/A of its phase, wherever the phase lies.
-    #[test]
-    fn a_phase_is_as_certain_at_pi_as_elsewhere() {
-        let file = workspace::root().join("host-tests/machines/emps.toml");
-        let declared = declared::model(&Machine::read(&file).unwrap()).unwrap();
-        let mut model = declared.clone();
-        let scope = Scope {
-            friction: 20.0,
-            torque: 30.0,
-            voltage: 1.0,
-            current: 30.0,
-            speed: 0.1,
-            stroke: 0.2,
-            period: 1e-3,
-            seconds: 10.0,
-            rotary: false,
-            encoder_turn: f32::INFINITY,
-        };
-        let amplitude = 40.0_f32;
-        for phase in [-3.139, -1.0, 0.0, 2.0, 3.139_f32] {
-            let values = [amplitude * phase.cos(), amplitude * phase.sin(), 0.05];
-            model.effects = [Active::new(Id::Cogging, values)].into_iter().collect();
-            let dimensions = [Dimension::Torque, Dimension::Phase, Dimension::Position];
-            let report = |model: &Model| model.effects[0].report(&model.plant);
-            let variables = variables(&declared, &model, (&[], &[]), &scope);
-            // A variable's standard deviation is its scale: here the friction.
-            let mut covariance = Covariance::default();
-            for (index, variable) in variables.iter().enumerate() {
-                covariance.row_mut(index)[index] = f64::from(variable.scale * variable.scale);
-            }
-            let spread = Spread {
-                variables,
-                covariance,
-            };
-            let [of_amplitude, of_phase, ..] = propagate(&model, &spread, &dimensions, report);
-            assert!(
-                (of_amplitude / 20.0 - 1.0).abs() < 0.02,
-                "{phase}: {of_amplitude} N"
-            );
-            assert!(
-                (of_phase / 0.5 - 1.0).abs() < 0.02,
-                "{phase}: {of_phase} rad"
-            );
-        }
-    }
 }

@@ -15,9 +15,8 @@ use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
-use super::answer::{
-    Spread, candidate, current_sensor, fitted, found, input_lead, mechanism, unknown,
-};
+use super::answer::{candidate, current_sensor, fitted, found, input_lead, mechanism, unknown};
+use super::between_logs::{self, free_run_costs};
 use super::declared::{base_parameters, encoder_turn, model, resolution, unsure};
 use super::demand::Demand;
 use super::disagreement::{self, Look};
@@ -27,6 +26,7 @@ use super::outcome::{
     Candidate, Cost, Errors, FreeMotor, Outcome, Report, Resampled, Residual, Stages,
 };
 use super::series::Series;
+use super::spread::Spread;
 use super::whiteness::whiteness;
 use crate::error::InputError;
 use crate::failure::Failure;
@@ -336,6 +336,23 @@ pub fn trace(
         evidence(&unseen_series, &unseen, &declared, &trace)?
     };
 
+    let last = if held_back.is_empty() {
+        &judged
+    } else {
+        &unseen
+    };
+    let free_run_costs = free_run_costs(last, &trace.after.model, &options.scope, rotary);
+    let differences = |data: &Data, log: &Series| {
+        let log = (log.log(), log.label.as_str());
+        between_logs::of_log(log, data, &trace.after.model, &options.scope, rotary)
+    };
+    // One log alone has nothing otherwise than itself.
+    let trained = series.iter().filter(|_| series.len() > 1);
+    let logs_told = trained.chain(&unseen_series);
+    let between_logs = logs_told
+        .flat_map(|log| differences(&judged, log))
+        .collect();
+
     let outcome = Outcome {
         machine: machine.name.clone(),
         verdict: trace.verdict(),
@@ -361,6 +378,8 @@ pub fn trace(
             train: train_errors,
             validate: validate_errors,
         },
+        between_logs,
+        free_run_costs: free_run_costs.map_err(refused)?,
         candidates,
         next_experiment: None,
         machine_out: None,

@@ -9,9 +9,10 @@ mod next;
 
 use model_core::effect::Id;
 use model_core::gap::criterion::UNEXPLAINED;
+use model_core::gap::model::Base;
 use model_core::gap::verdict::Verdict;
 
-use self::found::{current_sensor, inductance, late_input, learned};
+use self::found::{between_logs, current_sensor, inductance, late_input, learned};
 use self::gain::{gain, rises, shortest_gain};
 pub use self::layout::LINES;
 pub(super) use self::layout::lines;
@@ -87,6 +88,7 @@ impl Headline {
         details.extend(learned(report));
         details.extend(late_input(report));
         details.extend(current_sensor(report));
+        details.extend(between_logs(report));
         Self {
             finding,
             details,
@@ -136,7 +138,7 @@ fn finding(outcome: &Outcome) -> String {
             whats.truncate(NAMED);
             let more = match more {
                 0 => String::new(),
-                more => format!("; and {more} more"),
+                more => format!("; and {more} more, all listed below"),
             };
             format!(
                 "the log and the machine file do not belong together: {}{more}.",
@@ -215,29 +217,37 @@ fn off(outcome: &Outcome) -> Option<String> {
             names(&near)
         )),
     };
-    let all = wrong.into_iter().chain(within).chain(beyond(outcome));
+    let all = wrong.into_iter().chain(within).chain(beyond(&outcome.fit));
     let all: Vec<String> = all.collect();
     (!all.is_empty()).then(|| all.join("; "))
 }
 
 /// Which numbers of `[fit]` are surely farther off than the tolerance that the machine file gives them.
-fn beyond(outcome: &Outcome) -> Option<String> {
-    let fitted = outcome.fit.iter().filter(|parameter| !parameter.freed);
-    let beyond = fitted.filter(|parameter| parameter.is_surely_beyond_tolerance());
-    let named = beyond.map(|parameter| {
-        let off = 100.0 * (parameter.fitted / parameter.declared - 1.0);
-        format!("{} ({off:+.0} %)", parameter.name)
-    });
+fn beyond(fit: &[FittedParameter]) -> Option<String> {
+    let fitted = fit.iter().filter(|parameter| !parameter.freed);
+    let beyond: Vec<&FittedParameter> = fitted
+        .filter(|parameter| parameter.is_surely_beyond_tolerance())
+        .collect();
+    let share = |parameter: &FittedParameter| parameter.fitted / parameter.declared - 1.0;
+    let named = beyond
+        .iter()
+        .map(|parameter| format!("{} ({:+.0} %)", parameter.name, 100.0 * share(parameter)));
     let named: Vec<String> = named.collect();
     let are = match named.len() {
         0 => return None,
         1 => "is farther from the declared value than its tolerance",
         _ => "are farther from the declared values than their tolerances",
     };
-    Some(format!(
-        "{} {are}: see that the supply's voltage is right",
-        listed(&named)
-    ))
+    // A supply of another voltage than the declared one makes both too large, or both too small.
+    let of = |name: &str| beyond.iter().find(|it| it.name == name).map(|it| share(it));
+    let winding = of(Base::Resistance.name()).zip(of(Base::TorqueConstant.name()));
+    let look = match winding {
+        Some((resistance, torque_constant)) if resistance * torque_constant > 0.0 => {
+            ": see that the supply's voltage is right"
+        }
+        _ => "",
+    };
+    Some(format!("{} {are}{look}", listed(&named)))
 }
 
 /// Why nothing is said to be complete although nothing was found.
@@ -477,7 +487,7 @@ fn best_refused(outcome: &Outcome) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::once_in;
+    use super::*;
 
     #[test]
     fn a_probability_is_said_as_a_frequency() {
@@ -485,5 +495,26 @@ mod tests {
         assert_eq!(once_in(0.04), "once in 25 logs");
         assert_eq!(once_in(2.5e-6), "once in 400,000 logs");
         assert_eq!(once_in(9e-7), "less than once in a million logs");
+    }
+
+    /// A supply of s times the declared voltage makes R and k of the fit 1/s times what they are.
+    #[test]
+    fn only_what_a_supply_does_points_to_the_supply() {
+        let fitted = |name: &str, share: f64| FittedParameter {
+            name: name.to_owned(),
+            declared: 2.0,
+            fitted: 2.0 * (1.0 + share),
+            std: Some(0.002),
+            unit: String::new(),
+            freed: false,
+            tolerance: Some(0.1),
+            at_limit: false,
+        };
+        let [resistance, torque_constant] = ["resistance", "torque_constant"];
+        let both = |r: f64, k: f64| beyond(&[fitted(resistance, r), fitted(torque_constant, k)]);
+        let supply = |r, k| both(r, k).unwrap().contains("supply");
+        assert!(supply(0.17, 0.16) && supply(-0.15, -0.14));
+        assert!(!supply(0.17, -0.12) && !supply(0.17, 0.01));
+        assert_eq!(both(0.05, -0.05), None);
     }
 }

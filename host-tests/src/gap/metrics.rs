@@ -230,20 +230,37 @@ pub fn torque_balance(
     })
 }
 
-/// Sum of the squared position errors of one replay of the whole log without restarts, and how many
-/// samples it counts. It starts from the first sample with a smoothed state.
-fn free_run_error(data: &Data, log: &Log, simulator: &Simulator) -> (f64, usize) {
+/// Position errors of one replay of the whole log without restarts, of the samples that count. It starts from the first
+/// sample with a smoothed state.
+fn free_run<'a>(
+    data: &'a Data,
+    log: &'a Log,
+    simulator: &'a Simulator,
+) -> impl Iterator<Item = f64> + use<'a> {
     let start = MARGIN;
     let mut runner = Runner::new(simulator, log, start, &data.settings);
-    let (mut sum, mut count) = (0.0, 0);
-    for index in start..log.samples() - 1 {
+    let errors = (start..log.samples() - 1).map(move |index| {
         let (position, _) = runner.advance(&Row::new(log, index));
-        if index + 1 >= FREE_RUN_START {
-            sum += f64::from(position) * f64::from(position);
-            count += 1;
+        f64::from(position)
+    });
+    errors.skip((FREE_RUN_START - 1).saturating_sub(start))
+}
+
+/// How far the free runs of two models are apart, rms, rad or m.
+///
+/// # Errors
+/// A parameter of a model outside its range.
+pub fn free_runs_apart(data: &Data, models: [&Model; 2]) -> Result<f64, ParameterError> {
+    let period = data.logs[0].period;
+    let [one, other] = [models[0].build(period)?, models[1].build(period)?];
+    let (mut square, mut samples) = (0.0, 0usize);
+    for log in data.logs {
+        for (one, other) in free_run(data, log, &one).zip(free_run(data, log, &other)) {
+            square += (one - other) * (one - other);
+            samples += 1;
         }
     }
-    (sum, count)
+    Ok((square / samples as f64).sqrt())
 }
 
 /// All errors of one model on a set of logs.
@@ -262,15 +279,16 @@ pub fn errors(
 
     let resolution = f64::from(data.settings.resolution);
     let (mut residual, mut torque) = (0.0, 0.0);
-    let (mut free, mut counted) = (0.0, 0);
+    let (mut free, mut counted) = (0.0, 0usize);
     let (mut mean, mut square, mut samples) = (0.0, 0.0, 0usize);
     for log in data.logs {
         let balance = torque_balance(log, model, resolution)?;
         residual += balance.residual.iter().map(|r| r * r).sum::<f64>();
         torque += balance.torque.iter().map(|t| t * t).sum::<f64>();
-        let (sum, count) = free_run_error(data, log, &simulator);
-        free += sum;
-        counted += count;
+        for error in free_run(data, log, &simulator) {
+            free += error * error;
+            counted += 1;
+        }
         for p in log.position.iter().take(log.samples()) {
             mean += f64::from(p);
             square += f64::from(p) * f64::from(p);

@@ -1,6 +1,7 @@
 //! `cargo hil gap`: measured log in, missing effects out, errors before and after.
 
 pub(crate) mod answer;
+mod between_logs;
 pub mod catalogue;
 pub mod command;
 pub mod component;
@@ -19,6 +20,7 @@ pub mod numbers;
 pub mod outcome;
 pub mod report;
 mod series;
+mod spread;
 pub mod table;
 pub(crate) mod terminal;
 mod whiteness;

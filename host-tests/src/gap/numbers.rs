@@ -5,12 +5,13 @@ use model_core::gap::replay::Data;
 use model_core::gap::select::{LEAST_WINDOWS, fit_base};
 use model_core::gap::verdict::Residual;
 
-use super::answer::{Spread, fitted};
+use super::answer::fitted;
 use super::declared::{model, resolution};
 use super::disagreement::{self, Disagreement};
 use super::engine::{check_logs, with_workbench};
 use super::outcome::FittedParameter;
 use super::series::Series;
+use super::spread::Spread;
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;

@@ -43,6 +43,14 @@ pub struct Outcome {
     pub input_lead: Option<Estimate>,
     /// Errors of the three models on both logs.
     pub errors: Errors,
+    /// What logs have otherwise than the training logs together, surely and by more than a data sheet would say; left out of the
+    /// JSON where there is nothing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub between_logs: Vec<LogDifference>,
+    /// What little changes move a free run of the final model by, on the validation logs if there are any; left out of the
+    /// JSON where nothing was traced.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub free_run_costs: Vec<FreeRunCost>,
     /// Every effect that was looked at, round by round, and why it was taken or refused.
     pub candidates: Vec<Candidate>,
     /// What would tell apart what the training logs do not; null where nothing is in doubt, or
@@ -60,6 +68,47 @@ pub struct Outcome {
     pub resampled: Vec<Resampled>,
     /// What the run cost.
     pub cost: Cost,
+}
+
+/// What one log has otherwise than the training logs.
+#[derive(Debug, Clone, Serialize)]
+pub struct LogDifference {
+    /// The file, as the user named it.
+    pub log: String,
+    /// Root mean square of the windowed position error on it of the final model, rad or m.
+    pub position_rms: f64,
+    /// The same with the numbers that this log has.
+    pub position_rms_with: f64,
+    /// These numbers.
+    pub numbers: Vec<NumberDifference>,
+}
+
+/// A number that one log has otherwise than the training logs.
+#[derive(Debug, Clone, Serialize)]
+pub struct NumberDifference {
+    /// Name of the number: that of a machine file, or `offset_torque`.
+    pub name: String,
+    /// What the training logs have, SI.
+    pub trained: f64,
+    /// By how much this log has more, SI.
+    pub difference: f64,
+    /// Standard deviation of the difference, SI.
+    pub std: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// What a small change of one number moves a free run by.
+#[derive(Debug, Clone, Serialize)]
+pub struct FreeRunCost {
+    /// Name of the number: that of a machine file, or `offset_torque`.
+    pub name: String,
+    /// What it is raised by, SI.
+    pub change: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Root mean square of how far the free run is moved, rad or m.
+    pub position_rms: f64,
 }
 
 /// A log that was resampled on reading.

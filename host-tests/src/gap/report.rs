@@ -12,7 +12,7 @@ use super::headline::{Headline, next_sentence};
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
     ErrorCells, FREED, SELECTION_LEGEND, cost, effect_parameter, error_legend, error_rows, fitted,
-    is_extended, presumed, resampled_line, rounds, whiteness,
+    free_run_costs, is_extended, presumed, resampled_line, rounds, whiteness,
 };
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
@@ -181,6 +181,9 @@ fn errors(report: &Report) -> String {
     for (term, meaning) in error_legend(errors) {
         let _ = writeln!(text, "<b>{term}</b>: {}.", escape(&meaning));
     }
+    if let Some(costs) = free_run_costs(&report.outcome, &report.coordinate) {
+        text += &escape(&costs);
+    }
     text + "</p>\n</section>\n"
 }
 
@@ -203,7 +206,7 @@ fn effects(report: &Report) -> io::Result<String> {
         if let Some(law) = &effect.law {
             let _ = writeln!(
                 text,
-                "<p>The machine has another law of it than this formula. It was learned over the {}:</p>",
+                "<p>This formula does not follow it closely. What does was learned from the logs, over the {}:</p>",
                 escape(law.laid_over())
             );
             text += &figure(component::LEARNED)?;

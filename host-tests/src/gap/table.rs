@@ -76,6 +76,9 @@ fn numbers(page: &mut Page, report: &Report) {
         return;
     }
     errors(page, &outcome.errors, &report.coordinate);
+    if let Some(costs) = free_run_costs(outcome, &report.coordinate) {
+        page.wrapped(&costs, 0, Style::Faint);
+    }
     effects(page, outcome);
     experiment(page, report);
     parameters(page, outcome);
@@ -208,6 +211,34 @@ pub(super) fn error_legend(errors: &Errors) -> [(&'static str, String); 7] {
         ),
         ("free run", "one replay without restarts".into()),
     ]
+}
+
+/// A number of a machine file, or the offset, as a sentence has it.
+pub(super) fn number_in_words(name: &str, unit: &str) -> String {
+    match (name, unit) {
+        ("coulomb", _) => "Coulomb friction".to_owned(),
+        ("viscous", _) => "viscous friction".to_owned(),
+        ("offset_torque", "N") => "offset force".to_owned(),
+        (name, _) => name.replace('_', " "),
+    }
+}
+
+/// What little changes move a free run by: where that is as much as its error, the error says nothing of the model.
+pub(super) fn free_run_costs(outcome: &Outcome, coordinate: &str) -> Option<String> {
+    let costs = outcome.free_run_costs.iter();
+    let costs = costs.map(|cost| {
+        let change = Scale::of(&cost.unit, [cost.change]).quantity(cost.change);
+        let moved = Scale::of(coordinate, [cost.position_rms]).quantity(cost.position_rms);
+        let name = number_in_words(&cost.name, &cost.unit);
+        format!("{change} more {name} by {moved} rms")
+    });
+    let costs: Vec<String> = costs.collect();
+    (!costs.is_empty()).then(|| {
+        format!(
+            "What one percent of the friction moves a free run by: {}.",
+            costs.join(", ")
+        )
+    })
 }
 
 /// What the test for whiteness says.

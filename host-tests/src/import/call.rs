@@ -144,32 +144,27 @@ pub(crate) fn of_format(path: &Path, bytes: &[u8], expected: &str) -> Option<Inp
 /// A call that makes a log of a file, tried out.
 struct Mending {
     call: Call,
-    /// Its sources whose unit is a share or a count of a size that the file does not say, each with what that size is.
-    unsized_columns: Vec<(String, &'static str)>,
+    /// What to put into it that the file does not say: a rate, the size of a share or of a count.
+    sizes: Vec<String>,
 }
 
 impl Mending {
     /// What is wrong, and then the call.
     fn behind(&self, message: &str) -> String {
-        let ones = self.unsized_columns.iter().map(|(name, size)| {
-            format!(
-                "; in the call, put {size} in place of the 1 of {}",
-                quoted(name)
-            )
-        });
-        let ones: String = ones.collect();
-        format!("{message}{ones}: {}", self.call)
+        let sizes = self.sizes.iter().map(|put| format!("; in the call, {put}"));
+        let sizes: String = sizes.collect();
+        format!("{message}{sizes}: {}", self.call)
     }
 }
 
 /// The call that mends what the file holds.
 fn mending(path: &Path, raw: &Raw, mend: &Mend) -> Option<Mending> {
     let mut recipe = guess::recipe(raw)?;
+    let sizes = recipe.sizes_to_fill_in(raw);
     recipe.mend(mend, raw).then_some(())?;
-    let unsized_columns = recipe.unsized_columns(raw);
     Some(Mending {
         call: tried(path, raw, recipe)?,
-        unsized_columns,
+        sizes,
     })
 }
 

@@ -118,6 +118,9 @@ const NAMES: [&[&str]; COLUMNS.len()] = [
     &["enabled", "enable"],
 ];
 
+/// What stands in a call for the rate of rows without a time, Hz, until the user puts theirs there.
+pub(super) const SOME_RATE: f64 = 1000.0;
+
 /// A name without its unit, its case and its punctuation.
 fn base(name: &str) -> String {
     let end = name.find(['[', '(', '{']).unwrap_or(name.len());
@@ -142,7 +145,7 @@ fn end_of_path(name: &str) -> &str {
     parts.find(|part| !is_number(part)).unwrap_or(name)
 }
 
-/// The most likely recipe. `None` where the file has too few columns.
+/// The most likely recipe; of rows without a time with [`SOME_RATE`]. `None` where the file has too few columns.
 pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
     let whole: Vec<String> = raw.names.iter().map(|name| base(name)).collect();
     let ends = raw.names.iter().map(|name| base(end_of_path(name)));
@@ -200,8 +203,11 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
     let mut recipe = Recipe::default();
     for (index, column) in chosen.into_iter().enumerate() {
         let Some(column) = column else {
-            if index < REQUIRED {
-                return None;
+            match index {
+                // Even rows, of a rate that the user knows.
+                TIME => recipe.rate = Some(SOME_RATE),
+                _ if index < REQUIRED => return None,
+                _ => {}
             }
             continue;
         };

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use super::call::Call;
+use super::call::{Call, quoted};
+use super::guess::SOME_RATE;
 use super::raw::Raw;
 use super::source::Source;
+use super::suspect::may_be_counted;
 use super::unit::Kind;
 use crate::log::fault::Mend;
 use crate::log::{COLUMNS, TIME};
@@ -105,20 +107,32 @@ impl Recipe {
         Ok(sources)
     }
 
-    /// The guessed sources whose unit says nothing without a size, which stands as 1 in them; each with what that is.
-    pub fn unsized_columns(&self, raw: &Raw) -> Vec<(String, &'static str)> {
+    /// What to put into a guessed call: the rate of rows without a time, and a size for the 1 of each source whose unit says
+    /// nothing without it.
+    pub fn sizes_to_fill_in(&self, raw: &Raw) -> Vec<String> {
         let given = self.sources.iter().zip(COLUMNS);
         let given = given.filter_map(|(text, (column, _))| {
             let text = text.as_deref()?;
-            let (_, unit) = Source::parse(text, raw, column).ok()?.unit?;
-            let size = match unit.kind {
+            let source = Source::parse(text, raw, column).ok()?;
+            let size = match source.unit?.1.kind {
                 Kind::Share => "the volts of the supply",
                 Kind::Counts => "the size of a count",
                 _ => return None,
             };
-            Some((text.to_owned(), size))
+            let put = format!("put {size} in place of the 1 of {}", quoted(text));
+            if !may_be_counted(raw, source.column) {
+                return Some(put);
+            }
+            let counts = format!("{}/255:duty*1", raw.name(source.column));
+            Some(format!(
+                "{put}, which of a PWM that counts to 255 is {}",
+                quoted(&counts)
+            ))
         });
-        given.collect()
+        let rate = self.sources[TIME]
+            .is_none()
+            .then(|| format!("put the rate of the rows, Hz, in place of {SOME_RATE}"));
+        rate.into_iter().chain(given).collect()
     }
 
     /// Adds what mends a fault. Whether there was anything to add.

@@ -188,6 +188,13 @@ fn counter_of_duty(name: &str, values: &[f64]) -> Option<f64> {
     full_scale(largest).filter(|_| whole && largest > 100.5 && is_share(name))
 }
 
+/// Whether what looks like per cent may as well be counts of a PWM that stayed small: whole numbers of no stated unit.
+pub(super) fn may_be_counted(raw: &Raw, column: usize) -> bool {
+    let mut values = raw.columns[column].values.iter();
+    let is_whole = |value: &f64| value.is_nan() || value.fract() == 0.0;
+    is_share(&raw.name(column)) && raw.units[column].is_none() && values.all(is_whole)
+}
+
 /// How a column that names no unit is written with one of a size that the file does not say, if its values and its name
 /// look like that: a counter's numbers, or a share of the supply.
 pub(super) fn looks_unsized(index: usize, name: &str, values: &[f64]) -> Option<String> {

@@ -41,6 +41,9 @@ const LONGEST_ABSENCE: Duration = Duration::from_secs(3);
 /// How often the board is told that somebody is there: it lets go after 60 s without a word.
 const PING: Duration = Duration::from_secs(5);
 
+/// How long after Arm lines may still say how the drive was before: a second is far more than any waits in a buffer.
+const STALE: Duration = Duration::from_secs(1);
+
 /// Control steps that are recorded behind a trigger.
 const BEHIND: u32 = STEPS_PER_SECOND / 2;
 
@@ -151,6 +154,7 @@ impl Board {
             due: None,
             transfer: None,
             pinged: Instant::now(),
+            armed: Instant::now(),
         };
         let thread = {
             let ending = ending.clone();
@@ -223,6 +227,8 @@ struct Keeper {
     due: Option<u32>,
     transfer: Option<LogTransfer>,
     pinged: Instant,
+    /// When Arm was pressed last.
+    armed: Instant,
 }
 
 impl Keeper {
@@ -308,7 +314,9 @@ impl Keeper {
             if shown.lives.len() > KEPT {
                 shown.lives.pop_front();
             }
-            shown.permitted &= live.latched.is_empty();
+            // A drive that lets go, by a word of the console or by itself, is armed anew by the button alone.
+            let has_let_go = !live.armed && self.armed.elapsed() > STALE;
+            shown.permitted &= live.latched.is_empty() && !has_let_go;
             shown.trigger
         };
         let before = self.before.replace(live);
@@ -358,6 +366,7 @@ impl Keeper {
             }
             Ask::Arm => {
                 console.order("arm")?;
+                self.armed = Instant::now();
                 lock(&self.shown).permitted = true;
                 Ok("armed".to_owned())
             }

@@ -204,12 +204,12 @@ impl Table {
         let count = (1..=most).rev().find(is_alone)?;
         let (row, next) = (rows[0], size(rows[count]));
         let others = match count {
-            1 => String::new(),
-            2 => " and nearly so in another".to_owned(),
-            _ => format!(" and nearly so in {} others", count - 1),
+            1 => " alone".to_owned(),
+            2 => ", about as much in one other".to_owned(),
+            _ => format!(", about as much in {} others", count - 1),
         };
         let message = format!(
-            "`{}` is {:?} in this sample alone{others}, and {next:?} at most in all others: correct it, or remove the row",
+            "`{}` is {:?} in this sample{others}, and {next:?} at most in the rest: correct it, or remove the row",
             COLUMNS[column].0, values[row]
         );
         Some(Fault::new(self.lines[row], message))

@@ -659,7 +659,7 @@ mod log {
         doubted(
             several,
             &[402],
-            &["`input`", "in this sample alone and nearly so in 2 others"],
+            &["`input`", "in this sample, about as much in 2 others"],
         );
         doubted(log(&[500, 501], 200.0), &[], &[]);
     }

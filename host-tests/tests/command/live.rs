@@ -211,6 +211,22 @@ fn nothing_moves_before_arm_and_nothing_goes_on_without_the_page() {
     assert_eq!(state["permitted"], false);
 }
 
+/// A word of the console that takes the drive's power ends the permission, and Arm gives it anew.
+#[test]
+fn a_drive_that_the_console_disarms_can_be_armed_again() {
+    let board = Served::start(None);
+    for line in ["disarm", "stop"] {
+        assert_eq!(board.post("/arm", "the actuator may move").status, 200);
+        board.until(|state| state["armed"] == true && state["permitted"] == true);
+        assert_eq!(board.post("/line", line).status, 200);
+        board.until(|state| state["armed"] == false && state["permitted"] == false);
+        assert_eq!(board.post("/line", "step 0 0.3").status, 409);
+    }
+    assert_eq!(board.post("/arm", "the actuator may move").status, 200);
+    assert_eq!(board.post("/line", "step 0 0.3").status, 200);
+    board.until(|state| (position(state) - 0.3).abs() < 0.09);
+}
+
 /// A place that cannot be written to is refused at once, and not when something is to be kept.
 #[test]
 fn a_place_that_is_a_file_is_refused_before_the_board_is_driven() {

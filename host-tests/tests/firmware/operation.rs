@@ -328,11 +328,14 @@ fn whatever_a_controller_is_set_to_it_drives_with_numbers_or_lets_go() {
     }
 }
 
-/// The sessions of `docs/board.md`, typed as they stand there.
+/// The sessions of the README and of `docs/board.md`, typed as they stand there.
 #[test]
 fn the_sessions_of_the_documentation_go_as_they_are_printed() {
-    let text = std::fs::read_to_string(workspace::root().join("docs/board.md")).unwrap();
-    let sessions = text.split("```text\n").skip(1);
+    let texts = ["README.md", "docs/board.md"].map(|text| workspace::root().join(text));
+    let texts = texts.map(|text| std::fs::read_to_string(text).unwrap());
+    let sessions = texts
+        .iter()
+        .flat_map(|text| text.split("```text\n").skip(1));
     let sessions = sessions.map(|rest| rest.split_once("```").unwrap().0);
     let mut typed = 0;
     for session in sessions.filter(|session| session.starts_with("> ")) {
@@ -357,7 +360,7 @@ fn the_sessions_of_the_documentation_go_as_they_are_printed() {
             );
         }
     }
-    assert!(typed > 10, "{typed}");
+    assert!(typed > 16, "{typed}");
 }
 
 /// The outputs are safe, and the console says why and what to do.

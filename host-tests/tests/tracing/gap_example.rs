@@ -179,6 +179,8 @@ pub fn example() -> Report {
                 after: errors(1.062e-4, 0.0368),
             }),
         },
+        between_logs: Vec::new(),
+        free_run_costs: Vec::new(),
         next_experiment: None,
         machine_out: None,
         candidates: vec![

@@ -401,7 +401,7 @@ fn a_machine_file_is_said_to_lack_a_learned_law() {
     assert!(text.contains(it), "{text}");
     assert!(!text.contains("declared_effects"), "{text}");
     for part in [
-        "another law of it than the formula",
+        "The formula does not follow it closely",
         "friction of -0.500 to 3.75 N over a velocity of",
     ] {
         assert!(text.contains(part), "no {part:?} in {text}");

@@ -1,6 +1,7 @@
 //! The tracing: what is said of a log, of the effects that a machine lacks, and of the experiment that would tell.
 
 mod bench_residuals;
+mod between_logs;
 mod board_gap;
 mod current_sensor;
 mod declared_guesses;

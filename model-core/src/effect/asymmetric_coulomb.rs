@@ -63,9 +63,10 @@ impl Effect for AsymmetricCoulomb {
     }
 
     fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        // As they act: friction never drives.
         padded([
-            plant.coulomb.forward + self.difference,
-            plant.coulomb.backward - self.difference,
+            (plant.coulomb.forward + self.difference).max(0.0),
+            (plant.coulomb.backward - self.difference).max(0.0),
         ])
     }
 }

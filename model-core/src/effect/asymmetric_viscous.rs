@@ -10,6 +10,7 @@
 
 use super::learned_map::Kind;
 use super::{Bounds, Chain, Description, Effect, MOST_PARAMETERS, Parameter, Role, Scope, Summary, padded};
+use crate::plant::Directional;
 use crate::plant::parameters::Parameters;
 use crate::unit::Dimension;
 
@@ -56,15 +57,15 @@ impl Effect for AsymmetricViscous {
     }
 
     fn bind(&self, plant: &mut Parameters, _chain: &mut Chain) {
-        // A mode with negative damping is not friction any more.
-        plant.viscous.forward = (plant.viscous.forward + self.difference).max(0.0);
-        plant.viscous.backward = (plant.viscous.backward - self.difference).max(0.0);
+        let [forward, backward, ..] = self.report(plant);
+        plant.viscous = Directional { forward, backward };
     }
 
     fn report(&self, plant: &Parameters) -> [f32; MOST_PARAMETERS] {
+        // A mode with negative damping is not friction any more.
         padded([
-            plant.viscous.forward + self.difference,
-            plant.viscous.backward - self.difference,
+            (plant.viscous.forward + self.difference).max(0.0),
+            (plant.viscous.backward - self.difference).max(0.0),
         ])
     }
 }

@@ -6,6 +6,7 @@ use super::model::Model;
 use super::replay::{Data, Fold, HALF_WIDTHS, Schedule, Sums, WindowSums, replay_windows};
 use crate::effect::MOST_STRENGTHS;
 use crate::numeric::cholesky::Cholesky;
+use crate::numeric::statistics::median;
 use crate::numeric::triangle::{Triangle, entries};
 use heapless::Vec;
 
@@ -104,28 +105,18 @@ impl Information {
             problem.simulated += sums.simulated(copies);
         })?;
         // What is known of the sensor beforehand is known as surely as its weight says.
-        self.allow_for_errors(variables, |variable| match variable.target {
-            Target::Current(_) => libm::sqrt(1.0 / DECLARED_WEIGHT),
-            _ => 0.0,
-        });
-        Some(problem.simulated)
-    }
-
-    /// Adds how far the fit is moved by what the declared values are off by. Where a log leaves a direction open, as
-    /// the common scale of all torques without a current, they alone hold it, and what the windows differ by says nothing
-    /// of it. `error`: standard deviation of a variable's declared value, in its scales.
-    pub fn allow_for_errors(&mut self, variables: &[Variable], error: impl Fn(&Variable) -> f64) {
-        let count = variables.len();
-        let factor = Cholesky::new(self.sums.normal(count), count);
-        for (place, variable) in variables.iter().enumerate() {
-            let error = variable.weight() * error(variable);
-            if error > 0.0 {
+        let own = |variable: &&Variable| matches!(variable.target, Target::Current(_));
+        if variables.iter().any(|variable| own(&variable)) {
+            let factor = Cholesky::new(sums.normal(variables.len()), variables.len());
+            let places = variables.iter().enumerate();
+            for (place, variable) in places.filter(|(_, variable)| own(variable)) {
                 let mut step = [0.0; MOST_VARIABLES];
-                step[place] = error;
-                factor.solve(&mut step[..count]);
-                add_square(&mut self.moves, &step[..count], 1.0);
+                step[place] = 1.0;
+                factor.solve(&mut step[..variables.len()]);
+                add_square(moves, &step[..variables.len()], variable.weight());
             }
         }
+        Some(problem.simulated)
     }
 
     /// Adds the mean square of how far the fit would be moved by restarts that are smoothed over the
@@ -171,6 +162,28 @@ impl Information {
             add_square(&mut self.moves, &moved[..count], weight);
         }
         Some(simulated)
+    }
+
+    /// How many times as large as of independent residuals the variances are, the median of the variables.
+    pub fn inflation(&self, count: usize) -> f64 {
+        let factor = Cholesky::new(self.sums.normal(count), count);
+        let ratios = (0..count).filter_map(|place| {
+            let mut column = [0.0; MOST_VARIABLES];
+            column[place] = 1.0;
+            factor.solve(&mut column[..count]);
+            (column[place] > 0.0).then(|| (self.moves.at(place, place) / column[place]) as f32)
+        });
+        let mut ratios: Vec<f32, MOST_VARIABLES> = ratios.collect();
+        f64::from(median(&mut ratios).unwrap_or(1.0))
+    }
+
+    /// Lets a variable, and in proportion the others, be as uncertain as this: `moved` is by what the others go with it, in
+    /// scales, itself by one. What is known to be less certain stays so.
+    pub fn allow_for(&mut self, place: usize, moved: &[f64], variance: f64) {
+        let more = variance - self.moves.at(place, place);
+        if more > 0.0 {
+            add_square(&mut self.moves, moved, more);
+        }
     }
 
     /// Covariance of the variables. One that the log does not determine has an infinite variance.

@@ -52,6 +52,8 @@ pub(in crate::gap) fn report(
             validate: None,
         },
         candidates: Vec::new(),
+        between_logs: Vec::new(),
+        free_run_costs: Vec::new(),
         next_experiment: None,
         machine_out: None,
         whiteness: Whiteness {

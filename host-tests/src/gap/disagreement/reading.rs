@@ -563,9 +563,12 @@ impl Reading {
             let Some(declared) = self.machine.parameter(name).filter(|value| *value > 0.0) else {
                 continue;
             };
+            // Who states a tolerance knows the number.
+            let is_stated = self.machine.tolerances.contains_key(name);
+            let rarity = if is_stated { HINT } else { 0.5 };
             for unit in units::of_number(name, rotary) {
                 let correction = Correction::Number(name, unit.name, declared * unit.factor);
-                all.push((correction, 0.5 + unit.rarity));
+                all.push((correction, rarity + unit.rarity));
             }
             if name == "torque_constant" && rotary {
                 let value = 60.0 / TAU / declared;

@@ -1,12 +1,15 @@
 //! What was found beside the effects of the catalogue, in sentences.
 
+use model_core::effect::Id;
 use model_core::gap::criterion::GOOD_SENSOR;
 
 use crate::data_sheet::WITHIN;
 use crate::gap::answer::listed;
+use crate::gap::between_logs;
 use crate::gap::component::LEARNED;
-use crate::gap::outcome::{Estimate, LearnedLaw, Report};
-use crate::quantity::{Scale, capitalised, change, significant};
+use crate::gap::outcome::{Estimate, LearnedLaw, NumberDifference, Report};
+use crate::gap::table::number_in_words;
+use crate::quantity::{Scale, capitalised, change, estimate, prefixed_estimate, significant};
 
 /// What was found beside the effects of the catalogue: wrong numbers, and a learned law.
 pub(super) fn learned(report: &Report) -> Vec<(String, String)> {
@@ -32,7 +35,7 @@ pub(super) fn learned(report: &Report) -> Vec<(String, String)> {
     for effect in &outcome.effects {
         if let Some(law) = &effect.law {
             let sentence = format!(
-                "The machine has another law of it than the formula: {}, learned from the logs.",
+                "The formula does not follow it closely; learned from the logs: {}.",
                 law_in_words(law, ends)
             );
             found.push((format!("{} over {}", effect.id, law.over), sentence));
@@ -75,6 +78,43 @@ fn law_in_words(law: &LearnedLaw, ends: Option<(f64, f64)>) -> String {
         law.laid_over(),
         range(&at, &law.at_unit),
     )
+}
+
+/// What logs have otherwise than the training logs, log by log.
+pub(super) fn between_logs(report: &Report) -> Vec<(String, String)> {
+    let of_log = report.outcome.between_logs.iter().map(|log| {
+        let each: Vec<String> = log.numbers.iter().map(difference_in_words).collect();
+        let scale = Scale::of(&report.coordinate, [log.position_rms]);
+        let mut sentence = format!(
+            "Against the training logs this log has {}: with that the position error is {} rms, not {}.",
+            listed(&each),
+            scale.quantity(log.position_rms_with),
+            scale.quantity(log.position_rms),
+        );
+        if log.numbers.iter().any(|it| between_logs::stays(&it.name)) {
+            sentence += " See that it is of the same machine, under the same load and supply.";
+        }
+        (log.log.clone(), sentence)
+    });
+    of_log.collect()
+}
+
+/// One of them, such as a friction 2.9 ± 0.1 % higher.
+fn difference_in_words(difference: &NumberDifference) -> String {
+    let name = number_in_words(&difference.name, &difference.unit);
+    let (size, std) = (difference.difference.abs(), difference.std);
+    let side = if difference.difference > 0.0 {
+        "higher"
+    } else {
+        "lower"
+    };
+    if difference.name == Id::OffsetTorque.description().id {
+        let size = prefixed_estimate(size, std, &difference.unit);
+        return format!("an {name} that is {size} {side}");
+    }
+    let share = 100.0 / difference.trained;
+    let percent = estimate(share * size, share * std, "%");
+    format!("a {name} that is {percent} {side}")
 }
 
 /// Whether the log has its input late, if that is sure and more than the timing of a good logger.

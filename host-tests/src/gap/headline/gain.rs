@@ -208,8 +208,25 @@ pub(super) fn gain(report: &Report) -> String {
         [second, third, ..] => {
             let third = third.replacen(" from ", " went from ", 1);
             let third = third.replacen("the ", "The ", 1);
-            format!("On {logs}{unseen} {first}, {second}.{caveat} {third}.")
+            let costs = free_run_costs(report);
+            format!("On {logs}{unseen} {first}, {second}.{caveat} {third}.{costs}")
         }
+    }
+}
+
+/// What beside a free run's error says how much of it a trifle makes.
+fn free_run_costs(report: &Report) -> String {
+    let costs = report.outcome.free_run_costs.iter().map(|cost| {
+        let moved = Scale::of(&report.coordinate, [cost.position_rms]);
+        moved.quantity(cost.position_rms)
+    });
+    match &costs.collect::<Vec<_>>()[..] {
+        [friction, offset] => {
+            format!(
+                " One percent more friction moves it by {friction}, an offset as large by {offset}."
+            )
+        }
+        _ => String::new(),
     }
 }
 

@@ -256,6 +256,24 @@ fn clocks_and_shares() {
             "put the size of a count in place of the 1 of \"pos [counts]:counts*1\"",
         ],
     );
+    // Whole numbers may be either, as far as they stay small.
+    let whole = changed(&HEADER.replacen("input", "pwm", 1), |_, fields| {
+        let input: f64 = fields[1].parse().unwrap();
+        format!(
+            "{},{:.0},{},{}",
+            fields[0],
+            4.0 * input,
+            fields[2],
+            fields[3]
+        )
+    });
+    mends(
+        whole,
+        &[
+            "put the volts of the supply in place of the 1 of \"pwm:%*1\"",
+            "which of a PWM that counts to 255 is \"pwm/255:duty*1\"",
+        ],
+    );
 }
 
 /// Thousands with commas are words to a reader of numbers: a call that left out all of them would leave out most rows.

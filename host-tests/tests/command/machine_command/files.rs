@@ -149,3 +149,52 @@ fn the_calls_that_the_readme_shows_find_the_arm() {
     let position = |stage: &str| errors[stage]["position_rms"].as_f64().unwrap();
     assert!(position("after") < 0.1 * position("before"), "{errors}");
 }
+
+/// What the texts show for logs and machine files runs as it stands, in the order of a text: with the README's two drives under
+/// the names that stand there, and four parts of the first for the months.
+#[test]
+fn the_calls_that_the_texts_show_run() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let directory = tempfile::tempdir().unwrap();
+    let run = |script: &str| {
+        let script = script.replace("cargo hil", env!("CARGO_BIN_EXE_hil"));
+        let mut shell = Command::new("sh");
+        let shell = shell.args(["-ec", &script]).current_dir(&directory);
+        let output = shell.output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{script}{error}");
+    };
+    for (drive, name) in [("run-a", "run.csv"), ("run-b", "other.csv")] {
+        let from = root.join(format!("host-tests/examples/{drive}.csv"));
+        fs::copy(from, directory.path().join(name)).unwrap();
+    }
+    let columns = "--time t:ms --position pos:deg --input 'duty:%*12' --current i:mA";
+    run(&format!("cargo hil import other.csv {columns} --out b.csv"));
+    for (place, month) in ["march", "april", "may", "june"].iter().enumerate() {
+        let first = 3 + 1250 * place;
+        let lines = format!("{first}-{}", first + 1249);
+        run(&format!(
+            "cargo hil import run.csv {columns} --header 2 --lines {lines} --out {month}.csv"
+        ));
+    }
+    let mut blocks = 0;
+    for text in ["log.md", "export.md"] {
+        let text = fs::read_to_string(root.join("docs").join(text)).unwrap();
+        for block in text.split("```sh\n").skip(1) {
+            let (calls, _) = block.split_once("```").unwrap();
+            run(calls);
+            blocks += 1;
+        }
+    }
+    assert!(blocks >= 3, "{blocks}");
+    for made in [
+        "out.json",
+        "report/index.html",
+        "found.toml",
+        "actuator.c",
+        "actuator.fmu",
+        "actuator.xml",
+    ] {
+        assert!(directory.path().join(made).is_file(), "{made}");
+    }
+}
