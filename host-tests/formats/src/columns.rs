@@ -18,6 +18,8 @@ pub struct Column {
     pub name: String,
     /// Its unit as the file spells it, empty where it says none.
     pub unit: String,
+    /// Which of the file's groups of rows it is of, from 0: those of one group have one length and one time.
+    pub group: usize,
     /// Row by row; NaN where there is no number.
     pub values: Vec<f64>,
 }
@@ -32,6 +34,7 @@ impl Columns {
                 serde_json::json!({
                     "name": column.name,
                     "unit": column.unit,
+                    "group": column.group,
                     "length": column.values.len(),
                 })
             })

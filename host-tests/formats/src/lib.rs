@@ -2,7 +2,7 @@
 //!
 //! Each format is a feature and a program of its own. It reads the file from standard input; its argument is how
 //! many bytes of numbers there may be. What goes to standard output is one line of JSON,
-//! `{"layout": …, "columns": [{"name", "unit", "length"}]}`, and behind it the columns one after the other, `f64` of
+//! `{"layout": …, "columns": [{"name", "unit", "group", "length"}]}`, and behind it the columns one after the other, `f64` of
 //! the least significant byte first, NaN where there is no number. What is wrong with a file is said on standard
 //! error, as the end of a sentence, with exit status 2.
 //!

@@ -47,6 +47,7 @@ impl Topic {
             self.columns.push(Column {
                 name: name.to_owned(),
                 unit: unit.to_owned(),
+                group: 0,
                 values: Vec::new(),
             });
             self.places.insert(name.to_owned(), self.columns.len() - 1);
@@ -139,8 +140,9 @@ fn columns(read: Vec<Topic>, others: &[String]) -> Result<Columns, String> {
         layout += &format!(", left out: {left_out}");
     }
     let mut columns = Vec::new();
-    for topic in read {
+    for (group, topic) in read.into_iter().enumerate() {
         for mut column in topic.columns {
+            column.group = group;
             column.values.resize(topic.rows, f64::NAN);
             if !alone {
                 column.name = format!("{}.{}", topic.name, column.name);

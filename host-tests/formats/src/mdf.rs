@@ -49,6 +49,7 @@ pub fn read(bytes: Vec<u8>, most: usize) -> Result<Columns, String> {
                     channel.name.clone()
                 },
                 unit: channel.unit.clone(),
+                group: filled - 1,
                 values,
             });
         }

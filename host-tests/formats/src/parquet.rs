@@ -42,6 +42,7 @@ pub fn read(bytes: Vec<u8>, most: usize) -> Result<Columns, String> {
         columns.push(Column {
             name: descriptor.path().string(),
             unit: String::new(),
+            group: 0,
             values: values(&cells, &descriptor),
         });
     }

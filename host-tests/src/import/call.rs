@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use super::convert::convert;
+use super::groups::bring_together;
 use super::guess;
 use super::layout::Reading;
 use super::raw::Raw;
@@ -160,6 +161,9 @@ impl Mending {
 /// The call that mends what the file holds.
 fn mending(path: &Path, raw: &Raw, mend: &Mend) -> Option<Mending> {
     let mut recipe = guess::recipe(raw)?;
+    let mut raw = raw.clone();
+    bring_together(&mut raw, &recipe).ok()?;
+    let raw = &raw;
     let sizes = recipe.sizes_to_fill_in(raw);
     recipe.mend(mend, raw).then_some(())?;
     Some(Mending {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::call;
 use super::convert::convert;
+use super::groups::bring_together;
 use super::layout::{Delimiter, Reading};
 use super::page;
 use super::raw::Raw;
@@ -131,9 +132,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let machine = args.machine.as_deref().map(Machine::read).transpose()?;
     let (name, bytes) = read(&args.raw)?;
     let path = Path::new(&name);
-    let raw = Raw::read(path, &bytes, &reading(args)?)?;
+    let mut raw = Raw::read(path, &bytes, &reading(args)?)?;
     drop(bytes);
     let recipe = recipe(args)?;
+    let brought = bring_together(&mut raw, &recipe).map_err(Failure::Usage)?;
     let sources = recipe.parsed(&raw).map_err(Failure::Usage)?;
     let converted = convert(&args.raw, &raw, &recipe, &sources)
         .map_err(|fault| refusal(args, path, &raw, &recipe, fault))?;
@@ -144,6 +146,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut suspicions = suspicions(&raw, &sources, &converted.columns, has_own_input);
     suspicions.extend(many_turns(&sources, &converted));
     let mut text = summary::render(&name, &raw, &sources, &converted, &suspicions, &args.out);
+    for sentence in brought {
+        text += &format!("{sentence}\n");
+    }
     if let Some(machine) = &machine {
         // The log as it will lie there: what is printed is a call that imports it.
         let log = Log {

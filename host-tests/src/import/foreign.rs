@@ -67,6 +67,7 @@ struct Head {
 struct Named {
     name: String,
     unit: String,
+    group: usize,
     length: usize,
 }
 
@@ -129,6 +130,7 @@ fn raw(mut said: &[u8]) -> Option<Raw> {
             .collect();
         raw.lines.extend(raw.lines.len() + 1..=values.len());
         raw.names.push(column.name);
+        raw.groups.push(column.group);
         raw.units
             .push(Some(column.unit).filter(|unit| !unit.is_empty()));
         raw.columns.push(Column::of(values));

@@ -10,6 +10,7 @@ pub(crate) mod call;
 pub mod command;
 mod convert;
 pub(crate) mod foreign;
+mod groups;
 mod guess;
 mod layout;
 mod mat;

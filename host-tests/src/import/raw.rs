@@ -23,6 +23,8 @@ pub(super) struct Raw {
     pub units: Vec<Option<String>>,
     /// The columns, in the order of their names.
     pub columns: Vec<Column>,
+    /// Which group of rows each column is of, where the file has several, each with a time of its own; empty else.
+    pub groups: Vec<usize>,
     /// The line of each row in the file; of arrays its number.
     pub lines: Vec<usize>,
 }

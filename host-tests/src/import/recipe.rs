@@ -57,54 +57,40 @@ impl Recipe {
     ///
     /// # Errors
     /// The first that cannot be read, with its option.
-    pub fn parsed(&self, raw: &Raw) -> Result<Vec<(usize, Source)>, String> {
+    pub fn each(&self, raw: &Raw) -> Result<Vec<(usize, Source)>, String> {
         let given = self.sources.iter().enumerate();
-        let sources = given
-            .filter_map(|(index, text)| Some((index, text.as_ref()?)))
+        let given = given.filter_map(|(index, text)| Some((index, text.as_ref()?)));
+        given
             .map(|(index, text)| {
                 let source = Source::parse(text, raw, COLUMNS[index].0);
                 let source = source.map_err(|reason| format!("{} {reason}", FLAGS[index]))?;
                 Ok((index, source))
             })
-            .collect::<Result<Vec<_>, String>>()?;
+            .collect()
+    }
+
+    /// The same, of one length.
+    ///
+    /// # Errors
+    /// The first that cannot be read, with its option, or that has another length.
+    pub fn parsed(&self, raw: &Raw) -> Result<Vec<(usize, Source)>, String> {
+        let sources = self.each(raw)?;
         let length = |column: usize| raw.columns[column].values.len();
         let (_, first) = sources.first().ok_or("no column is asked for")?;
         let first = first.column;
-        let odd = sources
-            .iter()
-            .flat_map(|(_, source)| source.columns())
-            .find(|column| length(*column) != length(first));
-        if let Some(odd) = odd {
-            let names = [raw.name(first), raw.name(odd)];
-            // Of each group of a file the same name, with a number behind it.
-            let bare = |column: usize| {
-                raw.names[column].trim_end_matches(|c: char| c.is_ascii_digit() || c == '.')
-            };
-            let beside = |column: usize, of: usize| {
-                let mut others = (0..raw.names.len()).filter(move |&other| {
-                    bare(other) == bare(column) && length(other) == length(of)
-                });
-                others.next().map(|other| raw.name(other))
-            };
-            let pairs = [
-                beside(odd, first).map(|other| format!("{} and {other}", names[0])),
-                beside(first, odd).map(|other| format!("{other} and {}", names[1])),
-            ];
-            let pairs: Vec<String> = pairs.into_iter().flatten().collect();
-            let remedy = if pairs.is_empty() {
-                String::new()
-            } else {
-                format!(", as {} are", pairs.join(" are, or "))
-            };
-            return Err(format!(
-                "{} has {} values, {} has {}; expected columns of one length{remedy}",
-                names[0],
+        let mut columns = sources.iter().flat_map(|(_, source)| source.columns());
+        let odd = columns.find(|column| length(*column) != length(first));
+        drop(columns);
+        match odd {
+            None => Ok(sources),
+            Some(odd) => Err(format!(
+                "{} has {} values, {} has {}; expected columns of one length",
+                raw.name(first),
                 length(first),
-                names[1],
+                raw.name(odd),
                 length(odd)
-            ));
+            )),
         }
-        Ok(sources)
     }
 
     /// What to put into a guessed call: the rate of rows without a time, and a size for the 1 of each source whose unit says
@@ -198,26 +184,5 @@ impl Recipe {
         }
         call.option("--out", out);
         call
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::raw::Column;
-    use super::*;
-
-    /// As an MDF file has them whose groups are of two rates.
-    #[test]
-    fn columns_of_two_lengths_are_refused_with_those_that_go_together() {
-        let mut raw = Raw::named(["time", "duty", "enc", "time.2", "enc.2"]);
-        for (column, length) in raw.columns.iter_mut().zip([400, 400, 200, 200, 400]) {
-            *column = Column::of(vec![0.0; length]);
-        }
-        let sources = ["time", "duty", "enc"].map(|name| Some(name.to_owned()));
-        let mut recipe = Recipe::default();
-        recipe.sources[..3].clone_from_slice(&sources);
-        let refused = recipe.parsed(&raw).unwrap_err();
-        let together = "as time and enc.2 are, or time.2 and enc are";
-        assert!(refused.contains(together), "{refused}");
     }
 }
