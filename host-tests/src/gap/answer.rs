@@ -85,10 +85,10 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "{} by another law follows the log about as well without it",
             id(other)
         ),
-        (Decision::Refused(Refusal::Implausible), _) => {
-            "with it a fitted number goes farther than the machine file lets it be off (`unsure` in [fit])"
-                .to_owned()
-        }
+        (Decision::Refused(Refusal::Implausible(number)), _) => format!(
+            "with it {} goes farther than the machine file lets it be off (`unsure` in [fit])",
+            number.name()
+        ),
         (Decision::Refused(Refusal::WorseElsewhere), _) => {
             "over shorter or longer predictions the error is clearly larger with it".to_owned()
         }

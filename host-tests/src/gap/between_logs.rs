@@ -161,10 +161,20 @@ pub(super) fn of_log(
         found = Some((fit, apart));
     }
     let (fit, apart) = found?;
-    let position_rms = |model: &Model| {
+    let position_rms = |data: &Data, model: &Model| {
         let simulator = model.build(log.period).ok()?;
-        Some(replay::total_error(&data, &AllCores, &simulator).position_rms())
+        Some(replay::total_error(data, &AllCores, &simulator).position_rms())
     };
+    let (without, with) = (
+        position_rms(&data, model)?,
+        position_rms(&data, &fit.model)?,
+    );
+    // What leaves most of what this log has beyond the training logs is no explanation of it.
+    let least = position_rms(training, model)?;
+    let beyond = |rms: f64| rms * rms - least * least;
+    if beyond(with) > 0.5 * beyond(without) {
+        return None;
+    }
     let told = moved
         .iter()
         .zip(apart)
@@ -180,8 +190,8 @@ pub(super) fn of_log(
         });
     Some(LogDifference {
         log: label.to_owned(),
-        position_rms: position_rms(model)?,
-        position_rms_with: position_rms(&fit.model)?,
+        position_rms: without,
+        position_rms_with: with,
         numbers: told.collect(),
     })
 }

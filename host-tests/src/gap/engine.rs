@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use super::answer::{candidate, current_sensor, fitted, found, input_lead, mechanism, unknown};
 use super::between_logs::{self, free_run_costs};
-use super::declared::{base_parameters, encoder_turn, model, resolution, unsure};
+use super::declared::{base_parameters, encoder_turn, model, resolution, unsure, winding_held};
 use super::demand::Demand;
 use super::disagreement::{self, Look};
 use super::evidence::evidence;
@@ -26,7 +26,7 @@ use super::outcome::{
     Candidate, Cost, Errors, FreeMotor, Outcome, Report, Resampled, Residual, Stages,
 };
 use super::series::Series;
-use super::spread::Spread;
+use super::spread::{Known, Spread};
 use super::whiteness::whiteness;
 use crate::error::InputError;
 use crate::failure::Failure;
@@ -324,10 +324,15 @@ pub fn trace(
         }
         validate_errors = Some(errors);
     }
-    let spread = Spread::new(&trace, &judged, &declared, &options).ok_or_else(left_range)?;
+    let held = winding_held(machine);
+    let known = Known {
+        options: &options,
+        held: &held,
+    };
+    let spread = Spread::new(&trace, &judged, &declared, known).ok_or_else(left_range)?;
     let moved = (&trace.base[..], &trace.readings[..]);
-    let named = mechanism(&trace)
-        .and_then(|it| Spread::of(&it.nearest, moved, &judged, &declared, &options));
+    let named =
+        mechanism(&trace).and_then(|it| Spread::of(&it.nearest, moved, &judged, &declared, known));
     let train_evidence = evidence(&series, &judged, &declared, &trace)?;
     let demand = Demand::of(&judged, &trace.after.model).map_err(refused)?;
     let validate_evidence = if held_back.is_empty() {
@@ -400,6 +405,7 @@ pub fn trace(
         free_motor: free_motor(machine, train),
         has_return_spring: has_return_spring(machine),
         has_page: false,
+        held_within: held.iter().map(|(number, _)| number.name()).collect(),
         without_inductance: machine
             .motor
             .as_ref()
@@ -555,8 +561,14 @@ fn same_period(logs: &[Log], expected: Option<f64>) -> Result<f64, InputError> {
     let period = expected.unwrap_or(logs[0].period_s);
     for log in logs {
         if (log.period_s - period).abs() > 0.01 * period {
+            let unit = (log.period_s / period - 1000.0).abs() < 10.0;
+            let remedy = if unit {
+                "its `time_s` is in milliseconds, most likely: import it with --time time_s:ms"
+            } else {
+                "expected one sampling period"
+            };
             let message = format!(
-                "sampled every {} s where the other logs have {period} s: expected one sampling period",
+                "sampled every {} s where the other logs have {period} s: {remedy}",
                 log.period_s
             );
             return Err(InputError::new(&log.path, None, message));

@@ -294,13 +294,19 @@ fn presumed(report: &Report) -> Option<String> {
     })
 }
 
-/// What the sizes of effects rest on that no fit has moved: their deviations know nothing of it.
-fn scale_of_torques(effects: &[FoundEffect]) -> Option<String> {
-    let mut presumed = effects.iter().map(|effect| &effect.presumes);
+/// What the sizes of effects rest on that no fit has moved, and whether their intervals hold what that may be off by.
+fn scale_of_torques(report: &Report) -> Option<String> {
+    let mut presumed = report.outcome.effects.iter().map(|effect| &effect.presumes);
     let presumed = presumed.find(|numbers| !numbers.is_empty())?;
+    let is_within = |number: &String| report.held_within.contains(&number.as_str());
+    let beside = if presumed.iter().all(is_within) {
+        "their intervals hold the tolerances of these"
+    } else {
+        "what the declaration is off by is not in their deviations"
+    };
     let words = presumed.iter().map(|number| number.replace('_', " "));
     Some(format!(
-        "The sizes rest on {} as declared; what the declaration is off by is not in their deviations.",
+        "The sizes rest on {} as declared; {beside}.",
         listed(&words.collect::<Vec<_>>())
     ))
 }
@@ -329,7 +335,7 @@ fn certainty(report: &Report) -> String {
             let late = delay(outcome).map(|time| ("the motion", time));
             let mut sentences = Vec::from_iter(presumed(report));
             sentences.extend(late.and_then(|late| inductance(report, late)));
-            sentences.extend(scale_of_torques(&outcome.effects));
+            sentences.extend(scale_of_torques(report));
             sentences.extend(chance(&outcome.effects));
             sentences.extend(alternatives(outcome, &report.coordinate));
             if outcome.verdict == Verdict::UnknownEffect {

@@ -6,12 +6,12 @@ use model_core::gap::select::{LEAST_WINDOWS, fit_base};
 use model_core::gap::verdict::Residual;
 
 use super::answer::fitted;
-use super::declared::{model, resolution};
+use super::declared::{model, resolution, winding_held};
 use super::disagreement::{self, Disagreement};
 use super::engine::{check_logs, with_workbench};
 use super::outcome::FittedParameter;
 use super::series::Series;
-use super::spread::Spread;
+use super::spread::{Known, Spread};
 use crate::error::InputError;
 use crate::failure::Failure;
 use crate::log::Log;
@@ -60,7 +60,12 @@ impl Numbers {
                 floor: bench.least_error(model)?,
             };
             let (declared, options) = (bench.declared, bench.options);
-            let spread = Spread::of(model, (&bench.base, &[]), &bench.data, declared, options)?;
+            let held = winding_held(machine);
+            let known = Known {
+                options,
+                held: &held,
+            };
+            let spread = Spread::of(model, (&bench.base, &[]), &bench.data, declared, known)?;
             let fit = fitted((model, &bench.base), &spread, declared, options, machine);
             Some(Self::Fitted { fit, residual })
         })

@@ -490,6 +490,8 @@ pub struct Report {
     pub free_motor: Option<FreeMotor>,
     /// Resistance of a motor for which the machine file has no inductance, Ω.
     pub without_inductance: Option<f64>,
+    /// Numbers of the winding that no fit moves, and that the machine file says how far they may be off.
+    pub held_within: Vec<&'static str>,
     /// Whether the machine has a return spring between two stops and nothing beside it: `cargo hil identify` makes its
     /// machine file from logs.
     pub has_return_spring: bool,

@@ -31,9 +31,9 @@ pub(super) struct Spread {
 
 impl Spread {
     /// Of the final fit, with the data as the tracing weighed it in the end.
-    pub fn new(trace: &Trace, data: &Data, declared: &Model, options: &Options) -> Option<Self> {
+    pub fn new(trace: &Trace, data: &Data, declared: &Model, known: Known) -> Option<Self> {
         let moved = (&trace.base[..], &trace.readings[..]);
-        Self::of(&trace.after.model, moved, data, declared, options)
+        Self::of(&trace.after.model, moved, data, declared, known)
     }
 
     /// Of the fit that has moved these numbers to the model.
@@ -42,13 +42,18 @@ impl Spread {
         moved: (&[Base], &[Reading]),
         data: &Data,
         declared: &Model,
-        options: &Options,
+        known: Known,
     ) -> Option<Self> {
-        let variables = variables(declared, model, moved, &options.scope);
+        let variables = variables(declared, model, moved, &known.options.scope);
         let mut information = Information::default();
         information.gather(data, &AllCores, model, &variables)?;
         information.allow_for_restarts(data, &AllCores, model, &variables)?;
-        profile(&mut information, (data, model), &variables, options)?;
+        profile(
+            &mut information,
+            (data, model),
+            (&variables, declared),
+            known,
+        )?;
         let covariance = information.covariance(&variables);
         Some(Self {
             variables,
@@ -57,23 +62,61 @@ impl Spread {
     }
 }
 
-/// Lets the numbers be as uncertain as the common scale of all torques is, which of a voltage without a current only a fitted
-/// number of the winding gives them.
+/// What is known of the declared numbers.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'a> {
+    /// Of those that are fitted.
+    pub options: &'a Options<'a>,
+    /// By what factor those of the winding may be off that are not, a standard deviation of their logarithm.
+    pub held: &'a [(Base, f64)],
+}
+
+impl Known<'_> {
+    /// Standard deviation of what a variable is declared as, in its scales, beside what the model has.
+    fn error(&self, variable: &Variable, model: &Model) -> f64 {
+        let held = self
+            .held
+            .iter()
+            .find(|(own, _)| variable.target == Target::Base(*own));
+        held.map_or_else(
+            || self.options.error(variable, variable.get(model)),
+            |(_, factor)| factor.ln(),
+        )
+    }
+}
+
+/// Lets the numbers be as uncertain as the common scale of all torques is, which of a voltage without a current only the
+/// winding gives them, fitted or held.
 fn profile(
     information: &mut Information,
     logs: (&Data, &Model),
-    variables: &Variables,
-    options: &Options,
+    (variables, declared): (&Variables, &Model),
+    known: Known,
 ) -> Option<()> {
     let inflation = information.inflation(variables.len());
     for winding in [Base::Resistance, Base::TorqueConstant] {
         let is_it = |variable: &Variable| variable.target == Target::Base(winding);
-        let Some(place) = variables.iter().position(is_it) else {
-            continue;
+        let is_held = known.held.iter().any(|(own, _)| *own == winding);
+        let mut all = variables.clone();
+        let place = match variables.iter().position(is_it) {
+            Some(place) => place,
+            None if is_held => {
+                let held = Variable::base(declared, winding, &known.options.scope);
+                if all.push(held).is_err() {
+                    continue;
+                }
+                variables.len()
+            }
+            None => continue,
         };
-        let direction = scale_of_torques(logs.1, variables, winding);
-        let along = (variables, (place, &direction[..]));
-        allow_for_direction((information, inflation), logs, along, options)?;
+        let direction = scale_of_torques(logs.1, &all, winding);
+        let along = (&all, (place, &direction[..]));
+        allow_for_direction(
+            (information, inflation, variables.len()),
+            logs,
+            along,
+            known,
+        )?;
     }
     Some(())
 }
@@ -109,12 +152,12 @@ fn value(variable: &Variable, model: &Model) -> f64 {
 /// (W. Q. Meeker, L. A. Escobar, *Teaching about approximate confidence regions based on maximum likelihood estimation*,
 /// The American Statistician 49 (1995) 48–53).
 fn allow_for_direction(
-    (information, inflation): (&mut Information, f64),
+    (information, inflation, fitted): (&mut Information, f64, usize),
     (data, model): (&Data, &Model),
     (variables, (place, direction)): (&Variables, (usize, &[f64])),
-    options: &Options,
+    known: Known,
 ) -> Option<()> {
-    let errors: Vec<f64> = variables.iter().map(|it| options.error(it)).collect();
+    let errors: Vec<f64> = variables.iter().map(|it| known.error(it, model)).collect();
     let mut others = variables.clone();
     others.remove(place);
     let fit = |model: &Model, variables: &[Variable]| {
@@ -141,7 +184,14 @@ fn allow_for_direction(
     let by_log = cost.max(0.0) / (moved * moved) / inflation;
     let known = with.iter().zip(&errors).filter(|(_, error)| **error > 0.0);
     let by_declaration: f64 = known.map(|(with, error)| (with / error).powi(2)).sum();
-    information.allow_for(place, &with, 1.0 / (by_log + by_declaration));
+    // What the sensitivities know of a fitted one is in the covariance already.
+    let before = if place < fitted {
+        information.variance(place)
+    } else {
+        0.0
+    };
+    let variance = 1.0 / (by_log + by_declaration);
+    information.allow_for(&with[..fitted], variance - before);
     Some(())
 }
 

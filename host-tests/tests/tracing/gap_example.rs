@@ -250,6 +250,7 @@ pub fn example() -> Report {
         has_return_spring: false,
         has_page: false,
         without_inductance: None,
+        held_within: Vec::new(),
         train: vec![slide("train.csv", 12_000)],
         validate: vec![slide("validate.csv", 9_000)],
     }

@@ -177,12 +177,16 @@ impl Information {
         f64::from(median(&mut ratios).unwrap_or(1.0))
     }
 
-    /// Lets a variable, and in proportion the others, be as uncertain as this: `moved` is by what the others go with it, in
-    /// scales, itself by one. What is known to be less certain stays so.
-    pub fn allow_for(&mut self, place: usize, moved: &[f64], variance: f64) {
-        let more = variance - self.moves.at(place, place);
-        if more > 0.0 {
-            add_square(&mut self.moves, moved, more);
+    /// Variance of a variable, in squared scales.
+    pub fn variance(&self, place: usize) -> f64 {
+        self.moves.at(place, place)
+    }
+
+    /// Adds what a number may be off by that the variables go with: by so much of their scales for one of its own, which has
+    /// this variance.
+    pub fn allow_for(&mut self, moved: &[f64], variance: f64) {
+        if variance > 0.0 {
+            add_square(&mut self.moves, moved, variance);
         }
     }
 

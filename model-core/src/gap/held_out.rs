@@ -3,6 +3,7 @@
 use super::criterion::{
     FEW_BLOCKS, LARGEST_RATIO, LEAST_BLOCKS, LEAST_MEDIAN, NO_GAIN, SIGNIFICANCE, UNLIKE,
 };
+use super::model::Base;
 use super::replay::{Data, WindowError};
 use crate::numeric::statistics::median;
 use crate::numeric::student;
@@ -43,8 +44,8 @@ pub enum Refusal {
     NotNeeded,
     /// The fitted strength is not significantly other than zero.
     Uncertain,
-    /// A fitted number has gone beyond its limits with it.
-    Implausible,
+    /// With it this fitted number has gone beyond its limits.
+    Implausible(Base),
     /// Over shorter or longer predictions the model is clearly worse with it.
     WorseElsewhere,
     /// It is found over predictions of one length, and not over those of another.

@@ -34,8 +34,8 @@ pub(super) fn stands(
         let uncertain = found.uncertain(workbench)?;
         let refusal = if uncertain.is_some() {
             Refusal::Uncertain
-        } else if farthest.is_some() {
-            Refusal::Implausible
+        } else if let Some(number) = farthest {
+            Refusal::Implausible(number)
         } else if workbench.is_clearly_worse(&found.after.model, before)? {
             Refusal::WorseElsewhere
         } else {

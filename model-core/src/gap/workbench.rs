@@ -86,12 +86,13 @@ impl<'a> Options<'a> {
         is_limited.then_some(stated.map_or(UNSURE, |&(_, factor)| factor))
     }
 
-    /// Standard deviation of what a number of the actuator is declared as, in scales of its variable; none of others.
-    pub fn error(&self, variable: &Variable) -> f64 {
+    /// Standard deviation of what a number of the actuator is declared as, in scales of its variable, where a fit has come to
+    /// `value`: that of its logarithm, times the value. None of others.
+    pub fn error(&self, variable: &Variable, value: f32) -> f64 {
         let (Target::Base(number), Some(declared)) = (variable.target, variable.declared) else {
             return 0.0;
         };
-        let share = f64::from(declared / variable.scale);
+        let share = f64::from(declared.max(value) / variable.scale);
         let factor = self.factor(number, declared).map(f64::from);
         factor.map_or(libm::sqrt(1.0 / DECLARED_WEIGHT), |it| {
             share * libm::log(it)

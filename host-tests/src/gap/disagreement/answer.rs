@@ -83,6 +83,7 @@ pub(in crate::gap) fn report(
         has_return_spring: false,
         has_page: false,
         without_inductance: None,
+        held_within: Vec::new(),
         train: Vec::new(),
         validate: Vec::new(),
     }

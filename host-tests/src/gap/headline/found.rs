@@ -110,11 +110,21 @@ fn difference_in_words(difference: &NumberDifference) -> String {
     };
     if difference.name == Id::OffsetTorque.description().id {
         let size = prefixed_estimate(size, std, &difference.unit);
-        return format!("an {name} that is {size} {side}");
+        return format!("{} that is {size} {side}", with_article(&name));
     }
     let share = 100.0 / difference.trained;
     let percent = estimate(share * size, share * std, "%");
-    format!("a {name} that is {percent} {side}")
+    format!("{} that is {percent} {side}", with_article(&name))
+}
+
+/// A noun with the article that its first letter asks for.
+fn with_article(noun: &str) -> String {
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) {
+        "an"
+    } else {
+        "a"
+    };
+    format!("{article} {noun}")
 }
 
 /// Whether the log has its input late, if that is sure and more than the timing of a good logger.

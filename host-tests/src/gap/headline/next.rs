@@ -66,6 +66,10 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             steps.extend(guessed);
             steps.extend(declare(report, reliance, is_final));
             steps.extend(offered);
+            let other = outcome.between_logs.iter();
+            let other =
+                other.map(|log| said(&format!("see why {} differs, as said above", log.log)));
+            steps.extend(other);
             if steps.is_empty() {
                 steps.push(said(
                     "nothing; the machine file and these logs belong together",
