@@ -14,7 +14,7 @@ use model_core::unit::Dimension;
 use super::outcome::{
     Candidate, Estimate, FittedParameter, FoundEffect, LearnedLaw, NUMBERS, Unknown,
 };
-use super::spread::{Spread, propagate};
+use super::spread::{Spread, WINDING, propagate};
 use crate::machine::{Coordinate, Machine};
 use crate::quantity::decimal;
 use crate::quantity::{probability, significant};
@@ -229,7 +229,7 @@ fn found_effect(
     // The winding makes a torque of a voltage: what the log tells of torques has its scale.
     let needs_winding = accepted.candidate.effect.id.needs_winding()
         || model.plant.drive.winding().is_there() && dimensions.iter().any(|it| it.has_torque());
-    let mut presumed = vec![Base::Resistance, Base::TorqueConstant];
+    let mut presumed = WINDING.to_vec();
     presumed.retain(|number| needs_winding && !fitted.contains(number));
     FoundEffect {
         id: description.id.to_owned(),

@@ -2,7 +2,6 @@
 //! machine. And what that costs a replay without restarts.
 
 use model_core::effect::{Active, Id, Scope};
-use model_core::gap::covariance::Information;
 use model_core::gap::criterion::{LEAST_CERTAINTY, LEAST_OFF};
 use model_core::gap::fit::{self, Effort, Fit, Target, Variable, Variables};
 use model_core::gap::log::Log;
@@ -13,6 +12,7 @@ use model_core::plant::parameters::ParameterError;
 use super::engine::AllCores;
 use super::metrics;
 use super::outcome::{FreeRunCost, LogDifference, NumberDifference};
+use super::spread::informed;
 use crate::quantity::decimal;
 use model_core::unit::Dimension;
 
@@ -41,76 +41,126 @@ const EFFORT: Effort = Effort {
     converged: 1e-5,
 };
 
-/// The numbers of a model that a log may have otherwise.
-struct Numbers<'a> {
-    /// With an offset torque among its effects.
+/// The numbers of a model that a log may have otherwise than the training logs.
+pub(super) struct Numbers<'a> {
+    /// Fitted to the training logs, with an offset torque among its effects: one of zero where it has none, so that it can be
+    /// moved.
     model: Model,
     variables: Vec<Variable>,
     training: &'a Data<'a>,
+    rotary: bool,
 }
 
-/// What is to be compared: a model without an offset gets one of zero, so that it can be moved.
-fn numbers<'a>(model: &Model, training: &'a Data<'a>, scope: &Scope) -> Numbers<'a> {
-    let mut model = model.clone();
-    let is_offset = |effect: &Active| effect.id == Id::OffsetTorque;
-    let there = model.effects.iter().position(is_offset);
-    let slot = there.or_else(|| {
-        let offset = Active::new(Id::OffsetTorque, [0.0; 3]);
-        model.effects.push(offset).ok()?;
-        Some(model.effects.len() - 1)
-    });
-    let base = WANDERS.into_iter().chain(STAYS);
-    let mut variables: Vec<Variable> = base
-        .filter(|&base| model.get(base) > 0.0)
-        .map(|base| Variable::base(&model, base, scope))
-        .collect();
-    variables.extend(slot.map(|slot| {
-        let value = model.effects[slot].values[0];
-        Variable::effect(Id::OffsetTorque, slot, 0, value, scope)
-    }));
-    Numbers {
-        model,
-        variables,
-        training,
-    }
-}
-
-impl Numbers<'_> {
-    /// The model with these numbers fitted to these logs.
-    fn fit(&self, data: &Data, moved: &[Variable]) -> Option<Fit> {
-        fit::fit(data, &AllCores, (Fold::All, 1), &self.model, moved, EFFORT)
+impl<'a> Numbers<'a> {
+    /// Of the model that was fitted to the training logs, with what was found.
+    pub fn of(model: &Model, training: &'a Data<'a>, scope: &Scope) -> Self {
+        let mut model = model.clone();
+        let is_offset = |effect: &Active| effect.id == Id::OffsetTorque;
+        let there = model.effects.iter().position(is_offset);
+        let slot = there.or_else(|| {
+            let offset = Active::new(Id::OffsetTorque, [0.0; 3]);
+            model.effects.push(offset).ok()?;
+            Some(model.effects.len() - 1)
+        });
+        let base = WANDERS.into_iter().chain(STAYS);
+        let mut variables: Vec<Variable> = base
+            .filter(|&base| model.get(base) > 0.0)
+            .map(|base| Variable::base(&model, base, scope))
+            .collect();
+        variables.extend(slot.map(|slot| {
+            let value = model.effects[slot].values[0];
+            Variable::effect(Id::OffsetTorque, slot, 0, value, scope)
+        }));
+        Self {
+            model,
+            variables,
+            training,
+            rotary: scope.rotary,
+        }
     }
 
-    /// Variances of these numbers, fitted to these logs.
-    fn variances(data: &Data, model: &Model, moved: &[Variable]) -> Option<Vec<f64>> {
-        let mut information = Information::default();
-        information.gather(data, &AllCores, model, moved)?;
-        information.allow_for_restarts(data, &AllCores, model, moved)?;
-        let covariance = information.covariance(moved);
-        Some(
-            (0..moved.len())
-                .map(|place| covariance.at(place, place))
-                .collect(),
-        )
+    /// What a log has otherwise than the training logs, surely and by more than a data sheet would say; `label` is its name.
+    /// `trained_rms`: the model's windowed position error on the training logs, rms, rad or m.
+    pub fn differences(&self, log: Log, label: &str, trained_rms: f64) -> Option<LogDifference> {
+        let logs = [log];
+        let data = Data {
+            logs: &logs,
+            settings: self.training.settings,
+        };
+        let mut moved = Variables::new();
+        let mut found = None;
+        while moved.len() < MOST {
+            let Some(next) = self.next(&data, &moved) else {
+                break;
+            };
+            let Some((fit, apart)) = self.apart(&data, &next) else {
+                break;
+            };
+            let is_sure = |(variable, (apart, std)): (&Variable, &(f64, f64))| {
+                let least = f64::from(LEAST_OFF) * self.size(variable);
+                apart.abs() >= LEAST_CERTAINTY * std && apart.abs() >= least
+            };
+            if !next.iter().zip(&apart).all(is_sure) {
+                break;
+            }
+            moved = next;
+            found = Some((fit, apart));
+        }
+        let (fit, apart) = found?;
+        let position_rms = |model: &Model| {
+            let simulator = model.build(log.period).ok()?;
+            Some(replay::total_error(&data, &AllCores, &simulator).position_rms())
+        };
+        let (without, with) = (position_rms(&self.model)?, position_rms(&fit.model)?);
+        // What leaves most of what this log has beyond the training logs is no explanation of it.
+        let beyond = |rms: f64| rms * rms - trained_rms * trained_rms;
+        if beyond(with) > 0.5 * beyond(without) {
+            return None;
+        }
+        let told = moved.iter().zip(apart);
+        let told = told.map(|(variable, (difference, std))| {
+            let (name, dimension) = described(variable);
+            NumberDifference {
+                name: name.to_owned(),
+                trained: decimal(variable.get(&self.model)),
+                difference,
+                std,
+                unit: dimension.unit(self.rotary).to_owned(),
+            }
+        });
+        Some(LogDifference {
+            log: label.to_owned(),
+            position_rms: without,
+            position_rms_with: with,
+            numbers: told.collect(),
+        })
     }
 
-    /// By how much this log has more of these numbers than the training logs, and its standard deviation; the first is the fit
-    /// to this log.
-    fn apart(&self, data: &Data, moved: &[Variable]) -> Option<(Fit, Vec<(f64, f64)>)> {
-        let here = self.fit(data, moved)?;
-        let there = self.fit(self.training, moved)?;
-        let own = Self::variances(data, &here.model, moved)?;
-        let trained = Self::variances(self.training, &there.model, moved)?;
-        let variances = own.iter().zip(&trained);
-        let apart = moved
-            .iter()
-            .zip(variances)
-            .map(|(variable, (own, trained))| {
-                let [here, there] = [&here, &there].map(|fit| decimal(variable.get(&fit.model)));
-                (here - there, (own + trained).sqrt())
-            });
-        let apart = apart.collect();
-        Some((here, apart))
+    /// What a free run of the model on these logs is moved by, rms, where the friction is one percent more, and by an offset of
+    /// as much. None without friction.
+    ///
+    /// # Errors
+    /// A parameter of the model outside its range.
+    pub fn free_run_costs(&self, data: &Data) -> Result<Vec<FreeRunCost>, ParameterError> {
+        let change = ONE_PERCENT * self.model.get(Base::Coulomb);
+        let is_told = |variable: &&Variable| match variable.target {
+            Target::Base(base) => base == Base::Coulomb,
+            _ => true,
+        };
+        let told = self.variables.iter().filter(|_| change > 0.0);
+        told.filter(is_told)
+            .map(|variable| {
+                let mut moved = self.model.clone();
+                variable.set(&mut moved, variable.get(&self.model) + change);
+                let (name, dimension) = described(variable);
+                Ok(FreeRunCost {
+                    name: name.to_owned(),
+                    change: decimal(change),
+                    unit: dimension.unit(self.rotary).to_owned(),
+                    position_rms: metrics::free_runs_apart(data, [&self.model, &moved])?,
+                })
+            })
+            .collect()
     }
 
     /// The one number that a log follows best with, beside those that are moved already.
@@ -124,76 +174,35 @@ impl Numbers<'_> {
         let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
         best.map(|(_, moved)| moved)
     }
-}
 
-/// What a log has otherwise than the training logs, surely and by more than a data sheet would say; `label` is its name.
-/// `model`: the one that was fitted to the training logs, with what was found.
-pub(super) fn of_log(
-    (log, label): (Log, &str),
-    training: &Data,
-    model: &Model,
-    scope: &Scope,
-    rotary: bool,
-) -> Option<LogDifference> {
-    let numbers = numbers(model, training, scope);
-    let logs = [log];
-    let data = Data {
-        logs: &logs,
-        settings: training.settings,
-    };
-    let mut moved = Variables::new();
-    let mut found = None;
-    while moved.len() < MOST {
-        let Some(next) = numbers.next(&data, &moved) else {
-            break;
-        };
-        let Some((fit, apart)) = numbers.apart(&data, &next) else {
-            break;
-        };
-        let is_sure = |(variable, (apart, std)): (&Variable, &(f64, f64))| {
-            let least = f64::from(LEAST_OFF) * size(variable, &numbers.model);
-            apart.abs() >= LEAST_CERTAINTY * std && apart.abs() >= least
-        };
-        if !next.iter().zip(&apart).all(is_sure) {
-            break;
-        }
-        moved = next;
-        found = Some((fit, apart));
-    }
-    let (fit, apart) = found?;
-    let position_rms = |data: &Data, model: &Model| {
-        let simulator = model.build(log.period).ok()?;
-        Some(replay::total_error(data, &AllCores, &simulator).position_rms())
-    };
-    let (without, with) = (
-        position_rms(&data, model)?,
-        position_rms(&data, &fit.model)?,
-    );
-    // What leaves most of what this log has beyond the training logs is no explanation of it.
-    let least = position_rms(training, model)?;
-    let beyond = |rms: f64| rms * rms - least * least;
-    if beyond(with) > 0.5 * beyond(without) {
-        return None;
-    }
-    let told = moved
-        .iter()
-        .zip(apart)
-        .map(|(variable, (difference, std))| {
-            let (name, dimension) = described(variable);
-            NumberDifference {
-                name: name.to_owned(),
-                trained: decimal(variable.get(&numbers.model)),
-                difference,
-                std,
-                unit: dimension.unit(rotary).to_owned(),
-            }
+    /// The fit of these numbers to a log; by how much it has more of each than the training logs, and the standard deviation of
+    /// that.
+    fn apart(&self, data: &Data, moved: &[Variable]) -> Option<(Fit, Vec<(f64, f64)>)> {
+        let here = self.fit(data, moved)?;
+        let there = self.fit(self.training, moved)?;
+        let own = informed(data, &here.model, moved)?.covariance(moved);
+        let trained = informed(self.training, &there.model, moved)?.covariance(moved);
+        let apart = moved.iter().enumerate().map(|(place, variable)| {
+            let [here, there] = [&here, &there].map(|fit| decimal(variable.get(&fit.model)));
+            let variance = own.at(place, place) + trained.at(place, place);
+            (here - there, variance.sqrt())
         });
-    Some(LogDifference {
-        log: label.to_owned(),
-        position_rms: without,
-        position_rms_with: with,
-        numbers: told.collect(),
-    })
+        let apart = apart.collect();
+        Some((here, apart))
+    }
+
+    /// The model with these numbers fitted to these logs.
+    fn fit(&self, data: &Data, moved: &[Variable]) -> Option<Fit> {
+        fit::fit(data, &AllCores, (Fold::All, 1), &self.model, moved, EFFORT)
+    }
+
+    /// What a share of a difference is one of: of an offset the friction.
+    fn size(&self, variable: &Variable) -> f64 {
+        f64::from(match variable.target {
+            Target::Base(base) => self.model.get(base),
+            _ => self.model.get(Base::Coulomb),
+        })
+    }
 }
 
 /// Whether a number is the same in all logs of one machine under one load and supply.
@@ -207,53 +216,4 @@ fn described(variable: &Variable) -> (&'static str, Dimension) {
         Target::Base(base) => (base.name(), base.dimension()),
         _ => (Id::OffsetTorque.description().id, Dimension::Torque),
     }
-}
-
-/// What a share of a difference is one of: of an offset the friction.
-fn size(variable: &Variable, model: &Model) -> f64 {
-    f64::from(match variable.target {
-        Target::Base(base) => model.get(base),
-        _ => model.get(Base::Coulomb),
-    })
-}
-
-/// What a free run of a model on these logs is moved by, rms, where the friction is one percent more, and by an offset of as
-/// much. None without friction.
-///
-/// # Errors
-/// A parameter of the model outside its range.
-pub(super) fn free_run_costs(
-    data: &Data,
-    model: &Model,
-    scope: &Scope,
-    rotary: bool,
-) -> Result<Vec<FreeRunCost>, ParameterError> {
-    let friction = model.get(Base::Coulomb);
-    let change = ONE_PERCENT * friction;
-    if change <= 0.0 {
-        return Ok(Vec::new());
-    }
-    let Numbers {
-        model, variables, ..
-    } = numbers(model, data, scope);
-    let mut costs = Vec::new();
-    for variable in &variables {
-        let is_told = matches!(
-            variable.target,
-            Target::Base(Base::Coulomb) | Target::Effect { .. }
-        );
-        if !is_told {
-            continue;
-        }
-        let mut moved = model.clone();
-        variable.set(&mut moved, variable.get(&model) + change);
-        let (name, dimension) = described(variable);
-        costs.push(FreeRunCost {
-            name: name.to_owned(),
-            change: decimal(change),
-            unit: dimension.unit(rotary).to_owned(),
-            position_rms: metrics::free_runs_apart(data, [&model, &moved])?,
-        });
-    }
-    Ok(costs)
 }

@@ -170,14 +170,6 @@ pub(super) fn unsure(machine: &Machine) -> Vec<(Base, f32)> {
     Base::ALL.into_iter().filter_map(stated).collect()
 }
 
-/// By what factor those numbers of the winding may be off, by the tolerances of a machine file, that it leaves out of `[fit]`.
-pub(super) fn winding_held(machine: &Machine) -> Vec<(Base, f64)> {
-    let winding = [Base::Resistance, Base::TorqueConstant].into_iter();
-    let held = winding.filter(|base| !machine.fits(base.name()));
-    held.filter_map(|base| Some((base, 1.0 + machine.tolerances.get(base.name())?)))
-        .collect()
-}
-
 /// These base parameters as a machine file holds them, SI: the inverse of [`model`] for a model that was
 /// fitted from this machine. The breakaway level is among them where it has to rise with the Coulomb level,
 /// below which the plant raises it by itself and the file's reader refuses it.

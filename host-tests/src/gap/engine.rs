@@ -16,8 +16,8 @@ use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
 use super::answer::{candidate, current_sensor, fitted, found, input_lead, mechanism, unknown};
-use super::between_logs::{self, free_run_costs};
-use super::declared::{base_parameters, encoder_turn, model, resolution, unsure, winding_held};
+use super::between_logs;
+use super::declared::{base_parameters, encoder_turn, model, resolution, unsure};
 use super::demand::Demand;
 use super::disagreement::{self, Look};
 use super::evidence::evidence;
@@ -324,15 +324,11 @@ pub fn trace(
         }
         validate_errors = Some(errors);
     }
-    let held = winding_held(machine);
-    let known = Known {
-        options: &options,
-        held: &held,
-    };
-    let spread = Spread::new(&trace, &judged, &declared, known).ok_or_else(left_range)?;
+    let known = Known::of(machine, &options);
+    let spread = Spread::new(&trace, &judged, &declared, &known).ok_or_else(left_range)?;
     let moved = (&trace.base[..], &trace.readings[..]);
     let named =
-        mechanism(&trace).and_then(|it| Spread::of(&it.nearest, moved, &judged, &declared, known));
+        mechanism(&trace).and_then(|it| Spread::of(&it.nearest, moved, &judged, &declared, &known));
     let train_evidence = evidence(&series, &judged, &declared, &trace)?;
     let demand = Demand::of(&judged, &trace.after.model).map_err(refused)?;
     let validate_evidence = if held_back.is_empty() {
@@ -346,16 +342,14 @@ pub fn trace(
     } else {
         &unseen
     };
-    let free_run_costs = free_run_costs(last, &trace.after.model, &options.scope, rotary);
-    let differences = |data: &Data, log: &Series| {
-        let log = (log.log(), log.label.as_str());
-        between_logs::of_log(log, data, &trace.after.model, &options.scope, rotary)
-    };
+    let numbers = between_logs::Numbers::of(&trace.after.model, &judged, &options.scope);
+    let free_run_costs = numbers.free_run_costs(last).map_err(refused)?;
     // One log alone has nothing otherwise than itself.
     let trained = series.iter().filter(|_| series.len() > 1);
-    let logs_told = trained.chain(&unseen_series);
-    let between_logs = logs_told
-        .flat_map(|log| differences(&judged, log))
+    let others = trained.chain(&unseen_series);
+    let trained_rms = train_errors.after.position_rms;
+    let between_logs = others
+        .filter_map(|log| numbers.differences(log.log(), &log.label, trained_rms))
         .collect();
 
     let outcome = Outcome {
@@ -384,7 +378,7 @@ pub fn trace(
             validate: validate_errors,
         },
         between_logs,
-        free_run_costs: free_run_costs.map_err(refused)?,
+        free_run_costs,
         candidates,
         next_experiment: None,
         machine_out: None,
@@ -405,7 +399,7 @@ pub fn trace(
         free_motor: free_motor(machine, train),
         has_return_spring: has_return_spring(machine),
         has_page: false,
-        held_within: held.iter().map(|(number, _)| number.name()).collect(),
+        held_within: known.held(),
         without_inductance: machine
             .motor
             .as_ref()

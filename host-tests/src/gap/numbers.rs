@@ -6,7 +6,7 @@ use model_core::gap::select::{LEAST_WINDOWS, fit_base};
 use model_core::gap::verdict::Residual;
 
 use super::answer::fitted;
-use super::declared::{model, resolution, winding_held};
+use super::declared::{model, resolution};
 use super::disagreement::{self, Disagreement};
 use super::engine::{check_logs, with_workbench};
 use super::outcome::FittedParameter;
@@ -60,12 +60,8 @@ impl Numbers {
                 floor: bench.least_error(model)?,
             };
             let (declared, options) = (bench.declared, bench.options);
-            let held = winding_held(machine);
-            let known = Known {
-                options,
-                held: &held,
-            };
-            let spread = Spread::of(model, (&bench.base, &[]), &bench.data, declared, known)?;
+            let known = Known::of(machine, options);
+            let spread = Spread::of(model, (&bench.base, &[]), &bench.data, declared, &known)?;
             let fit = fitted((model, &bench.base), &spread, declared, options, machine);
             Some(Self::Fitted { fit, residual })
         })

@@ -6,12 +6,13 @@ use model_core::gap::covariance::{Covariance, Information};
 use model_core::gap::current_sensor::Reading;
 use model_core::gap::fit::{self, Effort, Target, Variable, Variables, variables};
 use model_core::gap::model::{Base, Model};
-use model_core::gap::replay::{Data, Fold};
+use model_core::gap::replay::{self, Data, Fold};
 use model_core::gap::verdict::Trace;
 use model_core::gap::workbench::Options;
 use model_core::unit::Dimension;
 
 use super::engine::AllCores;
+use crate::machine::Machine;
 
 /// How far a number is moved to see what the others do with it, in its scales: far beyond what sensitivities are taken over,
 /// and near enough for what it is the tangent of.
@@ -23,6 +24,9 @@ const EFFORT: Effort = Effort {
     converged: 1e-6,
 };
 
+/// Numbers of a winding, which give torques their scale.
+pub(super) const WINDING: [Base; 2] = [Base::Resistance, Base::TorqueConstant];
+
 /// What the final fit has moved, and how surely.
 pub(super) struct Spread {
     variables: Variables,
@@ -31,7 +35,7 @@ pub(super) struct Spread {
 
 impl Spread {
     /// Of the final fit, with the data as the tracing weighed it in the end.
-    pub fn new(trace: &Trace, data: &Data, declared: &Model, known: Known) -> Option<Self> {
+    pub fn new(trace: &Trace, data: &Data, declared: &Model, known: &Known) -> Option<Self> {
         let moved = (&trace.base[..], &trace.readings[..]);
         Self::of(&trace.after.model, moved, data, declared, known)
     }
@@ -42,12 +46,10 @@ impl Spread {
         moved: (&[Base], &[Reading]),
         data: &Data,
         declared: &Model,
-        known: Known,
+        known: &Known,
     ) -> Option<Self> {
         let variables = variables(declared, model, moved, &known.options.scope);
-        let mut information = Information::default();
-        information.gather(data, &AllCores, model, &variables)?;
-        information.allow_for_restarts(data, &AllCores, model, &variables)?;
+        let mut information = informed(data, model, &variables)?;
         profile(
             &mut information,
             (data, model),
@@ -62,26 +64,52 @@ impl Spread {
     }
 }
 
-/// What is known of the declared numbers.
-#[derive(Clone, Copy)]
-pub(super) struct Known<'a> {
-    /// Of those that are fitted.
-    pub options: &'a Options<'a>,
-    /// By what factor those of the winding may be off that are not, a standard deviation of their logarithm.
-    pub held: &'a [(Base, f64)],
+/// What logs say of the variables of a fit, by the windows and by other restarts.
+pub(super) fn informed(data: &Data, model: &Model, variables: &[Variable]) -> Option<Information> {
+    let mut information = Information::default();
+    information.gather(data, &AllCores, model, variables)?;
+    information.allow_for_restarts(data, &AllCores, model, variables)?;
+    Some(information)
 }
 
-impl Known<'_> {
+/// What is known of the declared numbers.
+pub(super) struct Known<'a> {
+    /// Of those that are fitted.
+    options: &'a Options<'a>,
+    /// By what factor those of the winding may be off that are not, a standard deviation of their logarithm.
+    held: Vec<(Base, f64)>,
+}
+
+impl<'a> Known<'a> {
+    /// By the options of a tracing and by the tolerances of a machine file.
+    pub fn of(machine: &Machine, options: &'a Options<'a>) -> Self {
+        let held = WINDING.into_iter().filter_map(|base| {
+            let tolerance = machine.tolerances.get(base.name())?;
+            (!machine.fits(base.name())).then_some((base, 1.0 + tolerance))
+        });
+        Self {
+            options,
+            held: held.collect(),
+        }
+    }
+
+    /// Names of the numbers of the winding that are not fitted and of which it is known how far they may be off.
+    pub fn held(&self) -> Vec<&'static str> {
+        self.held.iter().map(|(base, _)| base.name()).collect()
+    }
+
+    fn factor_of_held(&self, target: Target) -> Option<f64> {
+        let mut held = self.held.iter();
+        let own = held.find(|(own, _)| target == Target::Base(*own));
+        own.map(|(_, factor)| *factor)
+    }
+
     /// Standard deviation of what a variable is declared as, in its scales, beside what the model has.
     fn error(&self, variable: &Variable, model: &Model) -> f64 {
-        let held = self
-            .held
-            .iter()
-            .find(|(own, _)| variable.target == Target::Base(*own));
-        held.map_or_else(
-            || self.options.error(variable, variable.get(model)),
-            |(_, factor)| factor.ln(),
-        )
+        match self.factor_of_held(variable.target) {
+            Some(factor) => factor.ln(),
+            None => self.options.error(variable, variable.get(model)),
+        }
     }
 }
 
@@ -91,14 +119,14 @@ fn profile(
     information: &mut Information,
     logs: (&Data, &Model),
     (variables, declared): (&Variables, &Model),
-    known: Known,
+    known: &Known,
 ) -> Option<()> {
     let inflation = information.inflation(variables.len());
-    for winding in [Base::Resistance, Base::TorqueConstant] {
-        let is_it = |variable: &Variable| variable.target == Target::Base(winding);
-        let is_held = known.held.iter().any(|(own, _)| *own == winding);
+    for winding in WINDING {
+        let target = Target::Base(winding);
+        let is_held = known.factor_of_held(target).is_some();
         let mut all = variables.clone();
-        let place = match variables.iter().position(is_it) {
+        let place = match variables.iter().position(|it| it.target == target) {
             Some(place) => place,
             None if is_held => {
                 let held = Variable::base(declared, winding, &known.options.scope);
@@ -155,15 +183,17 @@ fn allow_for_direction(
     (information, inflation, fitted): (&mut Information, f64, usize),
     (data, model): (&Data, &Model),
     (variables, (place, direction)): (&Variables, (usize, &[f64])),
-    known: Known,
+    known: &Known,
 ) -> Option<()> {
     let errors: Vec<f64> = variables.iter().map(|it| known.error(it, model)).collect();
     let mut others = variables.clone();
     others.remove(place);
-    let fit = |model: &Model, variables: &[Variable]| {
-        fit::fit(data, &AllCores, (Fold::All, 1), model, variables, EFFORT)
+    let all = (Fold::All, 1);
+    let cost = |model: &Model| {
+        let simulator = model.build(data.logs.first()?.period).ok()?;
+        Some(replay::cost(data, &AllCores, all, &simulator).0)
     };
-    let least = fit(model, &[])?.cost;
+    let least = cost(model)?;
     // Either way, for on one side of it another number may be at its bound.
     let beside = [MOVED, -MOVED].into_iter().filter_map(|step| {
         let mut start = model.clone();
@@ -172,8 +202,8 @@ fn allow_for_direction(
             variable.set(&mut start, variable.within_bounds(moved * variable.scale));
         }
         // One that leaves the plant's range says nothing.
-        let beside = fit(&start, &others)?.model;
-        Some((fit(&beside, &[])?.cost - least, beside))
+        let beside = fit::fit(data, &AllCores, all, &start, &others, EFFORT)?.model;
+        Some((cost(&beside)? - least, beside))
     });
     let Some((cost, beside)) = beside.min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return Some(());
@@ -240,7 +270,6 @@ pub(super) fn propagate<const N: usize>(
 mod tests {
     use super::*;
     use crate::gap::declared;
-    use crate::machine::Machine;
     use crate::workspace;
     use model_core::effect::{Active, Id, Scope};
 

@@ -4,6 +4,7 @@
 use model_core::effect::{Bounds, Id};
 use model_core::gap::verdict::Verdict;
 
+use super::disagreement::words::spoken;
 use super::headline;
 use super::outcome::{
     Candidate, ErrorSet, Errors, Estimate, FittedParameter, FoundEffect, LearnedLaw, Outcome,
@@ -216,10 +217,8 @@ pub(super) fn error_legend(errors: &Errors) -> [(&'static str, String); 7] {
 /// A number of a machine file, or the offset, as a sentence has it.
 pub(super) fn number_in_words(name: &str, unit: &str) -> String {
     match (name, unit) {
-        ("coulomb", _) => "Coulomb friction".to_owned(),
-        ("viscous", _) => "viscous friction".to_owned(),
         ("offset_torque", "N") => "offset force".to_owned(),
-        (name, _) => name.replace('_', " "),
+        (name, _) => spoken(name),
     }
 }
 

@@ -113,8 +113,8 @@ pub(crate) fn mended(
     mend: Option<Mend>,
 ) -> InputError {
     let found = mend.and_then(|mend| {
-        let raw = Raw::read(path, bytes, &Reading::default()).ok()?;
-        mending(path, &raw, &mend)
+        let mut raw = Raw::read(path, bytes, &Reading::default()).ok()?;
+        mending(path, &mut raw, &mend)
     });
     match found {
         Some(mending) => InputError::new(&error.file, error.line, mending.behind(&error.message)),
@@ -128,7 +128,7 @@ pub(crate) fn of_format(path: &Path, bytes: &[u8], expected: &str) -> Option<Inp
     let format = Raw::format_of(bytes)?;
     let message = format!("is {format}, not {expected}; import it");
     let message = match Raw::read(path, bytes, &Reading::default()) {
-        Ok(raw) => match mending(path, &raw, &Mend::Read) {
+        Ok(mut raw) => match mending(path, &mut raw, &Mend::Read) {
             Some(mending) => mending.behind(&message),
             // Which of its columns is which nobody knows but the user.
             None => format!(
@@ -158,12 +158,10 @@ impl Mending {
     }
 }
 
-/// The call that mends what the file holds.
-fn mending(path: &Path, raw: &Raw, mend: &Mend) -> Option<Mending> {
+/// The call that mends what the file holds, whose groups of rows are brought together for it.
+fn mending(path: &Path, raw: &mut Raw, mend: &Mend) -> Option<Mending> {
     let mut recipe = guess::recipe(raw)?;
-    let mut raw = raw.clone();
-    bring_together(&mut raw, &recipe).ok()?;
-    let raw = &raw;
+    bring_together(raw, &recipe).ok()?;
     let sizes = recipe.sizes_to_fill_in(raw);
     recipe.mend(mend, raw).then_some(())?;
     Some(Mending {

@@ -1,6 +1,7 @@
 //! Columns of several groups of rows, each with a time of its own, as channels of a data logger that are sampled at
 //! different rates or topics of a robot: all are brought to the times of one group.
 
+use super::guess::end_of_path;
 use super::raw::{Column, Raw};
 use super::recipe::Recipe;
 use crate::log::{COLUMNS, Course, TIME, counted, quoted};
@@ -100,10 +101,7 @@ pub(super) fn bring_together(raw: &mut Raw, recipe: &Recipe) -> Result<Vec<Strin
 
 /// The time of a group: what is called there as `main` is in its own.
 fn time_of(raw: &Raw, group: usize, main: usize) -> Result<usize, String> {
-    let last = |column: usize| {
-        let name = raw.names[column].trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
-        name.rsplit('.').next().unwrap_or(name)
-    };
+    let last = |column: usize| end_of_path(&raw.names[column]);
     let mut columns = 0..raw.names.len();
     let is_it = |column: &usize| raw.groups[*column] == group && last(*column) == last(main);
     let refuse = |why: String| {

@@ -139,7 +139,7 @@ pub(super) fn is_command(name: &str) -> bool {
 }
 
 /// What a name in a path ends with, without the number of an element: `current` of `/motor.current.0`.
-fn end_of_path(name: &str) -> &str {
+pub(super) fn end_of_path(name: &str) -> &str {
     let is_number = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
     let mut parts = name.rsplit('.');
     parts.find(|part| !is_number(part)).unwrap_or(name)

@@ -78,19 +78,40 @@ impl Recipe {
         let length = |column: usize| raw.columns[column].values.len();
         let (_, first) = sources.first().ok_or("no column is asked for")?;
         let first = first.column;
-        let mut columns = sources.iter().flat_map(|(_, source)| source.columns());
-        let odd = columns.find(|column| length(*column) != length(first));
-        drop(columns);
-        match odd {
-            None => Ok(sources),
-            Some(odd) => Err(format!(
-                "{} has {} values, {} has {}; expected columns of one length",
-                raw.name(first),
-                length(first),
-                raw.name(odd),
-                length(odd)
-            )),
-        }
+        let odd = sources
+            .iter()
+            .flat_map(|(_, source)| source.columns())
+            .find(|column| length(*column) != length(first));
+        let Some(odd) = odd else {
+            return Ok(sources);
+        };
+        let names = [raw.name(first), raw.name(odd)];
+        // Of each set of arrays the same name, with a number behind it.
+        let bare = |column: usize| {
+            raw.names[column].trim_end_matches(|c: char| c.is_ascii_digit() || c == '.')
+        };
+        let beside = |column: usize, of: usize| {
+            let mut others = (0..raw.names.len())
+                .filter(move |&other| bare(other) == bare(column) && length(other) == length(of));
+            others.next().map(|other| raw.name(other))
+        };
+        let pairs = [
+            beside(odd, first).map(|other| format!("{} and {other}", names[0])),
+            beside(first, odd).map(|other| format!("{other} and {}", names[1])),
+        ];
+        let pairs: Vec<String> = pairs.into_iter().flatten().collect();
+        let remedy = if pairs.is_empty() {
+            String::new()
+        } else {
+            format!(", as {} are", pairs.join(" are, or "))
+        };
+        Err(format!(
+            "{} has {} values, {} has {}; expected columns of one length{remedy}",
+            names[0],
+            length(first),
+            names[1],
+            length(odd)
+        ))
     }
 
     /// What to put into a guessed call: the rate of rows without a time, and a size for the 1 of each source whose unit says
@@ -184,5 +205,26 @@ impl Recipe {
         }
         call.option("--out", out);
         call
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::raw::Column;
+    use super::*;
+
+    /// As a MATLAB file has them that holds measurements of two rates.
+    #[test]
+    fn columns_of_two_lengths_are_refused_with_those_that_go_together() {
+        let mut raw = Raw::named(["time", "duty", "enc", "time.2", "enc.2"]);
+        for (column, length) in raw.columns.iter_mut().zip([400, 400, 200, 200, 400]) {
+            *column = Column::of(vec![0.0; length]);
+        }
+        let sources = ["time", "duty", "enc"].map(|name| Some(name.to_owned()));
+        let mut recipe = Recipe::default();
+        recipe.sources[..3].clone_from_slice(&sources);
+        let refused = recipe.parsed(&raw).unwrap_err();
+        let together = "as time and enc.2 are, or time.2 and enc are";
+        assert!(refused.contains(together), "{refused}");
     }
 }

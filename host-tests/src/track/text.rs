@@ -8,7 +8,7 @@ use crate::gap::answer::listed;
 use crate::gap::terminal::wrapped;
 use crate::log::counted;
 use crate::machine::Machine;
-use crate::quantity::{Scale, estimate, probability, significant};
+use crate::quantity::{Scale, capitalised, estimate, probability, significant};
 
 /// From so many logs on nobody counts them: one a day for thirty years.
 const MOST_LOGS: f64 = 10_000.0;
@@ -26,14 +26,6 @@ pub(super) fn words(name: &str) -> String {
         "static" => "static friction".into(),
         other => other.replace('_', " "),
     }
-}
-
-/// A sentence's beginning.
-fn capital(text: &str) -> String {
-    let mut characters = text.chars();
-    characters.next().map_or(String::new(), |first| {
-        first.to_uppercase().collect::<String>() + characters.as_str()
-    })
 }
 
 /// `3.1 % a log (95 %: 2.6 to 3.6)`, or with the unit where the number has no level to be a share of.
@@ -114,7 +106,7 @@ pub(super) fn sentences(outcome: &Outcome) -> Vec<String> {
     for trend in alarms {
         let falls = trend.slope_per_log.is_some_and(|slope| slope < 0.0);
         let verb = if falls { "falls" } else { "rises" };
-        let mut sentence = capital(&words(&trend.name));
+        let mut sentence = capitalised(&words(&trend.name));
         if let Some(rate) = rate(trend) {
             sentence += &format!(" {verb} by {rate}");
         }
@@ -135,7 +127,7 @@ pub(super) fn sentences(outcome: &Outcome) -> Vec<String> {
     }
     for trend in seen.iter().filter(|trend| trend.limit_given) {
         if let Some(reach) = reach(trend) {
-            let name = capital(&words(&trend.name));
+            let name = capitalised(&words(&trend.name));
             sentences.push(format!("{name}: {reach}."));
         }
     }

@@ -17,7 +17,7 @@ mod measure;
 mod reading;
 mod regression;
 pub(crate) mod units;
-mod words;
+pub(super) mod words;
 
 pub(super) use answer::{failure, report};
 use rayon::prelude::*;

@@ -420,7 +420,8 @@ fn times(ratio: f64) -> String {
     }
 }
 
-fn spoken(name: &str) -> String {
+/// A number of a machine file as a sentence has it.
+pub(in crate::gap) fn spoken(name: &str) -> String {
     match name {
         "coulomb" => "Coulomb friction".to_owned(),
         "viscous" => "viscous friction".to_owned(),
