@@ -61,7 +61,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             )
         }
         (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) => format!(
-            "held-out error falls by {} only, 10 % is required",
+            "the error on data left out of the fit falls by {} only, 10 % is required",
             share(held_out.ratio)
         ),
         (Decision::Refused(Refusal::NotNeeded), _) => {
@@ -72,7 +72,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             format!("its fitted strength is within {LEAST_CERTAINTY} standard deviations of zero")
         }
         (Decision::NotClearlyBetter, held_out) => format!(
-            "it takes {} off the held-out error, not clearly more than the effects of the catalogue",
+            "it lowers the error on data left out of the fit by {}, and effects of the catalogue by nearly as much",
             held_out.map_or(String::new(), |held_out| share(held_out.ratio))
         ),
         (Decision::InPlaceOf { other }, _) => {
@@ -308,7 +308,8 @@ pub(super) fn fitted(
                 name: parameter.name().to_owned(),
                 declared: decimal(declared.get(parameter)),
                 fitted: decimal(fitted),
-                std: std.is_finite().then_some(std),
+                // At a bound where it says nothing to the log, as a breakaway level on the Coulomb one, no window moves it.
+                std: (std.is_finite() && std > 0.0).then_some(std),
                 unit: parameter.dimension().unit(rotary).to_owned(),
                 freed: !options.base.contains(&parameter),
                 tolerance: machine.tolerances.get(parameter.name()).copied(),

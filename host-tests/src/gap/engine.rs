@@ -305,9 +305,9 @@ pub fn trace(
     if let Some(first) = held_back.first() {
         same_period(&held_back, Some(period))?;
         check_unseen(train, &held_back)?;
-        let found = disagreement::look(machine, &held_back);
-        if !found.is_empty() {
-            return disagree(found);
+        let look = Look::at(machine, &held_back);
+        if !look.found.is_empty() {
+            return disagree([look.beside(train), look.found].concat());
         }
         check_logs(&first.path, &unseen, &declared, LEAST_VALIDATE_WINDOWS)?;
         let mut errors = stages(&unseen, &schedule, models)?;

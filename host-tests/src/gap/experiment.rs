@@ -234,7 +234,7 @@ impl NextExperiment {
         if !self.absorbed.is_empty() {
             let absorbed: Vec<String> = self.absorbed.iter().map(Absorbed::in_words).collect();
             return format!(
-                "These logs would not show {}: the fitted parameters absorb it.",
+                "These logs would not show {}: other fitted numbers make up for it.",
                 any_of(&absorbed)
             );
         }

@@ -8,8 +8,8 @@ mod layout;
 mod next;
 
 use model_core::effect::Id;
+use model_core::effect::twins::are_one_model;
 use model_core::gap::criterion::UNEXPLAINED;
-use model_core::gap::model::Base;
 use model_core::gap::verdict::Verdict;
 
 use self::found::{between_logs, current_sensor, inductance, late_input, learned};
@@ -106,8 +106,13 @@ fn finding(outcome: &Outcome) -> String {
         [one] if one.equivalent.is_empty() => format!("one effect was missing, {}.", one.id),
         [one] => {
             let all = [vec![one.id.clone()], equivalent(one)].concat();
+            let who = if is_one_model(one) {
+                "no log can"
+            } else {
+                "the logs cannot"
+            };
             format!(
-                "one effect was missing, either {}: the logs cannot tell them apart.",
+                "one effect was missing, either {}: {who} tell them apart.",
                 any_of(&all)
             )
         }
@@ -183,6 +188,15 @@ fn is_doubt_in_finding(outcome: &Outcome) -> bool {
         && next.is_none_or(|next| next.rivals().is_empty())
 }
 
+/// Whether an effect and the only other one that it may be are one model in every motion.
+fn is_one_model(effect: &FoundEffect) -> bool {
+    let [other] = &effect.equivalent[..] else {
+        return false;
+    };
+    let ids = Id::from_id(&effect.id).zip(Id::from_id(other));
+    ids.is_some_and(|(id, other)| are_one_model(id, other))
+}
+
 /// What the logs cannot tell from an effect; of many their number.
 fn equivalent(effect: &FoundEffect) -> Vec<String> {
     match effect.equivalent.len() {
@@ -238,16 +252,7 @@ fn beyond(fit: &[FittedParameter]) -> Option<String> {
         1 => "is farther from the declared value than its tolerance",
         _ => "are farther from the declared values than their tolerances",
     };
-    // A supply of another voltage than the declared one makes both too large, or both too small.
-    let of = |name: &str| beyond.iter().find(|it| it.name == name).map(|it| share(it));
-    let winding = of(Base::Resistance.name()).zip(of(Base::TorqueConstant.name()));
-    let look = match winding {
-        Some((resistance, torque_constant)) if resistance * torque_constant > 0.0 => {
-            ": see that the supply's voltage is right"
-        }
-        _ => "",
-    };
-    Some(format!("{} {are}{look}", listed(&named)))
+    Some(format!("{} {are}", listed(&named)))
 }
 
 /// Why nothing is said to be complete although nothing was found.
@@ -259,7 +264,7 @@ fn nothing_proven(outcome: &Outcome) -> String {
         let window = outcome.errors.train.before.window_s;
         let time = |seconds: f64| Scale::of("s", [seconds]).quantity(seconds);
         return format!(
-            "nothing is proven: what seems to be missing when the model predicts {} ahead is not missing when it \
+            "nothing is proven: something seems to be missing where the model predicts {} ahead, but not where it \
              predicts {} ahead",
             time(window),
             time(0.5 * window)
@@ -327,8 +332,11 @@ fn certainty(report: &Report) -> String {
                 .map(|next| next.doubt())
                 .filter(|doubt| !doubt.is_empty());
             let mut sentences = Vec::from_iter(presumed(report));
-            sentences.push(best_refused(outcome));
-            sentences.extend(doubt);
+            // Where there is room for one sentence the last one stays.
+            match nearest(outcome) {
+                Some(nearest) => sentences.extend(doubt.into_iter().chain([refused(nearest)])),
+                None => sentences.extend([NOTHING_HELPS.to_owned()].into_iter().chain(doubt)),
+            }
             sentences.join(" ")
         }
         Verdict::EffectsFound | Verdict::UnknownEffect => {
@@ -476,19 +484,18 @@ fn nearest(outcome: &Outcome) -> Option<&Candidate> {
     best.filter(|best| ratio(best) < NEARLY)
 }
 
-/// What came nearest to being found, if anything came near.
-fn best_refused(outcome: &Outcome) -> String {
-    match nearest(outcome) {
-        Some(best) => format!(
-            "Of what was refused, {} came nearest: the error on data left out of the fit is {:.0} % smaller then, \
-             but {}.",
-            best.words,
-            100.0 * (1.0 - best.held_out_ratio.unwrap_or(f64::NAN)),
-            best.reason
-        ),
-        None => "Nothing that was tried lowers the error clearly on data left out of the fit."
-            .to_owned(),
-    }
+/// What is said where nothing came near to being found.
+const NOTHING_HELPS: &str =
+    "Nothing that was tried lowers the error clearly on data left out of the fit.";
+
+/// What came nearest to being found, and why it was refused.
+fn refused(nearest: &Candidate) -> String {
+    format!(
+        "Of what was refused, {} came nearest: the error on data left out of the fit is {:.0} % smaller then, but {}.",
+        nearest.words,
+        100.0 * (1.0 - nearest.held_out_ratio.unwrap_or(f64::NAN)),
+        nearest.reason
+    )
 }
 
 #[cfg(test)]
@@ -501,26 +508,5 @@ mod tests {
         assert_eq!(once_in(0.04), "once in 25 logs");
         assert_eq!(once_in(2.5e-6), "once in 400,000 logs");
         assert_eq!(once_in(9e-7), "less than once in a million logs");
-    }
-
-    /// A supply of s times the declared voltage makes R and k of the fit 1/s times what they are.
-    #[test]
-    fn only_what_a_supply_does_points_to_the_supply() {
-        let fitted = |name: &str, share: f64| FittedParameter {
-            name: name.to_owned(),
-            declared: 2.0,
-            fitted: 2.0 * (1.0 + share),
-            std: Some(0.002),
-            unit: String::new(),
-            freed: false,
-            tolerance: Some(0.1),
-            at_limit: false,
-        };
-        let [resistance, torque_constant] = ["resistance", "torque_constant"];
-        let both = |r: f64, k: f64| beyond(&[fitted(resistance, r), fitted(torque_constant, k)]);
-        let supply = |r, k| both(r, k).unwrap().contains("supply");
-        assert!(supply(0.17, 0.16) && supply(-0.15, -0.14));
-        assert!(!supply(0.17, -0.12) && !supply(0.17, 0.01));
-        assert_eq!(both(0.05, -0.05), None);
     }
 }

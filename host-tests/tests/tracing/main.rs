@@ -31,6 +31,6 @@ mod real_benchmark;
 mod released_drive;
 mod settled_fits;
 mod stepped;
-mod two_lengths;
+mod two_effects;
 mod undeclared_effects;
 mod wrong_motor;

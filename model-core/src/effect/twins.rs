@@ -8,6 +8,21 @@
 use super::{Active, Id};
 use heapless::Vec;
 
+/// Whether two effects are one model in every motion, so that no log tells them apart: an offset torque and a Coulomb friction that
+/// differs by direction.
+///
+/// ```
+/// use model_core::effect::{Id, twins::are_one_model};
+/// assert!(are_one_model(Id::AsymmetricCoulomb, Id::OffsetTorque));
+/// assert!(!are_one_model(Id::Spring, Id::OffsetTorque));
+/// ```
+pub fn are_one_model(one: Id, other: Id) -> bool {
+    matches!(
+        (one, other),
+        (Id::OffsetTorque, Id::AsymmetricCoulomb) | (Id::AsymmetricCoulomb, Id::OffsetTorque)
+    )
+}
+
 /// Most twins of one effect.
 pub const MOST_TWINS: usize = 2;
 

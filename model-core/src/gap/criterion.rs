@@ -124,6 +124,12 @@ pub const SHORTLIST: usize = 8;
 /// what the candidate explains is left for a later round.
 pub const FAR_BEHIND: f32 = 0.1;
 
+/// Effects that are presumed, one at a time, to look for another one beside it, where none is found alone: those that come nearest.
+pub const PRESUMED: usize = 4;
+
+/// Effects that are fitted beside each of those, by their scores there, to see which of them is worth a round.
+pub const BESIDE: usize = 2;
+
 /// A tried strength whose error, before anything is fitted to it, is beyond this multiple of what the
 /// model has without is hopeless. Large, for a base that was fitted without it is biased by its absence.
 pub const WORTH_A_FIT: f64 = 10.0;

@@ -1,9 +1,10 @@
 //! What a tracing has found so far.
 
-use super::criterion::LEAST_CERTAINTY;
+use super::criterion::{LEAST_CERTAINTY, PRESUMED};
 use super::fit::Fit;
 use super::held_out::HeldOut;
 use super::replay::Schedule;
+use super::screen::Candidate;
 use super::unknown::Unknown;
 use super::verdict::{Accepted, Consideration, Decision, ROUNDS, Subject};
 use super::workbench::Workbench;
@@ -19,6 +20,10 @@ pub(super) struct Found {
     /// Share of the held-out error that the effects leave, as far as it is known; what they were chosen anew
     /// beside is not in it.
     pub left: f64,
+    /// Effects of the last round that came nearest to being found and were not, the nearest first.
+    pub nearest: Vec<Candidate, PRESUMED>,
+    /// So many models an effect is looked for beside at once: they share the significance.
+    pub models: usize,
 }
 
 impl Found {
@@ -29,6 +34,8 @@ impl Found {
             accepted: Vec::new(),
             held_out: None,
             left: 1.0,
+            nearest: Vec::new(),
+            models: 1,
         }
     }
 

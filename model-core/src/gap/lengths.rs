@@ -260,6 +260,8 @@ fn joined(
         accepted,
         held_out: Some(held_out),
         left: 1.0,
+        nearest: Vec::new(),
+        models: 1,
     }))
 }
 
@@ -343,12 +345,7 @@ fn keep(
     } else {
         trace.before.clone()
     };
-    let mut found = Found {
-        after: trace.after.clone(),
-        accepted: Vec::new(),
-        held_out: None,
-        left: 1.0,
-    };
+    let mut found = Found::nothing(&trace.after);
     found.after.model = confirmed_part(trace, other, declared);
     for accepted in &trace.accepted {
         if confirmed(accepted) {

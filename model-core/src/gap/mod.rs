@@ -20,7 +20,7 @@
 //! * [`round`]: one round of screening, refitting and judging, with what an effect could be else ([`alternatives`]) and
 //!   the numbers that are freed instead ([`numbers`]);
 //! * [`standing`]: whether what was found may be said;
-//! * [`select`]: the rounds, to the [`verdict`];
+//! * [`select`]: the rounds, and where none finds anything a [`pair`], to the [`verdict`];
 //! * [`unknown`]: which variable carries what no effect of the catalogue explains;
 //! * [`lengths`]: what of it is found over predictions of another length too: what is said.
 //!
@@ -55,6 +55,7 @@ pub mod log;
 pub mod mechanism;
 pub mod model;
 pub mod numbers;
+pub mod pair;
 pub mod replay;
 pub mod round;
 pub mod scope;

@@ -3,7 +3,7 @@
 use super::alternatives::{ask_twins, doubt, exchange_for_twin, other_law};
 use super::criterion::{
     CONTESTED, EQUALLY_GOOD, EQUIVALENT, FAR_BEHIND, IDENTICAL, LEAST_IDENTIFIABILITY, LEAST_SCORE,
-    LOCAL_MINIMUM, NOTHING_LEFT, SHORTLIST, TOLD_APART,
+    LOCAL_MINIMUM, NOTHING_LEFT, PRESUMED, SHORTLIST, TOLD_APART,
 };
 use super::found::Found;
 use super::held_out::{Comparison, Refusal};
@@ -227,7 +227,7 @@ fn prove_rivals(
     workbench: &mut Workbench<impl Schedule>,
     model: &Model,
     screened: &Screening,
-    shortlist: &[usize],
+    (shortlist, models): (&[usize], usize),
     looks: &mut [Consideration],
     leader: &mut Leader,
 ) -> Option<()> {
@@ -256,7 +256,7 @@ fn prove_rivals(
             ratio: held_out.ratio,
             ..compare_in_short_windows(workbench, (model, &with), THROUGHOUT)?
         };
-        if proven.refusal(screened.tries(index)).is_none() {
+        if proven.refusal(models * screened.tries(index)).is_none() {
             look.held_out = Some(proven);
             look.decision = Decision::Accepted;
             if leader
@@ -268,6 +268,25 @@ fn prove_rivals(
         }
     }
     Some(())
+}
+
+/// Those of the refitted effects that came nearest to being found and were not, the nearest first.
+fn nearest(
+    candidates: &[Candidate],
+    shortlist: &[usize],
+    looks: &[Consideration],
+) -> Vec<Candidate, PRESUMED> {
+    let ratio = |index: &usize| {
+        let refused = matches!(looks[*index].decision, Decision::Refused(_));
+        looks[*index].held_out.filter(|_| refused)
+    };
+    let mut refused: Vec<(f64, usize), MOST_REFITTED> = shortlist
+        .iter()
+        .filter_map(|index| Some((ratio(index)?.ratio, *index)))
+        .collect();
+    refused.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let first = refused.iter().take(PRESUMED);
+    first.map(|(_, index)| candidates[*index]).collect()
 }
 
 /// Judges the candidates of a round.
@@ -340,7 +359,7 @@ fn refit(
             continue;
         }
         // Passed is Accepted for now; who wins is known when all have been refitted.
-        let tries = screened.tries(index);
+        let tries = found.models * screened.tries(index);
         looks[index].decision = match judge_effect(workbench, model, smaller, own, tries, leader)? {
             Ok((comparison, refusal)) => {
                 looks[index].held_out = Some(comparison);
@@ -349,7 +368,9 @@ fn refit(
             Err(decision) => decision,
         };
     }
-    prove_rivals(workbench, model, screened, &shortlist, looks, leader)?;
+    let refitted = (&shortlist[..], found.models);
+    prove_rivals(workbench, model, screened, refitted, looks, leader)?;
+    found.nearest = nearest(candidates, &shortlist, looks);
 
     let passed = |index: usize| {
         looks[index]

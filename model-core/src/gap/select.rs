@@ -76,6 +76,9 @@ fn trace_with<S: Schedule>(
     let mut before = fit_base(&mut workbench)?;
     let mut found = Found::nothing(&before);
     found.search(&mut workbench, 1, observe)?;
+    if !workbench.has_found_input_late() && found.add_pair(&mut workbench, ROUNDS, observe)? {
+        found.search(&mut workbench, ROUNDS + 1, observe)?;
+    }
     if workbench.has_found_input_late() {
         return Some(workbench.simulated);
     }
@@ -204,12 +207,19 @@ fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option
     let (after, farthest) = workbench.within_limits(found.after.clone())?;
     found.after = after;
     found.held_out = None;
-    let model = &found.after.model;
-    let residual = Residual {
+    let residual = residual(workbench, &found.after.model)?;
+    Some(End { residual, farthest })
+}
+
+/// What a model leaves, and what the sensor and the restarts leave to any model.
+pub(super) fn residual(
+    workbench: &mut Workbench<impl Schedule>,
+    model: &Model,
+) -> Option<Residual> {
+    Some(Residual {
         position_rms: workbench.position_rms(model)?,
         floor: workbench.least_error(model)?,
-    };
-    Some(End { residual, farthest })
+    })
 }
 
 // The steps below are functions of their own on the stack too: what one of them needs, the next one
@@ -267,7 +277,7 @@ impl Found {
         observe: &mut dyn FnMut(&Consideration),
     ) -> Option<()> {
         for round in first..first + ROUNDS {
-            if !add_effect(workbench, round, self, observe)? {
+            if self.accepted.is_full() || !add_effect(workbench, round, self, observe)? {
                 break;
             }
             if workbench.has_found_input_late() {
@@ -277,6 +287,25 @@ impl Found {
         self.exchange(workbench, first + ROUNDS - 1, observe)?;
         drop_replaced(workbench, self, observe)?;
         add_overtones(workbench, self)
+    }
+
+    /// The look at what a round has found, if it has found an effect.
+    pub(super) fn found_in(
+        &mut self,
+        workbench: &mut Workbench<impl Schedule>,
+        round: usize,
+    ) -> Option<Option<Consideration>> {
+        let others = self.accepted.len();
+        let mut taken = None;
+        add_effect(workbench, round, self, &mut |look| {
+            if matches!(
+                look.decision,
+                Decision::Accepted | Decision::InPlaceOf { .. }
+            ) {
+                taken = Some(*look);
+            }
+        })?;
+        Some(taken.filter(|_| self.accepted.len() > others))
     }
 
     /// Takes each effect that was chosen without the later ones out again, and has one chosen beside these:
@@ -319,16 +348,8 @@ impl Found {
         let others = self.accepted.len();
         let slot = workbench.declared.effects.len() + place;
         self.do_without(workbench, slot)?;
-        let mut taken = None;
-        add_effect(workbench, round, self, &mut |look| {
-            if matches!(
-                look.decision,
-                Decision::Accepted | Decision::InPlaceOf { .. }
-            ) {
-                taken = Some(*look);
-            }
-        })?;
-        if self.accepted.len() > others
+        let taken = self.found_in(workbench, round)?;
+        if taken.is_some()
             && self.replaces(workbench, (&kept.model, &data, out.candidate.effect.id))?
         {
             return Some(taken);

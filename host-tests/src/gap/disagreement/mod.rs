@@ -91,14 +91,12 @@ impl<'a> Look<'a> {
     }
 
     /// What other logs of the same logger disagree in. What mends the ones mends the others most likely: it is said of them if
-    /// it does.
+    /// they agree better with it, though by themselves they may not show it.
     pub fn beside(&self, others: &[Log]) -> Vec<Disagreement> {
         let declared = declared(self.machine, others);
-        if declared.cost >= IMPLAUSIBLE
-            && let Some((steps, best)) = &self.explanation
-        {
+        if let Some((steps, best)) = &self.explanation {
             let best = Tried::of(best).reading(&declared);
-            if best.cost < IMPLAUSIBLE {
+            if best.cost < IMPLAUSIBLE && best.strained() + ALIKE < declared.strained() {
                 return words::corrections(others, &declared, steps, &best);
             }
         }

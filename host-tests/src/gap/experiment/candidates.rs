@@ -1,6 +1,7 @@
 //! What the logs leave standing, each fitted to them.
 
 use model_core::effect::learned_map::{Kind, LearnedMap};
+use model_core::effect::twins::are_one_model;
 use model_core::effect::{Active, Id, Scope};
 use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::fit::Fit;
@@ -108,8 +109,13 @@ pub(super) fn doubt(trace: &Trace, looks: &[Consideration]) -> Option<Doubt> {
     let to_come = (0..trace.accepted.len())
         .filter(|&place| !is_past(Subject::Effect(trace.accepted[place].candidate.effect.id)));
     let doubts = to_come.map(|place| doubt_of_effect(trace, looks, place));
-    let may_be = |id: &Id| !is_past(Subject::Effect(*id));
     doubts.into_iter().find(|doubt| {
+        let own = doubt
+            .accepted
+            .map(|place| trace.accepted[place].candidate.effect.id);
+        let may_be = |id: &Id| {
+            !is_past(Subject::Effect(*id)) && own.is_none_or(|own| !are_one_model(own, *id))
+        };
         doubt.nothing || doubt.equivalent.iter().any(may_be) || !doubt.effects.is_empty()
     })
 }
@@ -254,7 +260,8 @@ pub(super) fn fitted(
     let screening = workbench.screen(&without, |_| ())?;
     for candidate in &screening.candidates {
         let id = candidate.effect.id;
-        let reason = if is_past(Subject::Effect(id)) {
+        let is_named = |named: &screen::Candidate| are_one_model(named.effect.id, id);
+        let reason = if is_past(Subject::Effect(id)) || accepted.is_some_and(is_named) {
             continue;
         } else if doubt.equivalent.contains(&id) {
             Reason::Equivalent

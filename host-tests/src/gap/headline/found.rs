@@ -72,10 +72,10 @@ fn law_in_words(law: &LearnedLaw, ends: Option<(f64, f64)>) -> String {
         format!(", most at {}", Scale::of(&law.at_unit, [at]).quantity(at))
     });
     format!(
-        "a {} of {} over a {} of {}{most}",
+        "a {} that depends on the {}: it is {} where that is {}{most}",
         law.acts_as,
-        range(&values, &law.unit),
         law.laid_over(),
+        range(&values, &law.unit),
         range(&at, &law.at_unit),
     )
 }

@@ -223,7 +223,8 @@ fn free_run_costs(report: &Report) -> String {
     match &costs.collect::<Vec<_>>()[..] {
         [friction, offset] => {
             format!(
-                " One percent more friction moves it by {friction}, an offset as large by {offset}."
+                " In a free run small errors add up: 1 % more friction changes the model's by {friction} rms, a constant load \
+                 of the same size by {offset}."
             )
         }
         _ => String::new(),

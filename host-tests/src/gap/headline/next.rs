@@ -2,13 +2,14 @@
 
 use model_core::effect::Id;
 use model_core::gap::criterion::FARTHEST;
+use model_core::gap::model::Base;
 use model_core::gap::verdict::Verdict;
 
 use super::gain::Reliance;
 use super::{declared, nearest, times_left};
 use crate::gap::answer::listed;
 use crate::gap::experiment::NextExperiment;
-use crate::gap::outcome::{FoundEffect, FreeMotor, NUMBERS, Outcome, Report};
+use crate::gap::outcome::{FittedParameter, FoundEffect, FreeMotor, NUMBERS, Outcome, Report};
 use crate::machine::{DeclaredEffect, MOTOR};
 use crate::quantity::{Scale, given, significant};
 
@@ -36,6 +37,8 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             let mut steps = Vec::new();
             let validate = outcome.errors.validate.as_ref();
             let reliance = Reliance::on(report);
+            let with_current = report.train.iter().all(|log| !log.current.is_empty());
+            steps.extend(supply(&outcome.fit, with_current));
             steps.extend(not_yet(reliance));
             // A number that is said to be wrong may make up for one that is declared and no fit changes.
             if times_left(outcome).is_some() || outcome.freed().next().is_some() {
@@ -89,8 +92,9 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             steps
         }
         Verdict::NothingProven => {
-            let mut steps = Vec::from_iter(without_declared(report));
-            steps.extend(mounted(outcome).or_else(|| guessed(outcome)));
+            // The first step stays however little room there is.
+            let mut steps = Vec::from_iter(mounted(outcome).or_else(|| guessed(outcome)));
+            steps.extend(without_declared(report));
             steps.extend(free_motor(report));
             if report.has_return_spring {
                 steps.push(said(
@@ -102,8 +106,8 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             // A current that is there shows where an input is written late or early; one that is not is missed.
             let is_measured = report.train.iter().all(|log| !log.current.is_empty());
             steps.push(said(if is_measured {
-                "see that each row's input is what acts from that row on, as the loop writes it; record a longer log, \
-                 slow and fast, both ways and with many reversals, and give it with another --train"
+                "check that your logger writes each input into the row from which it acts; record a longer log, slow and \
+                 fast, both ways and with many reversals, and give it with another --train"
             } else {
                 "record a longer log, slow and fast, both ways and with many reversals, with current_a if it can be \
                  measured, and give it with another --train"
@@ -240,6 +244,32 @@ fn free_motor(report: &Report) -> Vec<Step> {
     }
 }
 
+/// The supply to be looked at, where its voltage may be what is wrong and not the motor's numbers: in a log from a supply of s times the
+/// voltage that the log has, torque constant and resistance seem to be 1/s times what they are. Without a current the resistance does
+/// not show, and a position that is off does the same.
+fn supply(fit: &[FittedParameter], with_current: bool) -> Option<Step> {
+    let off = |base: Base| {
+        let number = fit.iter().find(|number| number.name == base.name())?;
+        let is_wrong = number.freed && !number.is_within_tolerance();
+        (is_wrong || number.is_surely_beyond_tolerance()).then(|| number.fitted / number.declared)
+    };
+    let constant = off(Base::TorqueConstant)?;
+    let sensor = if with_current {
+        let resistance = off(Base::Resistance)?;
+        if (resistance < 1.0) != (constant < 1.0) {
+            return None;
+        }
+        ""
+    } else {
+        ", and the encoder the counts a turn,"
+    };
+    Some(said(&format!(
+        "see that the supply has the voltage{sensor} that the log was imported with: were it {} times as high, the declared \
+         torque constant would be right",
+        significant(constant.recip(), 2)
+    )))
+}
+
 /// What is mounted on the shaft, where the logs ask for more inertia than the data sheet of a motor would have.
 fn mounted(outcome: &Outcome) -> Option<Step> {
     let implausible = outcome.residual.as_ref()?.implausible?;
@@ -274,14 +304,15 @@ fn guessed(outcome: &Outcome) -> Option<Step> {
         ),
         None => {
             let off = (number.fitted / number.declared).max(number.declared / number.fitted);
-            // Farther than that no factor lets it go.
             if off > 0.99 * f64::from(FARTHEST) {
-                return None;
+                // Farther than that no factor lets it go: the next fit starts from there.
+                format!("put {} {unit} there", significant(number.fitted, 2))
+            } else {
+                format!(
+                    "give {name} a larger factor than {} in `unsure` of [fit]",
+                    significant(off.cbrt(), 2)
+                )
             }
-            format!(
-                "give {name} a larger factor than {} in `unsure` of [fit]",
-                significant(off.cbrt(), 2)
-            )
         }
     };
     Some(said(&format!(
@@ -326,7 +357,7 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
         }
         (effects, count) => {
             let it = if outcome.with_law().is_some() {
-                "the formula that comes nearest to its law"
+                "the catalogue's formula for it, which is near to what the logs show"
             } else if effects.len() + count == 1 {
                 "it"
             } else {
@@ -372,5 +403,32 @@ fn hint(variable: &str) -> &'static str {
         "load" => "look at gear, screw and bearings under load",
         "time" => "look for what came, went or warmed up while the log was recorded",
         _ => "look for what changes with it",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A supply of s times the declared voltage makes R and k of the fit 1/s times what they are.
+    #[test]
+    fn only_what_a_supply_does_points_to_the_supply() {
+        let fitted = |base: Base, share: f64| FittedParameter {
+            name: base.name().to_owned(),
+            declared: 2.0,
+            fitted: 2.0 * (1.0 + share),
+            std: Some(0.002),
+            unit: String::new(),
+            freed: false,
+            tolerance: Some(0.1),
+            at_limit: false,
+        };
+        let [resistance, constant] = [Base::Resistance, Base::TorqueConstant];
+        let both = |r: f64, k: f64| [fitted(resistance, r), fitted(constant, k)];
+        let points = |r, k| supply(&both(r, k), true).is_some();
+        assert!(points(0.17, 0.16) && points(-0.15, -0.14));
+        assert!(!points(0.17, -0.12) && !points(0.17, 0.01) && !points(0.05, -0.05));
+        assert!(supply(&[fitted(constant, -0.5)], false).is_some());
+        assert!(supply(&[fitted(constant, 0.05)], false).is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! What the search over predictions of one length misses and that over another one finds.
+//! Two effects that a search for one after the other, over predictions of one length, does not find.
 
 use host_tests::gap_benchmark::judgement::Judgement;
 use host_tests::gap_benchmark::worlds::traced::judge_world;
@@ -44,4 +44,11 @@ fn what_follows_the_log_over_either_length_is_said() {
             [&["asymmetric_viscous"], &["input_delay", "sensor_delay"]],
         ),
     ]);
+}
+
+/// A sagging supply, and an encoder that is off its centre: while one of them is missing, what the other one takes off the error cannot
+/// be told from chance.
+#[test]
+fn what_can_only_be_proven_together_is_said() {
+    both_effects_are_said(&[(20_270_114, 95, [&["encoder_eccentricity"], &["supply_sag"]])]);
 }
