@@ -11,8 +11,11 @@ use crate::quantity::decimal;
 /// The largest that the training logs ask of a machine. A number that they do not have is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Demand {
-    /// Largest magnitude of the voltage that the input asks for, V; 0 with a torque input.
+    /// Largest magnitude of the voltage that the input asks for, V, or that of the supply where the input is a share of it; 0 with a
+    /// torque input.
     pub voltage: f64,
+    /// Whether that is the supply's.
+    pub is_of_supply: bool,
     /// Largest magnitude of the motor's torque or force, as the torque constant has it, N·m or N.
     pub torque: f64,
     /// Root mean square of the motor's current, A; 0 with a torque input.
@@ -59,8 +62,10 @@ impl Demand {
             demand.duration_s = demand.duration_s.max(duration_s);
             if let Some(constant) = constant {
                 let inputs: Vec<f64> = log.input.iter().map(f64::from).collect();
-                let voltage = f64::from(plant.gain).abs() * largest(&inputs);
-                demand.voltage = demand.voltage.max(voltage);
+                let (gain, most) = (f64::from(plant.gain).abs(), largest(&inputs));
+                demand.is_of_supply = gain > 1.0 && most <= 1.0;
+                let most = if demand.is_of_supply { 1.0 } else { most };
+                demand.voltage = demand.voltage.max(gain * most);
                 let currents = balance.torque.iter().map(|torque| torque / constant);
                 squares += currents.map(|current| current * current).sum::<f64>();
                 entries += balance.torque.len();

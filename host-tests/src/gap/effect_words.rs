@@ -430,11 +430,15 @@ impl Words<'_> {
             );
         }
         // s = R/U² by the effect's law, with the supply's voltage U; no log has more than that.
+        let highest = if self.workshop.demand.is_of_supply {
+            String::new()
+        } else {
+            format!("; {} is the logs' highest voltage", with_unit(volts, "V"))
+        };
         format!(
-            "The supply sags under load, as one of {} with {} in series; {} is the logs' highest voltage.",
+            "The supply sags under load, as one of {} with {} in series{highest}.",
             with_unit(volts, "V"),
             share.times(volts * volts).in_words("Ω"),
-            with_unit(volts, "V")
         )
     }
 

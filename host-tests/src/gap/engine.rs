@@ -648,7 +648,16 @@ pub(super) fn check_logs(
             .is_ok_and(|balance| balance.torque.iter().all(|torque| *torque == 0.0))
     };
     if data.logs.iter().all(idle) {
-        return fail("`input` is 0 throughout; expected a log of the machine being driven".into());
+        let no_current = |log: &CoreLog| {
+            let current = log.current;
+            current.is_some_and(|current| (0..log.samples()).all(|at| current.at(at) == 0.0))
+        };
+        return fail(if data.logs.iter().all(no_current) {
+            "`current_a` is 0 throughout; leave the column out, or see that its sensor is connected"
+                .into()
+        } else {
+            "`input` is 0 throughout; expected a log of the machine being driven".into()
+        });
     }
     Ok(())
 }

@@ -76,7 +76,8 @@ impl Headline {
         let outcome = &report.outcome;
         let workshop = Workshop::of(report);
         let mut finding = finding(outcome);
-        let beside = [left(outcome), at_limit(outcome)].into_iter().flatten();
+        let beside = [left(outcome), at_limit(outcome), differs(outcome)].into_iter();
+        let beside = beside.flatten();
         for sentence in beside.chain(rises(report)) {
             finding += " ";
             finding += &sentence;
@@ -373,6 +374,26 @@ fn left(outcome: &Outcome) -> Option<String> {
     Some(format!(
         "It leaves {times} times what the sensor's noise does: more than this is missing, or something else."
     ))
+}
+
+/// That logs differ from the training logs, where the first sentence would have it that nothing is wrong or known.
+fn differs(outcome: &Outcome) -> Option<String> {
+    let says_nothing = matches!(
+        outcome.verdict,
+        Verdict::NoMissingEffect | Verdict::NothingProven
+    );
+    let logs: Vec<String> = outcome
+        .between_logs
+        .iter()
+        .map(|log| log.log.clone())
+        .collect();
+    let verb = if logs.len() == 1 { "differs" } else { "differ" };
+    (says_nothing && !logs.is_empty()).then(|| {
+        format!(
+            "But {} {verb} from the training logs in a number.",
+            listed(&logs)
+        )
+    })
 }
 
 /// Which fitted numbers stopped at the limit of what the machine file lets them be off: they are no estimates.

@@ -128,10 +128,11 @@ impl Drop for Served {
     }
 }
 
-/// Position of the newest sample.
+/// Position of the newest sample; no number while there is none.
 fn position(state: &Value) -> f64 {
     let samples = state["samples"].as_array().unwrap();
-    samples[samples.len() - 1][3].as_f64().unwrap()
+    let newest = samples.last().map(|sample| sample[3].as_f64().unwrap());
+    newest.unwrap_or(f64::NAN)
 }
 
 #[test]

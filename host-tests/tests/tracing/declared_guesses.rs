@@ -28,7 +28,20 @@ fn trace_unsure(
     effects: &[Effect],
     seed: u64,
 ) -> Outcome {
-    let recording = Experiment::tracking(machine.clone(), Trajectory::sweep(machine, SECONDS))
+    let sweep = Trajectory::sweep(machine, SECONDS);
+    trace_moved(machine, declared, unsure, effects, seed, sweep)
+}
+
+/// The same in another motion.
+fn trace_moved(
+    machine: &RigMachine,
+    declared: &RigMachine,
+    unsure: &str,
+    effects: &[Effect],
+    seed: u64,
+    trajectory: Trajectory,
+) -> Outcome {
+    let recording = Experiment::tracking(machine.clone(), trajectory)
         .with_effects(effects)
         .lasting(SECONDS)
         .seeded(seed)
@@ -171,4 +184,20 @@ fn a_number_that_stopped_at_its_limit_is_said_to_have() {
     let ratio = viscous.fitted / declared.viscous;
     let off = [8.0, 1.0 / 8.0].map(|limit| (ratio / limit - 1.0).abs());
     assert!(off.iter().any(|off| *off < 1e-5), "{viscous:?}");
+}
+
+/// The friction of a rail or a gear, which no data sheet of a motor has: what is declared is a twelfth of it, and of its breakaway level.
+/// The Coulomb level soon goes beyond that, and from below it no slope leads to the true breakaway level.
+#[test]
+fn a_breakaway_level_follows_a_coulomb_level_that_was_declared_far_too_low() {
+    for machine in [RigMachine::rotary_ema(), RigMachine::force_slide()] {
+        let declared = guessed(&machine, 1.0, 1.0, 1.0 / 12.0);
+        let unsure = "{ coulomb = 22.4, static = 22.4 }";
+        let sines = Trajectory::sines(&machine);
+        let outcome = trace_moved(&machine, &declared, unsure, &[], 5107, sines);
+        assert_eq!(outcome.verdict, Verdict::NoMissingEffect, "{outcome:?}");
+        let fitted = outcome.fit.iter().find(|it| it.name == "static").unwrap();
+        let off = fitted.fitted / machine.static_friction - 1.0;
+        assert!(off.abs() < 0.02, "{fitted:?}");
+    }
 }

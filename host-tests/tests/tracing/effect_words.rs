@@ -34,6 +34,7 @@ fn effect(id: &str, values: &[(&str, f64, f64)]) -> FoundEffect {
 /// Logs of up to 12 V, 6 N·m, 2 A rms and 10 rad/s, 8 s long, of a machine with 0.12 N·m of friction.
 const DEMAND: Demand = Demand {
     voltage: 12.0,
+    is_of_supply: false,
     torque: 6.0,
     current_rms: 2.0,
     speed: 10.0,
@@ -257,7 +258,25 @@ fn what_motor_and_drive_lose_is_said_in_volts_ohms_and_percent() {
     let share = 0.3 / 144.0;
     says(
         &rotary("supply_sag", &[("share", share, 0.01 * share)]),
-        &["12.0 V", "0.300 Ω (95 %: 0.294 to 0.306)"],
+        &[
+            "as one of 12.0 V with 0.300 Ω (95 %: 0.294 to 0.306) in series; 12.0 V is the logs' highest voltage.",
+        ],
+    );
+    // Where the input is a share of the supply's voltage, that is known.
+    let of_supply = Workshop {
+        demand: &Demand {
+            is_of_supply: true,
+            ..DEMAND
+        },
+        rotary: true,
+        load_unit: "N·m",
+    };
+    says(
+        &sentence(
+            &effect("supply_sag", &[("share", share, 0.01 * share)]),
+            &of_supply,
+        ),
+        &["as one of 12.0 V with 0.300 Ω (95 %: 0.294 to 0.306) in series."],
     );
     // k(i) = k / (1 + c T): of 6 N·m, 6 / (1 + 3) are left.
     says(

@@ -1,9 +1,11 @@
 //! What a tracing has found so far.
 
 use super::criterion::{LEAST_CERTAINTY, PRESUMED};
+use super::current_sensor::Readings;
 use super::fit::Fit;
 use super::held_out::HeldOut;
-use super::replay::Schedule;
+use super::model::Numbers;
+use super::replay::{Data, Schedule};
 use super::screen::Candidate;
 use super::unknown::Unknown;
 use super::verdict::{Accepted, Consideration, Decision, ROUNDS, Subject};
@@ -26,7 +28,37 @@ pub(super) struct Found {
     pub models: usize,
 }
 
+/// What a search changes, to be had again where it was in vain.
+// It lies below a whole round: no more than what cannot be had again.
+pub(super) struct Kept<'d> {
+    pub data: Data<'d>,
+    base: Numbers,
+    readings: Readings,
+    pub after: Fit,
+    left: f64,
+}
+
 impl Found {
+    /// What a search will change.
+    pub fn keep<'d>(&self, workbench: &Workbench<'d, impl Schedule>) -> Kept<'d> {
+        Kept {
+            data: workbench.data,
+            base: workbench.base.clone(),
+            readings: workbench.readings.clone(),
+            after: self.after.clone(),
+            left: self.left,
+        }
+    }
+
+    /// Has all of that as it was again, but for the effects.
+    pub fn take_again<'d>(&mut self, kept: Kept<'d>, workbench: &mut Workbench<'d, impl Schedule>) {
+        workbench.data = kept.data;
+        workbench.base = kept.base;
+        workbench.readings = kept.readings;
+        (self.after, self.left) = (kept.after, kept.left);
+        self.held_out = None;
+    }
+
     /// Nothing: the fit of the base.
     pub fn nothing(base: &Fit) -> Self {
         Self {

@@ -57,7 +57,6 @@ impl Found {
     }
 
     /// Two effects of which this one led to the other. Whether there are; if not, nothing changes.
-    // What is kept lies below a whole round: no more than what cannot be had again.
     #[inline(never)]
     fn pair_with(
         &mut self,
@@ -66,9 +65,7 @@ impl Found {
         round: usize,
         observe: &mut dyn FnMut(&Consideration),
     ) -> Option<bool> {
-        let (data, base) = (workbench.data, workbench.base.clone());
-        let readings = workbench.readings.clone();
-        let (kept, left) = (self.after.clone(), self.left);
+        let kept = self.keep(workbench);
         let slot = workbench.declared.effects.len();
         let mut looks = [None; 2];
         if self.presume(workbench, presumed)? {
@@ -85,11 +82,7 @@ impl Found {
             return Some(true);
         }
         self.accepted.clear();
-        (self.after, self.left) = (kept, left);
-        self.held_out = None;
-        workbench.data = data;
-        workbench.base = base;
-        workbench.readings = readings;
+        self.take_again(kept, workbench);
         Some(false)
     }
 

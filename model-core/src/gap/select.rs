@@ -333,7 +333,6 @@ impl Found {
 
     /// Takes what a round chooses beside all others in place of the effect at this place, if it follows the
     /// log better, or as well with fewer parameters. The look at it; `None` inside if nothing changes.
-    // What is kept lies below a whole round: no more than what cannot be had again.
     #[inline(never)]
     fn choose_anew(
         &mut self,
@@ -341,26 +340,23 @@ impl Found {
         place: usize,
         round: usize,
     ) -> Option<Option<Consideration>> {
-        let (data, base) = (workbench.data, workbench.base.clone());
-        let readings = workbench.readings.clone();
-        let (kept, left) = (self.after.clone(), self.left);
+        let kept = self.keep(workbench);
         let out = self.accepted.remove(place);
         let others = self.accepted.len();
         let slot = workbench.declared.effects.len() + place;
         self.do_without(workbench, slot)?;
         let taken = self.found_in(workbench, round)?;
         if taken.is_some()
-            && self.replaces(workbench, (&kept.model, &data, out.candidate.effect.id))?
+            && self.replaces(
+                workbench,
+                (&kept.after.model, &kept.data, out.candidate.effect.id),
+            )?
         {
             return Some(taken);
         }
         self.accepted.truncate(others);
         let _ = self.accepted.insert(place, out);
-        (self.after, self.left) = (kept, left);
-        self.held_out = None;
-        workbench.data = data;
-        workbench.base = base;
-        workbench.readings = readings;
+        self.take_again(kept, workbench);
         Some(None)
     }
 

@@ -338,6 +338,7 @@ impl Reading {
                 all.extend(of(Column::Current, &[units::MILLIAMPERES]));
             }
             all.extend(self.of_duty());
+            all.extend(self.of_gain());
         } else {
             all.extend(of(Column::Input, &[units::THOUSANDTHS]));
         }
@@ -384,6 +385,13 @@ impl Reading {
             .into_iter()
             .flat_map(|whole| units::SUPPLIES.map(|volts| (Correction::Duty(whole, volts), 1.0)))
             .collect()
+    }
+
+    /// Volts, where the machine file takes a unit of the input for the voltage of the supply.
+    fn of_gain(&self) -> Option<(Correction, f64)> {
+        let gain = self.machine.gain.abs();
+        let is_no_duty = gain > 1.0 && self.largest_input() > 1.001;
+        is_no_duty.then(|| (Correction::Factor(Column::Input, gain.recip()), 0.0))
     }
 
     fn largest_input(&self) -> f64 {

@@ -185,6 +185,14 @@ fn what(declared: &Reading, correction: Correction) -> String {
             "position is in counts of the sensor, of {} {coordinate} each",
             significant(size, 4)
         ),
+        Correction::Factor(Column::Input, factor)
+            if (factor * declared.machine.gain.abs() - 1.0).abs() < 1e-9 =>
+        {
+            format!(
+                "input is in V, and the machine file takes it for a share of {} V",
+                significant(declared.machine.gain.abs(), 4)
+            )
+        }
         Correction::Factor(column, factor) => scaled(column, factor),
         Correction::Duty(whole, volts) => duty(whole, &volts.to_string()),
         Correction::Taken(column, unit, factor) => format!(

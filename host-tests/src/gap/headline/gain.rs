@@ -1,5 +1,6 @@
 //! How much better the model is with what was found, and what has become worse.
 
+use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::verdict::Verdict;
 
 use crate::gap::answer::listed;
@@ -32,6 +33,13 @@ impl Movement {
 
     fn is_larger(&self) -> bool {
         self.after > NO_WORSE * self.before
+    }
+
+    /// Whether it rises by more than an effect would have to take off for being said.
+    fn rises_clearly(&self) -> bool {
+        let clearly =
+            !self.after.is_finite() || self.before.powi(2) < LARGEST_RATIO * self.after.powi(2);
+        self.rises() && clearly
     }
 
     /// `the position error went from 291 µm to 52.1 µm rms (-82 %)`; the verb only where it is given.
@@ -109,11 +117,11 @@ fn fails(report: &Report) -> bool {
 /// What a model with what was found cannot be relied on for, by the errors that rose where it is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reliance {
-    /// No error rose.
+    /// No error clearly rose.
     Full,
-    /// Only that of a replay without restarts rose.
+    /// Only that of a replay without restarts did.
     ShortPredictions,
-    /// The position error over a window, or the unexplained torque, rose.
+    /// The position error over a window, or the unexplained torque, clearly rose.
     None,
 }
 
@@ -124,7 +132,7 @@ impl Reliance {
             return Self::Full;
         }
         let (stages, _) = judged(report);
-        let [position, torque, free_run] = movements(stages, report).map(|it| it.rises());
+        let [position, torque, free_run] = movements(stages, report).map(|it| it.rises_clearly());
         match (position || torque, free_run) {
             (true, _) => Self::None,
             (false, true) => Self::ShortPredictions,

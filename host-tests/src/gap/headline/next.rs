@@ -8,6 +8,7 @@ use model_core::gap::verdict::Verdict;
 use super::gain::Reliance;
 use super::{declared, nearest, times_left};
 use crate::gap::answer::listed;
+use crate::gap::disagreement::Disagreement;
 use crate::gap::experiment::NextExperiment;
 use crate::gap::outcome::{FittedParameter, FoundEffect, FreeMotor, NUMBERS, Outcome, Report};
 use crate::machine::{DeclaredEffect, MOTOR};
@@ -151,7 +152,11 @@ fn remedies(outcome: &Outcome) -> Vec<Step> {
     let mut remedies = outcome.remedies();
     let more = remedies.len().saturating_sub(MOST_REMEDIES);
     remedies.truncate(MOST_REMEDIES);
+    let is_choice = |found: &Disagreement| found.remedy.lines().count() > 1;
     let mend = match more {
+        0 if outcome.disagreement.iter().any(is_choice) => {
+            "mend each log by one of these, then run it again".to_owned()
+        }
         0 => "mend this, then run it again".to_owned(),
         _ => format!("mend this, and {more} more that --verbose lists, then run it again"),
     };
@@ -305,7 +310,11 @@ fn guessed(outcome: &Outcome) -> Option<Step> {
         None => {
             let off = (number.fitted / number.declared).max(number.declared / number.fitted);
             if off > 0.99 * f64::from(FARTHEST) {
-                // Farther than that no factor lets it go: the next fit starts from there.
+                // Farther than that no factor lets it go: the next fit starts from there. A guess is too small, not so many times
+                // too large: then something else is wrong.
+                if number.fitted < number.declared {
+                    return None;
+                }
                 format!("put {} {unit} there", significant(number.fitted, 2))
             } else {
                 format!(

@@ -41,7 +41,31 @@ const STARTS_SEED: u64 = 1;
 impl<S: Schedule> Workbench<'_, S> {
     /// Fits a model to all of the log.
     pub fn fit(&mut self, model: &Model) -> Option<Fit> {
-        self.fit_windows(model, self.data.settings.window)
+        let fit = self.fit_windows(model, self.data.settings.window)?;
+        let Some(lifted) = self.lifted(&fit.model)? else {
+            return Some(fit);
+        };
+        let again = self.fit_windows(&lifted, self.data.settings.window)?;
+        Some(if again.cost < fit.cost { again } else { fit })
+    }
+
+    /// A model whose breakaway level lies on the Coulomb level, with one that is as much above that as the declared one is, where the
+    /// log is followed better so. No slope leads there: the Coulomb level has gone above it, and then a little more or less of it
+    /// changes nothing.
+    #[inline(never)]
+    fn lifted(&mut self, model: &Model) -> Option<Option<Model>> {
+        let coulomb = model.get(Base::Coulomb);
+        if !self.base.contains(&Base::Static) || model.get(Base::Static) > coulomb {
+            return Some(None);
+        }
+        let above = self.declared.get(Base::Static) / self.declared.get(Base::Coulomb);
+        let mut lifted = model.clone();
+        lifted.set(Base::Static, above * coulomb);
+        let is_better = above > 1.0 && above.is_finite() && {
+            let cost = self.cost(model)?;
+            self.cost(&lifted).is_some_and(|lifted| lifted < cost)
+        };
+        Some(is_better.then_some(lifted))
     }
 
     /// Fits a model to all of the log in windows of another length.
