@@ -54,6 +54,7 @@ impl Demand {
             ..Self::default()
         };
         let (mut squares, mut entries) = (0.0, 0usize);
+        let mut most_input = 0.0_f64;
         for log in data.logs {
             let balance = torque_balance(log, model, f64::from(data.settings.resolution))?;
             demand.torque = demand.torque.max(largest(&balance.torque));
@@ -62,14 +63,16 @@ impl Demand {
             demand.duration_s = demand.duration_s.max(duration_s);
             if let Some(constant) = constant {
                 let inputs: Vec<f64> = log.input.iter().map(f64::from).collect();
-                let (gain, most) = (f64::from(plant.gain).abs(), largest(&inputs));
-                demand.is_of_supply = gain > 1.0 && most <= 1.0;
-                let most = if demand.is_of_supply { 1.0 } else { most };
-                demand.voltage = demand.voltage.max(gain * most);
+                most_input = most_input.max(largest(&inputs));
                 let currents = balance.torque.iter().map(|torque| torque / constant);
                 squares += currents.map(|current| current * current).sum::<f64>();
                 entries += balance.torque.len();
             }
+        }
+        if constant.is_some() {
+            let gain = f64::from(plant.gain).abs();
+            demand.is_of_supply = gain > 1.0 && most_input <= 1.0;
+            demand.voltage = gain * if demand.is_of_supply { 1.0 } else { most_input };
         }
         let mean = squares / entries as f64;
         if mean.is_finite() {

@@ -4,7 +4,6 @@ use std::cmp::Reverse;
 use std::path::Path;
 use std::time::Instant;
 
-use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::lengths;
 use model_core::gap::log::Log as CoreLog;
 use model_core::gap::model::{Base, Model};
@@ -23,7 +22,7 @@ use super::disagreement::{self, Look};
 use super::evidence::evidence;
 use super::metrics::{self, SETTLING, balance_entries, balanced_samples, torque_balance};
 use super::outcome::{
-    Candidate, Cost, Errors, FreeMotor, Outcome, Report, Resampled, Residual, Stages,
+    Candidate, Cost, Errors, FreeMotor, Outcome, Report, Resampled, Residual, Stages, rises_clearly,
 };
 use super::series::Series;
 use super::spread::{Known, Spread};
@@ -586,15 +585,14 @@ fn check_unseen(train: &[Log], validate: &[Log]) -> Result<(), InputError> {
 }
 
 /// Why what was found may not be said though the training logs prove it: the validation log is clearly worse
-/// predicted with it, in windows or in torque. Clearly is what an effect has to gain, turned round.
+/// predicted with it, in windows or in torque.
 fn does_not_carry_over(errors: &Stages) -> Option<String> {
     let (before, after) = (&errors.before, &errors.after);
     let measures = [
         ("position error", before.position_rms, after.position_rms),
         ("unexplained torque", before.torque_rel, after.torque_rel),
     ];
-    let rises =
-        |(_, before, after): &(&str, f64, f64)| before * before < LARGEST_RATIO * after * after;
+    let rises = |(_, before, after): &(&str, f64, f64)| rises_clearly(*before, *after);
     let most = |a: &(&str, f64, f64), b: &(&str, f64, f64)| (a.2 / a.1).total_cmp(&(b.2 / b.1));
     let (name, before, after) = measures.into_iter().filter(rises).max_by(most)?;
     Some(format!(

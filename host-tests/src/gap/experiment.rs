@@ -174,6 +174,29 @@ impl Plan {
 }
 
 impl NextExperiment {
+    /// What may be true, with no experiment yet that was looked for or found.
+    pub fn open(candidates: Vec<String>, limits: Bounds) -> Self {
+        Self {
+            candidates,
+            equivalent: Vec::new(),
+            near: Vec::new(),
+            low_identifiability: None,
+            absorbed: Vec::new(),
+            looked: false,
+            separates: Vec::new(),
+            leaves: Vec::new(),
+            confirmed: false,
+            alone: false,
+            excitation: None,
+            separation: None,
+            duration_s: None,
+            start_position: None,
+            file: None,
+            limits,
+            plan: None,
+        }
+    }
+
     /// What is in doubt and what would settle it. `unit`: that of positions.
     pub fn sentences(&self, unit: &str) -> String {
         let doubt = self.doubt();
@@ -477,18 +500,7 @@ fn proposal(
         low_identifiability: candidates.low_identifiability.map(decimal),
         absorbed: candidates.absorbed.clone(),
         looked,
-        candidates: names.clone(),
-        separates: Vec::new(),
-        leaves: Vec::new(),
-        confirmed: false,
-        alone: false,
-        excitation: None,
-        separation: None,
-        duration_s: None,
-        start_position: None,
-        file: None,
-        limits: limits.bounds(),
-        plan: None,
+        ..NextExperiment::open(names.clone(), limits.bounds())
     };
     let Some(best) = best else {
         return nothing;

@@ -38,6 +38,10 @@ const NEARLY: f64 = 0.5;
 /// far out nobody has checked it.
 const LEAST_CHANCE: f64 = 1e-6;
 
+/// What is said where nothing came near to being found.
+const NOTHING_HELPS: &str =
+    "Nothing that was tried lowers the error clearly on data left out of the fit.";
+
 /// The answer in sentences.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Headline {
@@ -504,10 +508,6 @@ fn nearest(outcome: &Outcome) -> Option<&Candidate> {
     let best = refused.min_by(|a, b| ratio(a).total_cmp(&ratio(b)));
     best.filter(|best| ratio(best) < NEARLY)
 }
-
-/// What is said where nothing came near to being found.
-const NOTHING_HELPS: &str =
-    "Nothing that was tried lowers the error clearly on data left out of the fit.";
 
 /// What came nearest to being found, and why it was refused.
 fn refused(nearest: &Candidate) -> String {

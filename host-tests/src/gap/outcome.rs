@@ -1,5 +1,6 @@
 //! What `cargo hil gap` found: the JSON of the contract, and the evidence behind it for the report.
 
+use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::verdict::Verdict;
 use serde::{Serialize, Serializer};
 
@@ -301,6 +302,11 @@ pub struct Stages {
     pub before: ErrorSet,
     /// With the effects, everything refitted.
     pub after: ErrorSet,
+}
+
+/// Whether an error is clearly larger after than before: by as much as an effect has to take off to be said, turned round.
+pub(super) fn rises_clearly(before: f64, after: f64) -> bool {
+    before * before < LARGEST_RATIO * after * after
 }
 
 impl Stages {

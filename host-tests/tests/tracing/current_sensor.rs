@@ -166,3 +166,18 @@ fn the_lag_of_a_winding_that_the_machine_file_neglects_is_said_to_be_that() {
 fn other_lags_of_a_winding_that_the_machine_file_neglects_are_said_to_be_that() {
     the_lag_of_a_winding_is_said(&[1.5e-3, 5e-3]);
 }
+
+/// A channel of the logger that nothing is connected to: the torque of a log is that of its current.
+#[test]
+fn a_current_that_is_zero_throughout_is_named_and_not_the_input() {
+    let mut log = GEARMOTOR.log_of_position(
+        "unconnected.csv",
+        [0.3, 1.9, 4.0, 5.5],
+        |volts, _, velocity| 1.4 * (volts - 1.4 * velocity) / 4.0,
+    );
+    log.current = Some(vec![0.0; log.position.len()]);
+    let machine = gearmotor([4.0, 0.0, 1.4], COUNTS, "");
+    let refused = engine::run(&machine, &[log], || Ok(Vec::new()), |_| ());
+    let said = refused.unwrap_err().to_string();
+    assert!(said.contains("`current_a` is 0 throughout"), "{said}");
+}

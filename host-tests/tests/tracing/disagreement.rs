@@ -700,6 +700,17 @@ fn a_stated_tolerance_counts_though_the_number_is_fitted() {
     }
 }
 
+/// The machine file makes volts of a duty, and the log has volts.
+#[test]
+fn volts_beside_a_machine_file_of_a_duty_are_said_to_be_that() {
+    let said = said_of_windings(|_, machine| machine.gain = 24.0);
+    mostly(&said, |said| {
+        said.len() == 1
+            && said[0].what == "input is in V, and the machine file takes it for a share of 24 V"
+            && said[0].remedy.ends_with("[input]: gain = 1e0")
+    });
+}
+
 /// Per cent of 24 V are a quarter of the volts, but for a twentieth; up to 100 they are no voltage of any supply.
 #[test]
 fn per_cent_are_no_volts_of_another_supply() {

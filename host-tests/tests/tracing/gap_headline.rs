@@ -718,29 +718,15 @@ fn open_questions() -> NextExperiment {
         id: id.clone(),
         parameters: vec![quantity.clone(); 3],
     };
+    let limits = Bounds {
+        input: 1.0,
+        lowest_position: -1.0,
+        highest_position: 1.0,
+        speed: 1.0,
+    };
     NextExperiment {
-        candidates: vec!["no effect".into()],
-        equivalent: Vec::new(),
-        near: Vec::new(),
-        low_identifiability: None,
         absorbed: ids.iter().map(absorbed).collect(),
-        looked: false,
-        separates: Vec::new(),
-        leaves: Vec::new(),
-        confirmed: false,
-        alone: false,
-        excitation: None,
-        separation: None,
-        duration_s: None,
-        start_position: None,
-        file: None,
-        limits: Bounds {
-            input: 1.0,
-            lowest_position: -1.0,
-            highest_position: 1.0,
-            speed: 1.0,
-        },
-        plan: None,
+        ..NextExperiment::open(vec!["no effect".into()], limits)
     }
 }
 

@@ -31,9 +31,11 @@ pub(super) struct Found {
 /// What a search changes, to be had again where it was in vain.
 // It lies below a whole round: no more than what cannot be had again.
 pub(super) struct Kept<'d> {
+    /// How the logs were cut and restarted.
     pub data: Data<'d>,
     base: Numbers,
     readings: Readings,
+    /// The fit.
     pub after: Fit,
     left: f64,
 }

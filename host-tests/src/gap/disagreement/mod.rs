@@ -77,11 +77,15 @@ pub(super) struct Look<'a> {
 impl<'a> Look<'a> {
     /// At these logs, read as one log of one machine.
     pub fn at(machine: &'a Machine, logs: &[Log]) -> Self {
-        let declared = declared(machine, logs);
-        let explanation = explanation(&declared);
+        Self::of(machine, logs, &declared(machine, logs))
+    }
+
+    /// At logs whose declared reading is known.
+    fn of(machine: &'a Machine, logs: &[Log], declared: &Reading) -> Self {
+        let explanation = explanation(declared);
         let found = match &explanation {
-            Some((steps, best)) => words::corrections(logs, &declared, steps, best),
-            None => unexplained(logs, &declared),
+            Some((steps, best)) => words::corrections(logs, declared, steps, best),
+            None => unexplained(logs, declared),
         };
         Self {
             found,
@@ -100,7 +104,7 @@ impl<'a> Look<'a> {
                 return words::corrections(others, &declared, steps, &best);
             }
         }
-        look(self.machine, others)
+        Self::of(self.machine, others, &declared).found
     }
 }
 

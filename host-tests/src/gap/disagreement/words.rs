@@ -12,7 +12,7 @@ use crate::gap::experiment::any_of;
 use crate::import::call::{Call, out_beside};
 use crate::log::{BRAKE, COLUMNS, ENABLED, LOAD_TORQUE, Log, rounded};
 use crate::machine::{Coordinate, Machine, PARAMETERS};
-use crate::quantity::significant;
+use crate::quantity::{given, significant};
 
 /// What the corrections say, one entry each and for each log. The remedy of a log is one command for all of them, that of
 /// the machine file a line.
@@ -190,7 +190,7 @@ fn what(declared: &Reading, correction: Correction) -> String {
         {
             format!(
                 "input is in V, and the machine file takes it for a share of {} V",
-                significant(declared.machine.gain.abs(), 4)
+                given(declared.machine.gain.abs())
             )
         }
         Correction::Factor(column, factor) => scaled(column, factor),

@@ -1,10 +1,9 @@
 //! How much better the model is with what was found, and what has become worse.
 
-use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::verdict::Verdict;
 
 use crate::gap::answer::listed;
-use crate::gap::outcome::{ErrorSet, Report, Stages};
+use crate::gap::outcome::{ErrorSet, Report, Stages, rises_clearly};
 use crate::gap::table::is_extended;
 use crate::quantity::{Scale, change};
 
@@ -35,11 +34,9 @@ impl Movement {
         self.after > NO_WORSE * self.before
     }
 
-    /// Whether it rises by more than an effect would have to take off for being said.
+    /// Whether it rises, and clearly.
     fn rises_clearly(&self) -> bool {
-        let clearly =
-            !self.after.is_finite() || self.before.powi(2) < LARGEST_RATIO * self.after.powi(2);
-        self.rises() && clearly
+        self.rises() && (!self.after.is_finite() || rises_clearly(self.before, self.after))
     }
 
     /// `the position error went from 291 µm to 52.1 µm rms (-82 %)`; the verb only where it is given.

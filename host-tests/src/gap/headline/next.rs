@@ -38,8 +38,7 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             let mut steps = Vec::new();
             let validate = outcome.errors.validate.as_ref();
             let reliance = Reliance::on(report);
-            let with_current = report.train.iter().all(|log| !log.current.is_empty());
-            steps.extend(supply(&outcome.fit, with_current));
+            steps.extend(supply(&outcome.fit, has_current(report)));
             steps.extend(not_yet(reliance));
             // A number that is said to be wrong may make up for one that is declared and no fit changes.
             if times_left(outcome).is_some() || outcome.freed().next().is_some() {
@@ -105,8 +104,7 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             }
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             // A current that is there shows where an input is written late or early; one that is not is missed.
-            let is_measured = report.train.iter().all(|log| !log.current.is_empty());
-            steps.push(said(if is_measured {
+            steps.push(said(if has_current(report) {
                 "check that your logger writes each input into the row from which it acts; record a longer log, slow and \
                  fast, both ways and with many reversals, and give it with another --train"
             } else {
@@ -129,6 +127,11 @@ pub(in crate::gap) fn sentence(steps: &[Step]) -> (String, Vec<&str>) {
     }
     let end = if copied.is_empty() { "." } else { ":" };
     (format!("Next: {}{end}", words.join("; ")), copied)
+}
+
+/// Whether the training logs have the motor's current.
+fn has_current(report: &Report) -> bool {
+    report.train.iter().all(|log| !log.current.is_empty())
 }
 
 fn said(words: &str) -> Step {

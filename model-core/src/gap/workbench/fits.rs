@@ -59,12 +59,13 @@ impl<S: Schedule> Workbench<'_, S> {
             return Some(None);
         }
         let above = self.declared.get(Base::Static) / self.declared.get(Base::Coulomb);
+        if !(above > 1.0 && above.is_finite()) {
+            return Some(None);
+        }
         let mut lifted = model.clone();
         lifted.set(Base::Static, above * coulomb);
-        let is_better = above > 1.0 && above.is_finite() && {
-            let cost = self.cost(model)?;
-            self.cost(&lifted).is_some_and(|lifted| lifted < cost)
-        };
+        let cost = self.cost(model)?;
+        let is_better = self.cost(&lifted).is_some_and(|lifted| lifted < cost);
         Some(is_better.then_some(lifted))
     }
 
