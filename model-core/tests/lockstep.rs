@@ -23,6 +23,10 @@ const SCOPE: Scope = tracing::scope(1.5);
 struct Together<const N: usize>;
 
 impl<const N: usize> Schedule for Together<N> {
+    fn at_once(&self) -> usize {
+        2 * N
+    }
+
     fn run<R: Default + Send>(
         &self,
         count: usize,
@@ -255,6 +259,18 @@ fn a_replay_has_the_same_errors() {
                     assert!(cost.0 > 0.0);
                     let together = replay::cost(data, &Together::<16>, fold, &simulator);
                     assert_eq!(cost, together, "{name} {fold:?}");
+                    for (limit, expected) in [
+                        (1.000_01 * cost.0, Some(cost.0)),
+                        (cost.0, None),
+                        (0.3 * cost.0, None),
+                        (1e-6 * cost.0, None),
+                    ] {
+                        let below = [
+                            replay::cost_below(limit, data, &InOrder, fold, &simulator),
+                            replay::cost_below(limit, data, &Together::<4>, fold, &simulator),
+                        ];
+                        assert_eq!(below, [expected; 2], "{name} {fold:?} {limit}");
+                    }
                 }
             }
         });

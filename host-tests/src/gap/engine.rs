@@ -46,6 +46,10 @@ const LEAST_ENTRIES: usize = 8;
 pub struct AllCores;
 
 impl Schedule for AllCores {
+    fn at_once(&self) -> usize {
+        LANES * rayon::current_num_threads()
+    }
+
     fn run<R: Default + Send>(
         &self,
         count: usize,
@@ -63,11 +67,13 @@ impl Schedule for AllCores {
 
     fn run_job<J: Job>(&self, count: usize, job: &J, mut fold: impl FnMut(usize, &J::Result)) {
         let vectors = Vectors::widest();
-        let numbers = side_by_side(count, job);
+        // Of few windows, each core has some.
+        let group = count.div_ceil(rayon::current_num_threads()).clamp(1, LANES);
+        let numbers = side_by_side(count, group, job);
         let mut results: Vec<J::Result> = Vec::new();
         results.resize_with(count, Default::default);
-        let groups = numbers.par_chunks(LANES);
-        let groups = groups.zip(results.par_chunks_mut(LANES));
+        let groups = numbers.par_chunks(group);
+        let groups = groups.zip(results.par_chunks_mut(group));
         // Some groups take far longer than others: each may go to another core.
         let groups = groups.with_max_len(1);
         groups.for_each(|(numbers, results)| match vectors {
@@ -91,14 +97,14 @@ impl Schedule for AllCores {
 
 /// The numbers of all windows, in groups of lanes with leads of about one length, the longest first: a
 /// group takes as long as the longest of its leads.
-fn side_by_side(count: usize, job: &impl Job) -> Vec<usize> {
+fn side_by_side(count: usize, group: usize, job: &impl Job) -> Vec<usize> {
     let leads: Vec<usize> = (0..count)
         .into_par_iter()
         .map(|number| job.lead(number))
         .collect();
     let mut numbers: Vec<usize> = (0..count).collect();
     numbers.sort_by_key(|&number| Reverse(leads[number]));
-    for group in numbers.chunks_mut(LANES) {
+    for group in numbers.chunks_mut(group) {
         group.sort_unstable();
     }
     numbers
@@ -193,7 +199,7 @@ pub fn run(
     machine: &Machine,
     train: &[Log],
     validate: impl FnOnce() -> Result<Vec<Log>, Failure>,
-    progress: impl FnMut(&str),
+    progress: impl FnMut(&str) + Send,
 ) -> Result<Report, Failure> {
     trace(machine, train, validate, progress).map(Answer::into_report)
 }
@@ -206,7 +212,7 @@ pub fn trace(
     machine: &Machine,
     train: &[Log],
     validate: impl FnOnce() -> Result<Vec<Log>, Failure>,
-    mut progress: impl FnMut(&str),
+    mut progress: impl FnMut(&str) + Send,
 ) -> Result<Answer, Failure> {
     let started = Instant::now();
     let declared = model(machine)?;
@@ -245,7 +251,7 @@ pub fn trace(
     let schedule = AllCores;
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut looks: Vec<Consideration> = Vec::new();
-    let mut trace = lengths::trace(&data, &schedule, &declared, &options, |look| {
+    let mut observe = |look: &Consideration| {
         if look.subject == Subject::Input && look.decision == Decision::Accepted {
             // What was told of these rounds is void.
             looks.retain(|told| told.round < look.round);
@@ -275,8 +281,11 @@ pub fn trace(
             entry.round, entry.id
         ));
         candidates.push(entry);
-    })
-    .ok_or_else(left_range)?;
+    };
+    // On a core that works on the windows too: from any other one, each replay would begin with waking two.
+    let mut trace =
+        rayon::scope(|_| lengths::trace(&data, &schedule, &declared, &options, &mut observe))
+            .ok_or_else(left_range)?;
     let seconds = started.elapsed().as_secs_f64();
     progress("judging what was found");
 

@@ -2,7 +2,10 @@
 //! of the catalogue explains a residual. It says where the unknown lives, not what it is.
 
 use super::Middle;
+use super::lanes::Middles;
 use crate::plant::actuator::Load;
+use crate::plant::actuator::lanes::Loads;
+use crate::plant::lanes::Lanes;
 use crate::unit::Dimension;
 
 /// Knots of the piecewise linear map.
@@ -160,17 +163,67 @@ impl LearnedMap {
         self.knots[knot] + share * (self.knots[knot + 1] - self.knots[knot])
     }
 
-    /// Adds it to what is held over a step.
+    /// As [`at`](Self::at), in all lanes. The knots are picked by comparisons, which become vectors; a table look-up does not.
     #[inline(always)]
-    pub fn hold(&self, middle: &Middle, load: &mut Load) {
-        let level = self.at(match self.kind {
+    fn at_all<const N: usize>(&self, values: Lanes<N>) -> Lanes<N> {
+        let mut places = values;
+        let (mut first, mut lower, mut upper) = ([0.0; N], [0.0; N], [0.0; N]);
+        for place in &mut places {
+            *place = ((*place - self.lower) * self.inverse_spacing)
+                .max(0.0)
+                .min((KNOTS - 1) as f32);
+        }
+        for knot in 0..KNOTS - 1 {
+            let (own, next) = (self.knots[knot], self.knots[knot + 1]);
+            for lane in 0..N {
+                let is_behind = places[lane] >= knot as f32;
+                first[lane] = if is_behind { knot as f32 } else { first[lane] };
+                lower[lane] = if is_behind { own } else { lower[lane] };
+                upper[lane] = if is_behind { next } else { upper[lane] };
+            }
+        }
+        for lane in 0..N {
+            places[lane] = lower[lane] + (places[lane] - first[lane]) * (upper[lane] - lower[lane]);
+        }
+        places
+    }
+
+    /// The value of its variable.
+    #[inline(always)]
+    fn variable_at(&self, middle: &Middle) -> f32 {
+        match self.kind {
             Kind::PositionTorque | Kind::PositionFriction => middle.position,
             Kind::VelocityTorque => middle.velocity,
             Kind::SpeedFriction => middle.velocity.abs(),
             Kind::CurrentTorque => middle.motor_torque,
             Kind::LoadFriction => middle.motor_torque.abs(),
             Kind::TimeTorque | Kind::TimeFriction => middle.time,
-        });
+        }
+    }
+
+    /// As [`hold`](Self::hold), in all lanes.
+    #[inline(always)]
+    pub(crate) fn hold_all<const N: usize>(&self, middles: &Middles<N>, loads: &mut Loads<N>) {
+        let mut values = [0.0; N];
+        for lane in 0..N {
+            values[lane] = self.variable_at(&middles.at(lane));
+        }
+        let levels = self.at_all(values);
+        for lane in 0..N {
+            let mut load = loads.at(lane);
+            self.add(levels[lane], &mut load);
+            loads.put(lane, &load);
+        }
+    }
+
+    /// Adds it to what is held over a step.
+    #[inline(always)]
+    pub fn hold(&self, middle: &Middle, load: &mut Load) {
+        self.add(self.at(self.variable_at(middle)), load);
+    }
+
+    #[inline(always)]
+    fn add(&self, level: f32, load: &mut Load) {
         if self.kind.is_friction() {
             for friction in [&mut load.coulomb, &mut load.breakaway] {
                 friction.forward = (friction.forward + level).max(0.0);

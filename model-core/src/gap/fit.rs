@@ -271,7 +271,7 @@ pub struct Fit {
     pub model: Model,
     /// Sum of the squared weighted residuals.
     pub cost: f64,
-    /// Windows simulated, each copy counted.
+    /// Windows simulated, each copy counted, those too that were left out of what a refused step costs.
     pub simulated: u64,
 }
 
@@ -353,13 +353,14 @@ impl<S: Schedule> Problem<'_, S> {
         self.with_copies(model, |problem, copies| problem.sum(sums, model, copies))
     }
 
-    /// Sum of the squared weighted residuals of a model: the first of the sums.
+    /// Sum of the squared weighted residuals of a model, the first of the sums, if it is below `limit`.
     #[inline(never)]
-    fn cost(&mut self, model: &Model) -> Option<f64> {
+    fn cost_below(&mut self, limit: f64, model: &Model) -> Option<f64> {
         let simulator = model.build(self.data.logs.first()?.period).ok()?;
-        let (cost, windows) = replay::cost(self.data, self.schedule, self.fold, &simulator);
-        self.simulated += windows as u64;
-        Some(cost + self.cost_of_departure(model))
+        self.simulated += self.data.windows_in_fold(self.fold) as u64;
+        let cost = replay::cost_below(limit, self.data, self.schedule, self.fold, &simulator)?;
+        let cost = cost + self.cost_of_departure(model);
+        (cost < limit).then_some(cost)
     }
 
     fn cost_of_departure(&self, model: &Model) -> f64 {
@@ -417,8 +418,8 @@ pub fn fit(
             }
             // A step that leaves the plant's range is refused like one that raises the cost.
             let mut lowered = |candidate: Model| {
-                let trial = problem.cost(&candidate)?;
-                (trial < cost).then_some((candidate, trial))
+                let trial = problem.cost_below(cost, &candidate)?;
+                Some((candidate, trial))
             };
             let mut better = lowered(candidate);
             if better.is_none() && breakaway {

@@ -113,6 +113,12 @@ impl<'a> Log<'a> {
         self.enabled.is_some_and(|enabled| enabled.at(index) == 0.0)
     }
 
+    /// Whether it says of anything what acts from outside.
+    #[inline]
+    pub fn tells_what_acts(&self) -> bool {
+        self.brake.is_some() || self.load.is_some() || self.enabled.is_some()
+    }
+
     /// What acts from outside from sample `index`, not the last, to the next: of the load the mean.
     #[inline]
     pub fn external(&self, index: usize) -> External {

@@ -65,6 +65,8 @@ pub(super) struct Replays<'a> {
     pub simulator: &'a Simulator,
     /// Where a window lies, by its number among them.
     pub window: &'a (dyn Fn(usize) -> Option<Window> + Sync),
+    /// Where windows that are worked on together cost more than this, the rest of them is left out.
+    pub limit: f64,
 }
 
 impl Job for Replays<'_> {
@@ -79,40 +81,47 @@ impl Job for Replays<'_> {
     #[inline(always)]
     fn work<const N: usize>(&self, numbers: &[usize], results: &mut [Replayed]) {
         let at = |place: usize| (self.window)(numbers[place]);
-        replay::<N>(results, self.data, at, self.simulator);
+        if N > 1 {
+            replay_all::<N>(results, self, at);
+        } else if let (Some(result), Some(window)) = (results.first_mut(), at(0)) {
+            replay_one(result, self, window);
+        }
+    }
+}
+
+/// Steps after which a replay looks whether the rest may be left out.
+const LOOKED_AFTER: usize = 8;
+
+fn replay_one(result: &mut Replayed, replays: &Replays, window: Window) {
+    let Replays {
+        data,
+        simulator,
+        limit,
+        ..
+    } = replays;
+    let log = &data.logs[window.log];
+    let mut runner = Runner::new(simulator, log, window.start, &data.settings);
+    for index in window.start..window.start + data.settings.window {
+        result.add(runner.advance(&Row::new(log, index)), &data.settings);
+        if index % LOOKED_AFTER == 0 && f64::from(result.cost) > *limit {
+            break;
+        }
     }
 }
 
 /// Replays as many windows as there are results, at most `N` and in lockstep.
 #[inline(always)]
-pub(super) fn replay<const N: usize>(
-    results: &mut [Replayed],
-    data: &Data,
-    at: impl Fn(usize) -> Option<Window>,
-    simulator: &Simulator,
-) {
-    if N > 1 {
-        replay_all::<N>(results, data, at, simulator);
-    } else if let (Some(result), Some(window)) = (results.first_mut(), at(0)) {
-        replay_one(result, data, window, simulator);
-    }
-}
-
-fn replay_one(result: &mut Replayed, data: &Data, window: Window, simulator: &Simulator) {
-    let log = &data.logs[window.log];
-    let mut runner = Runner::new(simulator, log, window.start, &data.settings);
-    for index in window.start..window.start + data.settings.window {
-        result.add(runner.advance(&Row::new(log, index)), &data.settings);
-    }
-}
-
-#[inline(always)]
 fn replay_all<const N: usize>(
     results: &mut [Replayed],
-    data: &Data,
+    replays: &Replays,
     at: impl Fn(usize) -> Option<Window>,
-    simulator: &Simulator,
 ) {
+    let Replays {
+        data,
+        simulator,
+        limit,
+        ..
+    } = *replays;
     let simulators = slice::from_ref(simulator);
     let Some(mut places) = Places::<N>::new(data, results.len(), at, simulators) else {
         return;
@@ -122,7 +131,11 @@ fn replay_all<const N: usize>(
     let mut residuals = [([0.0; N], [0.0; N])];
     let (mut position, mut current, mut largest) = ([0.0; N], [0.0; N], [0.0; N]);
     let mut cost = [0.0; N];
-    for _ in 0..places.steps() {
+    for step in 0..places.steps() {
+        let so_far = || cost[..results.len()].iter().copied().map(f64::from).sum();
+        if step % LOOKED_AFTER == 0 && limit < so_far() {
+            break;
+        }
         if places.step(&mut replays, &mut residuals).is_none() {
             continue;
         }
@@ -173,6 +186,11 @@ pub trait Job: Sync {
 
 /// Who works on the windows: one core in order, or several.
 pub trait Schedule {
+    /// How many windows it works on at once.
+    fn at_once(&self) -> usize {
+        1
+    }
+
     /// Calls `work` for 0 … `count` − 1 in any order, each time with a default result to fill in, and
     /// `fold` with the results in that order.
     fn run<R: Default + Send>(
@@ -243,6 +261,7 @@ pub fn total_error(data: &Data, schedule: &impl Schedule, simulator: &Simulator)
             data,
             simulator,
             window: &|number| data.window(number),
+            limit: f64::INFINITY,
         },
         |_, Replayed { error, .. }| {
             total.position += f64::from(error.position);
@@ -260,19 +279,65 @@ pub fn total_error(data: &Data, schedule: &impl Schedule, simulator: &Simulator)
 pub fn cost(
     data: &Data,
     schedule: &impl Schedule,
-    (fold, block): (Fold, usize),
+    fold: (Fold, usize),
     simulator: &Simulator,
 ) -> (f64, usize) {
-    let mut total = 0.0;
-    let fold = (fold, block);
     let windows = data.windows_in_fold(fold);
-    let replays = Replays {
+    let of_fold = |place| data.window(Data::number_in_fold(fold, place));
+    let cost = cost_up_to(
         data,
+        schedule,
         simulator,
-        window: &|place| data.window(Data::number_in_fold(fold, place)),
-    };
-    schedule.run_job(windows, &replays, |_, replayed| {
-        total += f64::from(replayed.cost);
-    });
-    (total, windows)
+        (windows, &of_fold),
+        f64::INFINITY,
+    );
+    (cost, windows)
 }
+
+/// The same cost, if it is below `limit`. Windows are left out that come after it is known not to be.
+pub fn cost_below(
+    limit: f64,
+    data: &Data,
+    schedule: &impl Schedule,
+    fold: (Fold, usize),
+    simulator: &Simulator,
+) -> Option<f64> {
+    let of_fold = |place| data.window(Data::number_in_fold(fold, place));
+    let windows = (data.windows_in_fold(fold), &of_fold as _);
+    let cost = cost_up_to(data, schedule, simulator, windows, limit);
+    (cost < limit).then_some(cost)
+}
+
+/// The same of so many windows, which lie where `window` says. Windows are left out once the cost exceeds `limit`, for none
+/// takes anything off it: what is given then is more than that.
+pub(super) fn cost_up_to(
+    data: &Data,
+    schedule: &impl Schedule,
+    simulator: &Simulator,
+    (windows, window): (usize, &(dyn Fn(usize) -> Option<Window> + Sync)),
+    limit: f64,
+) -> f64 {
+    let mut cost = 0.0;
+    let mut first = 0;
+    while first < windows {
+        let replays = Replays {
+            data,
+            simulator,
+            window: &|place| window(first + place),
+            limit: limit * ROUNDED - cost,
+        };
+        let next = schedule.at_once().min(windows - first);
+        schedule.run_job(next, &replays, |_, replayed| {
+            cost += f64::from(replayed.cost);
+        });
+        first += next;
+        if cost > limit {
+            break;
+        }
+    }
+    cost
+}
+
+/// By how much the sum over windows in the order of the log may be rounded below that of a few of them: 2⁻⁵³ for each of the
+/// hundred thousand windows of the longest logs is a hundredth of it.
+const ROUNDED: f64 = 1.0 + 1e-9;

@@ -5,8 +5,9 @@
 //! of windows with the largest sum of gains is found while they come in, in order (J. Bentley,
 //! *Programming pearls: algorithm design techniques*, 1984, after J. B. Kadane).
 
-use super::replay::{Data, Job, MARGIN, Replayed, Schedule, replay};
+use super::replay::{Data, Job, MARGIN, Replayed, Replays, Schedule};
 use super::simulator::Simulator;
+use core::array;
 use core::ops::Range;
 
 /// The run of neighbouring gains with the largest sum.
@@ -53,7 +54,14 @@ impl Job for Gains<'_> {
             // A loop instead of two calls: a replay is compiled into it.
             for (simulator, last) in [(self.without, false), (self.throughout, true)] {
                 let mut replayed = [Replayed::default(); N];
-                replay::<N>(&mut replayed[..count], self.data, window, simulator);
+                let replays = Replays {
+                    data: self.data,
+                    simulator,
+                    window: &window,
+                    limit: f64::INFINITY,
+                };
+                let places: [usize; N] = array::from_fn(|place| place);
+                replays.work::<N>(&places[..count], &mut replayed[..count]);
                 for (lane, gain) in gains.iter_mut().enumerate() {
                     let cost = f64::from(replayed[lane].cost);
                     if last {

@@ -22,6 +22,8 @@ use core::borrow::Borrow;
 pub(super) struct Places<'a, const N: usize> {
     logs: [&'a Log<'a>; N],
     settings: &'a Settings,
+    /// Lanes that have a window of their own.
+    count: usize,
     /// What is compared besides the position.
     seconds: [Second; N],
     restarts: [Restart; N],
@@ -111,8 +113,7 @@ struct Rows<const N: usize> {
 }
 
 impl<'a, const N: usize> Places<'a, N> {
-    /// Before so many windows, for these simulators; lanes that are left go through the last of them,
-    /// too.
+    /// Before so many windows, for these simulators; lanes that are left stay at the last of them.
     pub(super) fn new<M: Borrow<Modes>, H: Acting>(
         data: &'a Data<'a>,
         count: usize,
@@ -149,6 +150,7 @@ impl<'a, const N: usize> Places<'a, N> {
         Some(Self {
             logs,
             settings,
+            count,
             seconds,
             restarts,
             winding,
@@ -324,18 +326,20 @@ impl<'a, const N: usize> Places<'a, N> {
             let given = &mut rows.given;
             // Asleep until its own way begins.
             let lead = leads.each[lane];
-            let asleep = ahead > lead;
+            let asleep = ahead > lead || lane >= self.count;
             let index = self.restarts[lane].start - ahead.min(lead) + behind;
             given.asleep[lane] = asleep;
             given.awake += usize::from(!asleep);
             given.index[lane] = index;
             given.sample[lane] = index as f32;
             given.input[lane] = log.input.at(index);
-            let external = log.external(index);
-            given.brake[lane] = external.brake;
-            given.load[lane] = external.load;
-            given.released[lane] = external.released;
-            given.is_loaded |= external != External::NONE;
+            if log.tells_what_acts() {
+                let external = log.external(index);
+                given.brake[lane] = external.brake;
+                given.load[lane] = external.load;
+                given.released[lane] = external.released;
+                given.is_loaded |= external != External::NONE;
+            }
             rows.next_position[lane] = log.position.at(index + 1);
             if let Some(current) = log.current {
                 rows.current[lane] = current.at(index);

@@ -244,7 +244,11 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             self.step_alone(&before, given, &given.asleep, &mut currents);
             return currents;
         }
-        let mut lasts = given.asleep.map(|asleep| !asleep);
+        // Not `map`, whose closure is no part of this loop where the vectors are wider than the program's.
+        let mut lasts = [true; N];
+        for lane in 0..N {
+            lasts[lane] = !given.asleep[lane];
+        }
         let mut currents = self.step_actuators(given, &mut lasts);
         let Courses { states, memories } = &mut self.courses;
         if let Some(heating) = self.heating {
@@ -564,6 +568,10 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     fn starts(&self, inputs: &Lanes<N>, given: &Givens<N>) -> Middles<N> {
         let simulator = self.simulator;
         let Courses { states, memories } = &self.courses;
+        let mut motor_torque = states.numbers.current;
+        for torque in &mut motor_torque {
+            *torque = simulator.winding.torque(*torque);
+        }
         Middles {
             common: Middle {
                 torque_constant: simulator.winding.torque_constant,
@@ -571,10 +579,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
                 step: simulator.period,
                 ..Middle::default()
             },
-            motor_torque: states
-                .numbers
-                .current
-                .map(|current| simulator.winding.torque(current)),
+            motor_torque,
             warmth: memories.warmth,
             voltage: scaled(inputs, simulator.gain),
             excess: [0.0; N],
@@ -609,15 +614,13 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
             law.hold_all(middles, &mut loads);
         }
         if let Some(map) = &self.map {
+            map.hold_all(middles, &mut loads);
+        }
+        if given.is_loaded {
             for lane in 0..N {
-                let mut load = loads.at(lane);
-                map.hold(&middles.at(lane), &mut load);
+                let load = loads.at(lane).under(given.external(lane));
                 loads.put(lane, &load);
             }
-        }
-        for lane in 0..N {
-            let load = loads.at(lane).under(given.external(lane));
-            loads.put(lane, &load);
         }
         loads
     }

@@ -227,6 +227,7 @@ impl<S: Schedule> Workbench<'_, S> {
             data,
             simulator: &simulator,
             window: &|at| data.window(Data::number_in_fold(fold, at)),
+            limit: f64::INFINITY,
         };
         self.schedule.run_job(measured, &replays, |at, replayed| {
             let error = &replayed.error;

@@ -65,7 +65,7 @@ impl<S: Schedule> Workbench<'_, S> {
         let mut lifted = model.clone();
         lifted.set(Base::Static, above * coulomb);
         let cost = self.cost(model)?;
-        let is_better = self.cost(&lifted).is_some_and(|lifted| lifted < cost);
+        let is_better = self.cost_below(cost, &lifted).is_some();
         Some(is_better.then_some(lifted))
     }
 
@@ -233,8 +233,7 @@ impl<S: Schedule> Workbench<'_, S> {
         for fold in [Fold::Even, Fold::Odd] {
             let fit = fit::fit(&data, schedule, (fold, block), model, &variables, ROUGH)?;
             self.simulated += fit.simulated;
-            let cost = self.cost(&fit.model)?;
-            if cost < best.cost {
+            if let Some(cost) = self.cost_below(best.cost, &fit.model) {
                 best = Fit { cost, ..fit };
             }
         }
@@ -261,5 +260,14 @@ impl<S: Schedule> Workbench<'_, S> {
         let (cost, windows) = replay::cost(&data, self.schedule, (Fold::All, 1), &simulator);
         self.count(windows as u64, data.settings.window);
         Some(cost)
+    }
+
+    /// The same, if it is below `limit`. Most of what a search tries is far above it, which a few windows show.
+    pub(super) fn cost_below(&mut self, limit: f64, model: &Model) -> Option<f64> {
+        let data = self.data;
+        let simulator = model.build(data.logs.first()?.period).ok()?;
+        let all = (Fold::All, 1);
+        self.count(data.windows_in_fold(all) as u64, data.settings.window);
+        replay::cost_below(limit, &data, self.schedule, all, &simulator)
     }
 }

@@ -4,7 +4,7 @@ use super::Workbench;
 use crate::gap::criterion::MOST_FILLED;
 use crate::gap::fit::Fit;
 use crate::gap::model::Model;
-use crate::gap::replay::{Replays, Schedule};
+use crate::gap::replay::{Schedule, cost_up_to};
 use crate::gap::screen;
 use crate::gap::span::best_span;
 
@@ -116,17 +116,16 @@ impl<S: Schedule> Workbench<'_, S> {
         let data = self.data;
         let simulator = model.build(data.logs.first()?.period).ok()?;
         let numbers = || data.overlapping(&spans);
-        let windows = numbers().count();
-        let replays = Replays {
-            data: &data,
-            simulator: &simulator,
-            window: &|place| data.window(numbers().nth(place)?),
-        };
-        let mut total = 0.0;
-        self.schedule.run_job(windows, &replays, |_, replayed| {
-            total += f64::from(replayed.cost);
-        });
-        self.count(windows as u64, data.settings.window);
+        let count = numbers().count();
+        let window = |place| data.window(numbers().nth(place)?);
+        let total = cost_up_to(
+            &data,
+            self.schedule,
+            &simulator,
+            (count, &window),
+            f64::INFINITY,
+        );
+        self.count(count as u64, data.settings.window);
         Some(total)
     }
 }

@@ -45,7 +45,7 @@ impl<S: Schedule> Workbench<'_, S> {
                 drawn.set(number, value.max(least).min(largest));
             }
             // Beyond the plant's range there is nothing to try.
-            if let Some(cost) = self.cost(&drawn).filter(|cost| *cost < least_cost) {
+            if let Some(cost) = self.cost_below(least_cost, &drawn) {
                 (best, least_cost) = (Some(drawn), cost);
             }
             reach *= CLOSER;
@@ -78,7 +78,7 @@ impl<S: Schedule> Workbench<'_, S> {
             let Some(far) = search(self, unbiased) else {
                 continue;
             };
-            if let Some(cost) = self.cost(&far).filter(|cost| *cost < least) {
+            if let Some(cost) = self.cost_below(least, &far) {
                 (nearer, least) = (Some(far), cost);
             }
         }
@@ -120,10 +120,7 @@ impl<S: Schedule> Workbench<'_, S> {
         for values in (0..).map_while(|index| id.start(&self.options.scope, index)) {
             let tried = screen::with_effect(model, Active { id, values })?;
             // Beyond the plant's range there is nothing to try.
-            let Some(cost) = self.cost(&tried) else {
-                continue;
-            };
-            if cost < least {
+            if let Some(cost) = self.cost_below(least, &tried) {
                 (best, least) = (Some(tried), cost);
             }
         }
@@ -193,7 +190,7 @@ impl<S: Schedule> Workbench<'_, S> {
         let mut lower = model.clone();
         lower.set(Base::Static, lower.get(Base::Coulomb));
         let cost = self.cost(&model)?;
-        let lower = Some(lower).filter(|lower| self.cost(lower).is_some_and(|lower| lower < cost));
+        let lower = Some(lower).filter(|lower| self.cost_below(cost, lower).is_some());
         Some(lower.unwrap_or(model))
     }
 
@@ -208,7 +205,7 @@ impl<S: Schedule> Workbench<'_, S> {
             return Some(larger);
         }
         let moved = self.fit_with(&larger, self.screen_window(), ROUGH);
-        let follows = |moved: &Model| self.cost(moved).is_some_and(|moved| moved < cost);
+        let follows = |moved: &Model| self.cost_below(cost, moved).is_some();
         Some(moved.map(|fit| fit.model).filter(follows).unwrap_or(larger))
     }
 }
