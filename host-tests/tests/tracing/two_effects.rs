@@ -52,3 +52,9 @@ fn what_follows_the_log_over_either_length_is_said() {
 fn what_can_only_be_proven_together_is_said() {
     both_effects_are_said(&[(20_270_114, 95, [&["encoder_eccentricity"], &["supply_sag"]])]);
 }
+
+/// A sagging supply, and a drag: beside a base that was fitted without either, a linear look says that the drag explains nothing.
+#[test]
+fn what_a_linear_look_speaks_against_is_said() {
+    both_effects_are_said(&[(20_270_114, 87, [&["quadratic_drag"], &["supply_sag"]])]);
+}

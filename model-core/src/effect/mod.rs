@@ -571,6 +571,17 @@ impl Active {
         }
     }
 
+    /// With the sizes of strengths that may not be negative.
+    pub fn in_bounds(mut self) -> Self {
+        let parameters = self.id.description().parameters;
+        for (value, parameter) in self.values.iter_mut().zip(parameters) {
+            if !parameter.bounds.are_signed() {
+                *value = value.abs();
+            }
+        }
+        self
+    }
+
     /// Whether its `index`-th parameter is one of its law as it stands: an overtone of 0 is not.
     pub fn has(&self, index: usize) -> bool {
         let parameters = self.id.description().parameters;

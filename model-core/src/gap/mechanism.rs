@@ -84,7 +84,7 @@ fn nearest(
 ) -> Option<Option<(Accepted, Model)>> {
     let is_law = |candidate: &&Candidate| {
         let id = candidate.effect.id;
-        id.map() == Some(kind) && !id.is_expansion() && candidate.allowed
+        id.map() == Some(kind) && !id.is_expansion()
     };
     let mut passed: Vec<(Candidate, Comparison), MOST_OF_ONE_KIND> = Vec::new();
     let mut leader: Leader = None;

@@ -17,7 +17,7 @@
 //! * [`workbench`]: data, schedule and declared model, as the steps below use them;
 //! * [`judging`]: whether a model is better with an effect;
 //! * [`found`]: what has been found so far;
-//! * [`round`]: one round of screening, refitting and judging, with what an effect could be else ([`alternatives`]) and
+//! * [`round`]: one round of screening, refitting and judging ([`refit`]), with what an effect could be else ([`alternatives`]) and
 //!   the numbers that are freed instead ([`numbers`]);
 //! * [`standing`]: whether what was found may be said;
 //! * [`select`]: the rounds, and where none finds anything a [`pair`], to the [`verdict`];
@@ -56,6 +56,7 @@ pub mod mechanism;
 pub mod model;
 pub mod numbers;
 pub mod pair;
+pub mod refit;
 pub mod replay;
 pub mod round;
 pub mod scope;

@@ -192,7 +192,7 @@ impl<'a> Projection<'a> {
             }
         };
         Candidate {
-            effect,
+            effect: effect.in_bounds(),
             score: share(own, residual) as f32,
             identifiability: libm::sqrt(share(own, raw)) as f32,
             allowed,

@@ -3,8 +3,8 @@
 use super::Workbench;
 use super::fits::ROUGH;
 use crate::effect::{Active, Id};
-use crate::gap::criterion::{BIASED, WORTH_A_FIT};
-use crate::gap::fit::Fit;
+use crate::gap::criterion::{BIASED, UNSURE, WORTH_A_FIT};
+use crate::gap::fit::{Fit, Target};
 use crate::gap::model::{Base, Model};
 use crate::gap::replay::Schedule;
 use crate::gap::screen;
@@ -30,9 +30,20 @@ impl<S: Schedule> Workbench<'_, S> {
         let mut best = None;
         let mut least_cost = self.cost(start)?;
         let mut reach = 1.0;
+        let variables = self.variables(start);
         for _ in 0..DRAWS {
             let center: &Model = best.as_ref().unwrap_or(start);
             let mut drawn = center.clone();
+            for variable in &variables {
+                let Target::Effect { slot, .. } = variable.target else {
+                    continue;
+                };
+                if variable.is_strength_of(center, slot) {
+                    let moved = libm::expf(reach * libm::logf(UNSURE) * random.normal());
+                    let value = variable.within_bounds(variable.get(center) * moved);
+                    variable.set(&mut drawn, value);
+                }
+            }
             for &number in &self.base {
                 let declared = self.declared.get(number);
                 let factor = self.options.factor(number, declared);
