@@ -168,10 +168,11 @@ impl Scope {
 /// Longest delay of a drive or a sensor, s: beyond it a position loop would hardly be stable.
 pub const LONGEST_DELAY: f32 = 0.25;
 
-/// The `index`-th delay that a fit starts from: a sample, and factors of two from there, which lie near enough for a
+/// The `index`-th delay that a fit starts from: a quarter of a sample, and factors of two from there, which lie near enough for a
 /// fit to find the rest. A base that is fitted without a long delay bends to it, and asks for a negative one.
 fn delay_start(scope: &Scope, index: usize) -> Option<[f32; MOST_PARAMETERS]> {
-    let delays = core::iter::successors(Some(scope.period), |delay| Some(2.0 * delay));
+    let shortest = 0.25 * scope.period;
+    let delays = core::iter::successors(Some(shortest), |delay| Some(2.0 * delay));
     let mut delays = delays.take_while(|&delay| delay < LONGEST_DELAY);
     delays.nth(index).map(|delay| padded([delay]))
 }

@@ -1,9 +1,9 @@
 //! Effects that are one model in many motions.
 //!
 //! What a log tells of one, it hardly tells of the other: an offset torque and a Coulomb friction that
-//! differs by direction in any motion, a spring and a load that hangs over a small angle, a spring
-//! that hardly pulls and an offset torque, a load that hangs far from where the machine moves, and a load that
-//! hangs and a cogging of one cycle a turn.
+//! differs by direction in any motion, brushes and a dead time unless the motor generates while the bridge hardly drives, a
+//! spring and a load that hangs over a small angle, a spring that hardly pulls and an offset torque, a load that hangs far from
+//! where the machine moves, and a load that hangs and a cogging of one cycle a turn.
 
 use super::{Active, Id};
 use heapless::Vec;
@@ -40,6 +40,9 @@ pub const MOST_TWINS: usize = 2;
 /// let ripple = Active::new(Id::Cogging, [0.25, -0.5, core::f32::consts::TAU]);
 /// let load = Active::new(Id::Gravity, [-0.25, 0.5]);
 /// assert_eq!(twins(&ripple), [load]);
+/// // What the bridge loses, the brushes may.
+/// let (bridge, brushes) = (Active::new(Id::DeadTime, [0.5]), Active::new(Id::BrushDrop, [0.5]));
+/// assert_eq!((&twins(&bridge)[..], &twins(&brushes)[..]), (&[brushes][..], &[bridge][..]));
 /// ```
 pub fn twins(effect: &Active) -> Vec<Active, MOST_TWINS> {
     let [first, second, ..] = effect.values;
@@ -56,6 +59,8 @@ pub fn twins(effect: &Active) -> Vec<Active, MOST_TWINS> {
             active(Id::Spring, first.max(0.0), -second),
         ]),
         Id::Cogging => Vec::from_iter([active(Id::Gravity, -first, -second)]),
+        Id::DeadTime => Vec::from_iter([active(Id::BrushDrop, first, 0.0)]),
+        Id::BrushDrop => Vec::from_iter([active(Id::DeadTime, first, 0.0)]),
         _ => Vec::new(),
     }
 }
