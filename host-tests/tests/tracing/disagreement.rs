@@ -49,7 +49,7 @@ fn wrap(values: &mut [f64], turn: f64) {
         .for_each(|value| *value = value.rem_euclid(turn));
 }
 
-const FAULTS: [(&str, &str, Spoil); 36] = [
+const FAULTS: [(&str, &str, Spoil); 38] = [
     (
         "encoder's direction",
         "the encoder counts the other way",
@@ -81,6 +81,22 @@ const FAULTS: [(&str, &str, Spoil); 36] = [
         "radians as degrees",
         "position is 57.3 times too small: the column is in rad",
         |log, _| scale(&mut log.position, TAU / 360.0),
+    ),
+    (
+        "rpm as degrees per second",
+        "velocity is 6 times too small: the column is in rpm, and was imported as degrees per second",
+        |log, _| {
+            log.velocity = Some(velocity(log));
+            scale(log.velocity.as_mut().unwrap(), 1.0 / 6.0);
+        },
+    ),
+    (
+        "millimetres per second",
+        "velocity is in millimetres per second",
+        |log, _| {
+            log.velocity = Some(velocity(log));
+            scale(log.velocity.as_mut().unwrap(), 1e3);
+        },
     ),
     (
         "amperes as milliamperes",
@@ -256,7 +272,13 @@ fn applies(name: &str, case: &Case) -> bool {
         "size of the current" | "size of the input" | "current of the supply" => {
             winding && case.rig.spring.is_none()
         }
-        "degrees" | "radians as degrees" | "revolutions" | "g cm2" | "kg cm2" => rotary,
+        "degrees"
+        | "radians as degrees"
+        | "rpm as degrees per second"
+        | "revolutions"
+        | "g cm2"
+        | "kg cm2" => rotary,
+        "millimetres per second" => !rotary,
         "motor's side of the gear" | "motor's side of the gear, both" => rotary && winding,
         "wrap 2 pi" | "wrap 360" => rotary && case.rig.stroke.1 - case.rig.stroke.0 > 7.0,
         "per cent of 24"

@@ -1,6 +1,6 @@
 //! The columns of a log as one reading of it has them, and what can be seen in them without a machine.
 
-use super::limits::{BOTH_WAYS, STEP_OF_A_WRAP};
+use super::limits::{BOTH_WAYS, GLITCHES, STEP_OF_A_WRAP};
 use super::units;
 use crate::gap::metrics::differentiate;
 use crate::log::resample::smallest_step;
@@ -170,6 +170,15 @@ impl Channels {
 /// Largest size of a column's values.
 pub fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+/// Largest size of the logs' inputs, but for a few samples that may be damaged.
+pub fn largest_input(logs: &[Channels]) -> f64 {
+    let inputs = logs.iter().flat_map(|log| &log.input);
+    let mut sizes: Vec<f64> = inputs.map(|input| input.abs()).collect();
+    let damaged = (GLITCHES * sizes.len() as f64) as usize;
+    let place = sizes.len() - 1 - damaged;
+    *sizes.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
 /// What a position that starts again after a turn shows.

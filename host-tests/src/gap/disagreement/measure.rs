@@ -7,8 +7,9 @@ use super::limits::{
     BAD_GUESS, BEYOND_STOPS, COMMAND_FACTOR, EXACT_DEVIATION, EXACT_FACTOR, FAR_OFF,
     FITTED_DEVIATION, FITTED_FACTOR, FLOOR, GLITCHES, HINT, IMPOSSIBLE, INDUCTANCE_FACTOR,
     LEAST_SAVING, LONGEST_PERIOD, LONGEST_WINDING, SHORTEST_PERIOD, STATED_DEVIATION,
-    STATED_FACTOR, UNSIGNED,
+    STATED_FACTOR, SUPPLY_DEVIATION, UNSIGNED,
 };
+use super::units::LARGEST_SUPPLY;
 use crate::machine::Machine;
 
 /// What a part of the cost is about.
@@ -32,6 +33,8 @@ pub enum Subject {
     Period(f64),
     /// The winding's time constant, s.
     Winding(f64),
+    /// The voltage that the input is read to be, V, beyond every usual supply.
+    Supply(f64),
     /// The input has one sign, and with that of what drives the motion the balances leave less open: shares that are left without it
     /// and with it.
     InputSign([f64; 2]),
@@ -131,6 +134,7 @@ pub fn clues(machine: &Machine, logs: &[Channels], balances: &Balances) -> Vec<C
     }
     clues.extend(impossible(machine, logs, balances));
     clues.extend(resolution(machine, logs));
+    clues.extend(supply(machine, logs));
     clues.retain(|clue| clue.cost > 0.0);
     clues.sort_by(|a, b| b.cost.total_cmp(&a.cost));
     clues
@@ -352,6 +356,20 @@ fn resolution(machine: &Machine, logs: &[Channels]) -> Option<Clue> {
         subject: Subject::Resolution(step, declared),
         cost: (0.5 * deviations * deviations).min(HINT),
         ratio: step / declared,
+        excess,
+    })
+}
+
+/// What it costs that no usual supply gives as much voltage as the input is read to be.
+fn supply(machine: &Machine, logs: &[Channels]) -> Option<Clue> {
+    machine.motor.as_ref()?;
+    let volts = channels::largest_input(logs) * machine.gain.abs();
+    let excess = (volts / LARGEST_SUPPLY).ln();
+    let deviations = excess.max(0.0) / SUPPLY_DEVIATION;
+    Some(Clue {
+        subject: Subject::Supply(volts),
+        cost: 0.5 * deviations * deviations,
+        ratio: volts / LARGEST_SUPPLY,
         excess,
     })
 }

@@ -199,9 +199,12 @@ fn with_duties(declared: &Reading, mended: &[Reading], strained: f64) -> Vec<Rea
 fn explain(declared: &Reading) -> (Vec<Vec<Correction>>, Reading) {
     let mut best = declared.clone();
     let mut kept = vec![Tried::of(declared)];
-    for _ in 0..MOST_CORRECTIONS {
+    for round in 0..MOST_CORRECTIONS {
         let further = |tried: &Tried| tried.reading(declared).further();
-        let further: Vec<Tried> = kept.par_iter().flat_map_iter(further).collect();
+        let mut further: Vec<Tried> = kept.par_iter().flat_map_iter(further).collect();
+        if round == 1 {
+            further.extend(of_both_scales(declared));
+        }
         let alike = alike(&further);
         let Some(least) = alike.first() else {
             break;
@@ -221,6 +224,15 @@ fn explain(declared: &Reading) -> (Vec<Vec<Correction>>, Reading) {
         kept.truncate(KEPT);
     }
     alternatives(declared, best)
+}
+
+/// Every scale of the input with every one of the position. A balance says what the one is over the other: what is the best for
+/// one of them alone is seldom the best beside another of the other.
+fn of_both_scales(declared: &Reading) -> Vec<Tried> {
+    let of = |column| move |correction: &Correction| correction.scales() == Some(column);
+    let positions = declared.further_by(of(Column::Position));
+    let both = |tried: &Tried| tried.reading(declared).further_by(of(Column::Input));
+    positions.par_iter().flat_map_iter(both).collect()
 }
 
 /// Of those that correct the same things the one that costs least; the least first.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::balance::{Balances, Follows};
-use super::channels::{self, Channels, Column, largest};
+use super::channels::{self, Channels, Column};
 use super::factor::is_guess;
 use super::limits::{
     FITTED_FACTOR, HINT, LONGEST_PERIOD, SAME_FACTOR, SAME_STEP, SHEET, SHORTEST_AS_MILLISECONDS,
@@ -25,8 +25,8 @@ pub enum Correction {
     Duty(f64, f64),
     /// A column is to be multiplied by a small whole number, or divided by it.
     Factor(Column, f64),
-    /// A column is in the unit that it has to be in, and was taken for one in another unit.
-    Taken(Column, &'static str, f64),
+    /// A column is in one unit, that which it has to be in where none is named, and was taken for one in another.
+    Taken(Column, Option<&'static str>, &'static str, f64),
     /// Position or velocity is that of the other side of a gear, so many times as large.
     Geared(Column, f64),
     /// Position and velocity both are, as from one sensor.
@@ -85,6 +85,19 @@ impl Correction {
             Self::Swapped(one, other) => [one, other].contains(&&Column::Position),
             Self::Unsigned(column) => *column == Column::Input,
             _ => false,
+        }
+    }
+
+    /// The column that it multiplies, and nothing else.
+    pub fn scales(&self) -> Option<Column> {
+        match self {
+            Self::Unit(column, ..)
+            | Self::Taken(column, ..)
+            | Self::Factor(column, _)
+            | Self::Geared(column, _) => Some(*column),
+            Self::Counts(_) => Some(Column::Position),
+            Self::Duty(..) => Some(Column::Input),
+            _ => None,
         }
     }
 
@@ -216,7 +229,7 @@ impl Reading {
         for log in &mut logs {
             match correction {
                 Correction::Unit(column, _, _, factor)
-                | Correction::Taken(column, _, factor)
+                | Correction::Taken(column, .., factor)
                 | Correction::Factor(column, factor) => log.scale(column, factor),
                 Correction::Counts(size) => log.scale(Column::Position, size),
                 Correction::Duty(whole, volts) => {
@@ -264,6 +277,11 @@ impl Reading {
 
     /// Every reading that is one correction further.
     pub fn further(&self) -> Vec<Tried> {
+        self.further_by(|_| true)
+    }
+
+    /// Those of them whose last correction is one of these.
+    pub fn further_by(&self, is_kept: impl Fn(&Correction) -> bool) -> Vec<Tried> {
         let mut tried = Vec::new();
         let mut attempt = |correction: Correction, rarity: f64| {
             let is_late =
@@ -272,7 +290,7 @@ impl Reading {
                 .corrections
                 .iter()
                 .any(|known| known.is_like(&correction));
-            if is_known || is_late {
+            if is_known || is_late || !is_kept(&correction) {
                 return;
             }
             let reading = self.with(correction, rarity);
@@ -304,17 +322,7 @@ impl Reading {
 
     fn of_units(&self) -> Vec<(Correction, f64)> {
         let rotary = self.machine.coordinate == Coordinate::Radian;
-        // A column in one of these units, or the other way round.
-        let of = |column: Column, units: &[Unit]| -> Vec<(Correction, f64)> {
-            let corrections = |unit: &Unit| {
-                [
-                    Correction::Unit(column, unit.name, unit.import, unit.factor),
-                    Correction::Taken(column, unit.name, 1.0 / unit.factor),
-                ]
-                .map(|correction| (correction, unit.rarity))
-            };
-            units.iter().flat_map(corrections).collect()
-        };
+        let of = of_column;
         let angles_or_strokes: &[Unit] = if rotary {
             &units::ANGLES
         } else {
@@ -324,7 +332,7 @@ impl Reading {
         all.extend(self.of_gear(angles_or_strokes));
         let period = self.logs[0].period;
         let is_credible = |(correction, _): &(Correction, f64)| match correction {
-            Correction::Taken(_, _, factor) => period * factor <= LONGEST_PERIOD,
+            Correction::Taken(.., factor) if *factor > 1.0 => period * factor <= LONGEST_PERIOD,
             _ => period >= SHORTEST_AS_MILLISECONDS,
         };
         all.extend(
@@ -333,7 +341,9 @@ impl Reading {
                 .filter(is_credible),
         );
         if self.machine.motor.is_some() {
-            all.extend(of(Column::Input, &[units::MILLIVOLTS]));
+            if !self.takes_a_share() {
+                all.extend(of(Column::Input, &[units::MILLIVOLTS]));
+            }
             if self.has(Column::Current) {
                 all.extend(of(Column::Current, &[units::MILLIAMPERES]));
             }
@@ -372,7 +382,7 @@ impl Reading {
 
     pub fn of_duty(&self) -> Vec<(Correction, f64)> {
         let inputs = || self.logs.iter().flat_map(|log| &log.input);
-        let most = self.largest_input();
+        let most = channels::largest_input(&self.logs);
         // A duty ends at one, a percentage at a hundred; what goes beyond in whole numbers is a counter's.
         let mut wholes: Vec<f64> = [1.0, 100.0]
             .into_iter()
@@ -381,28 +391,35 @@ impl Reading {
         if wholes.is_empty() && inputs().all(|input| input.fract() == 0.0) {
             wholes.extend(units::full_scale(most));
         }
-        wholes
-            .into_iter()
-            .flat_map(|whole| units::SUPPLIES.map(|volts| (Correction::Duty(whole, volts), 1.0)))
-            .collect()
+        let declared = self.takes_a_share().then(|| self.machine.gain.abs());
+        // Who has declared the supply knows it.
+        let others = if declared.is_some() { 3.0 } else { 1.0 };
+        let supplies = units::SUPPLIES.map(|volts| (volts, others)).into_iter();
+        let supplies = supplies.filter(|(volts, _)| Some(*volts) != declared);
+        let supplies: Vec<(f64, f64)> = supplies.chain(declared.map(|it| (it, 0.0))).collect();
+        let of_whole = |whole: f64| {
+            let of_supply = move |&(volts, rarity)| (Correction::Duty(whole, volts), rarity);
+            supplies.iter().map(of_supply)
+        };
+        wholes.into_iter().flat_map(of_whole).collect()
+    }
+
+    /// Whether the machine file takes the input for a share of a supply, whose voltage is its gain.
+    fn takes_a_share(&self) -> bool {
+        self.machine.gain.abs() > 1.0
     }
 
     /// Volts, where the machine file takes a unit of the input for the voltage of the supply.
     fn of_gain(&self) -> Option<(Correction, f64)> {
-        let gain = self.machine.gain.abs();
-        let is_no_duty = gain > 1.0 && self.largest_input() > 1.001;
-        is_no_duty.then(|| (Correction::Factor(Column::Input, gain.recip()), 0.0))
-    }
-
-    fn largest_input(&self) -> f64 {
-        let inputs = self.logs.iter().map(|log| largest(&log.input));
-        inputs.fold(0.0, f64::max)
+        let is_no_duty = self.takes_a_share() && channels::largest_input(&self.logs) > 1.001;
+        let factor = self.machine.gain.abs().recip();
+        is_no_duty.then_some((Correction::Factor(Column::Input, factor), 0.0))
     }
 
     /// Whether no likely supply gives as much voltage as this input is read to be.
     pub fn is_beyond_supplies(&self) -> bool {
-        let volts = self.largest_input() * self.machine.gain.abs();
-        self.machine.motor.is_some() && units::SUPPLIES.iter().all(|supply| volts > *supply)
+        let volts = channels::largest_input(&self.logs) * self.machine.gain.abs();
+        self.machine.motor.is_some() && volts > units::LARGEST_SUPPLY
     }
 
     /// A position of the other side of the gear, and a velocity with it where there is one: by its ratio, or by how many of the sensor's steps one of the
@@ -585,6 +602,29 @@ impl Reading {
         }
         all
     }
+}
+
+/// A column in one of these units, or one that was taken for it, whether it is in another of them or as it has to be. Who writes
+/// a unit that is neither the logger's nor that of the log errs less often.
+fn of_column(column: Column, units: &[Unit]) -> Vec<(Correction, f64)> {
+    let corrections = |unit: &Unit| {
+        let others = units.iter().filter(|other| other.name != unit.name);
+        let taken = |own: &Unit| {
+            let factor = own.factor / unit.factor;
+            let correction = Correction::Taken(column, Some(own.name), unit.name, factor);
+            (correction, 1.0 + own.rarity + unit.rarity)
+        };
+        let of_log = [
+            Correction::Unit(column, unit.name, unit.import, unit.factor),
+            Correction::Taken(column, None, unit.name, 1.0 / unit.factor),
+        ];
+        let of_log = of_log.map(|correction| (correction, unit.rarity));
+        of_log
+            .into_iter()
+            .chain(others.map(taken))
+            .collect::<Vec<_>>()
+    };
+    units.iter().flat_map(corrections).collect()
 }
 
 fn is_of_sign(clue: &Clue) -> bool {

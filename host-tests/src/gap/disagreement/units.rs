@@ -50,8 +50,9 @@ pub const ANGULAR_VELOCITIES: [Unit; 3] = [
 ];
 
 /// Velocities along a stroke.
-pub const LINEAR_VELOCITIES: [Unit; 2] = [
+pub const LINEAR_VELOCITIES: [Unit; 3] = [
     unit("millimetres per second", "mm/s", 1e-3, 0.0),
+    unit("centimetres per second", "cm/s", 1e-2, 1.0),
     unit("metres per minute", "m/min", 1.0 / 60.0, 1.0),
 ];
 
@@ -74,6 +75,9 @@ pub const MILLIAMPERES: Unit = unit("milliamperes", "mA", 1e-3, 0.0);
 pub const SUPPLIES: [f64; 12] = [
     5.0, 6.0, 7.4, 9.0, 12.0, 15.0, 18.0, 24.0, 28.0, 36.0, 48.0, 72.0,
 ];
+
+/// The largest of them.
+pub const LARGEST_SUPPLY: f64 = SUPPLIES[SUPPLIES.len() - 1];
 
 /// Full scale of a PWM's counter of 8, 10, 12 or 16 bits: the least that holds such counts.
 pub fn full_scale(largest: f64) -> Option<f64> {

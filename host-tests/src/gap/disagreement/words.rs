@@ -8,6 +8,7 @@ use super::factor;
 use super::limits::LONGEST_PERIOD;
 use super::measure::{Clue, Subject};
 use super::reading::{Correction, Reading};
+use super::units::LARGEST_SUPPLY;
 use crate::gap::experiment::any_of;
 use crate::import::call::{Call, out_beside};
 use crate::log::{BRAKE, COLUMNS, ENABLED, LOAD_TORQUE, Log, rounded};
@@ -45,6 +46,10 @@ fn corrections_of(
     best: &Reading,
 ) -> Vec<Disagreement> {
     let declared = &readings[0];
+    // What volts a unit of the input is says the machine file.
+    let is_of_gain = |correction: &Correction| {
+        matches!(correction, Correction::Factor(Column::Input, _)) && declared.machine.gain != 1.0
+    };
     let mut all = Vec::new();
     for (step, alike) in steps.iter().enumerate() {
         let mut known: Vec<String> = Vec::new();
@@ -59,8 +64,7 @@ fn corrections_of(
             chosen[step] = correction;
             remedies.push(match correction {
                 Correction::Number(name, _, value) => line(&declared.machine, name, value),
-                // What volts a unit of the input is says the machine file.
-                Correction::Factor(Column::Input, factor) if declared.machine.gain != 1.0 => {
+                Correction::Factor(Column::Input, factor) if is_of_gain(&correction) => {
                     let gain = rounded(declared.machine.gain * factor, 6);
                     entry(&declared.machine, "input", "gain", gain)
                 }
@@ -69,7 +73,10 @@ fn corrections_of(
                      input@DIRECTION",
                     log.path.display()
                 ),
-                _ => command(log, declared, &chosen),
+                _ => {
+                    chosen.retain(|correction| !is_of_gain(correction));
+                    command(log, declared, &chosen)
+                }
             });
             known.push(said);
         }
@@ -127,6 +134,9 @@ pub(super) fn unexplained(machine: &Machine, log: &Log, clue: &Clue) -> Disagree
         }
         Subject::Period(_) => "the sampling is too slow".to_owned(),
         Subject::Winding(_) => "inductance or resistance is not that of a motor".to_owned(),
+        Subject::Supply(_) => {
+            "input is not in the unit that the machine file takes it for".to_owned()
+        }
         _ => "position is far beyond the declared stops".to_owned(),
     };
     let remedy = match clue.subject {
@@ -143,6 +153,12 @@ pub(super) fn unexplained(machine: &Machine, log: &Log, clue: &Clue) -> Disagree
             machine,
             "inductance",
             1e-3 * machine.parameter("inductance").unwrap_or(0.0),
+        ),
+        Subject::Supply(_) => format!(
+            "import {} again with the unit of its input, as in --input input:mV or \"input:%*24\", or set `gain` in {}, \
+             [input], to the volts for one unit of it",
+            log.path.display(),
+            machine.path.display()
         ),
         _ => format!(
             "in {}: set `lower_stop` and `upper_stop` to where the stops are, in the coordinate of the log",
@@ -195,12 +211,12 @@ fn what(declared: &Reading, correction: Correction) -> String {
         }
         Correction::Factor(column, factor) => scaled(column, factor),
         Correction::Duty(whole, volts) => duty(whole, &volts.to_string()),
-        Correction::Taken(column, unit, factor) => format!(
-            "{} is {} times too {}: the column is in {}, and was imported as {unit}",
+        Correction::Taken(column, own, taken, factor) => format!(
+            "{} is {} times too {}: the column is in {}, and was imported as {taken}",
             column.name(),
             rounded(factor.max(1.0 / factor), 4),
             if factor > 1.0 { "small" } else { "large" },
-            expected_unit(&declared.machine, column)
+            own.unwrap_or_else(|| expected_unit(&declared.machine, column))
         ),
         Correction::Geared(Column::Position, ratio) => format!("position is {}", geared(ratio)),
         Correction::GearedSensor(ratio) => {
@@ -410,6 +426,10 @@ fn sentence(clue: &Clue) -> String {
             "the declared winding takes inductance / resistance = {} s to follow a voltage, where motors take milliseconds",
             significant(constant, 2)
         ),
+        Subject::Supply(volts) => format!(
+            "`input` would be {} V, and no usual supply has more than {LARGEST_SUPPLY} V",
+            significant(volts, 3)
+        ),
         Subject::Period(period) => format!(
             "sampled every {} s, where a drive is sampled at least every {LONGEST_PERIOD} s",
             rounded(period, 6)
@@ -453,7 +473,8 @@ fn entry(machine: &Machine, section: &str, name: &str, value: f64) -> String {
 
 /// The import that mends a log.
 fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String {
-    let voltage = declared.machine.motor.is_some();
+    // In the unit that a gain makes volts of the values stand as they are.
+    let is_in_volts = declared.machine.motor.is_some() && declared.machine.gain == 1.0;
     let mut call = Call::new(&log.path);
     let columns = [
         Column::Time,
@@ -465,7 +486,7 @@ fn command(log: &Log, declared: &Reading, corrections: &[Correction]) -> String 
     ];
     for column in columns {
         let unit = match column {
-            Column::Input if !voltage => "",
+            Column::Input if !is_in_volts => "",
             _ => expected_unit(&declared.machine, column),
         };
         let is_there = column == Column::Time || declared.has(column);
@@ -514,7 +535,7 @@ fn source(column: Column, unit: &str, corrections: &[Correction], gain: f64) -> 
                     unit = import;
                 }
             }
-            Correction::Factor(changed, size) | Correction::Taken(changed, _, size)
+            Correction::Factor(changed, size) | Correction::Taken(changed, .., size)
                 if changed == column =>
             {
                 factor *= size;
