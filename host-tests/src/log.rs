@@ -63,7 +63,9 @@ pub struct Log {
     /// 0 while the drive lets go of the motor, so that no current flows whatever `input` says, else 1;
     /// held from its sample to the next.
     pub enabled: Option<Vec<f64>>,
-    /// What reading has changed, where the rows of the file were not at even times.
+    /// Whether each sample is filled in, where a row was missing; empty where none is.
+    pub filled: Vec<bool>,
+    /// What reading has changed, where the rows of the file were not at even times, or what an import did before.
     pub resampling: Option<Resampling>,
 }
 
@@ -90,6 +92,8 @@ pub(crate) const COLUMNS: [(&str, Course); 9] = [
     ("load_torque", Course::Seen),
     ("enabled", Course::Switched),
 ];
+/// The column behind them in which an import says of which samples there was no row: 1 there, else 0.
+pub(crate) const FILLED: &str = "filled";
 pub(crate) const REQUIRED: usize = 3;
 pub(crate) const TIME: usize = 0;
 pub(crate) const INPUT: usize = 1;
@@ -229,7 +233,8 @@ impl Log {
                     ..Resampling::default()
                 });
                 return Ok(Self {
-                    resampling,
+                    resampling: resampling.or_else(|| table.filled_before(period_s)),
+                    filled: table.filled,
                     ..Self::of_columns(path, first, period_s, table.columns)
                 });
             }
@@ -271,6 +276,7 @@ impl Log {
             brake,
             load_torque,
             enabled,
+            filled: Vec::new(),
             resampling: None,
         }
     }
@@ -319,6 +325,7 @@ impl Log {
             lines: (0..self.samples()).collect(),
             columns,
             digits: PrintedDigits::default(),
+            filled: Vec::new(),
         };
         let mut log = table
             .resampled(&self.path, instants)
@@ -358,6 +365,10 @@ impl Log {
                 text += name;
             }
         }
+        if !self.filled.is_empty() {
+            text.push(',');
+            text += FILLED;
+        }
         text.push('\n');
         // A string takes everything.
         for row in 0..self.samples() {
@@ -369,6 +380,9 @@ impl Log {
             let _ = write!(text, "{time_s:?}");
             for column in series.into_iter().flatten() {
                 let _ = write!(text, ",{:?}", column[row]);
+            }
+            if let Some(filled) = self.filled.get(row) {
+                let _ = write!(text, ",{}", u8::from(*filled));
             }
             text.push('\n');
         }

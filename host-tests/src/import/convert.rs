@@ -9,7 +9,7 @@ use super::stamp::is_cut_clock;
 use crate::log::fault::{Fault, Mend};
 use crate::log::rows::{check_value, is_credible, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
-use crate::log::{COLUMNS, COMMAND, Columns, Course, Log, POSITION, TIME, quoted, rounded};
+use crate::log::{COLUMNS, COMMAND, Columns, Course, FILLED, Log, POSITION, TIME, quoted, rounded};
 
 /// A log, and what was done for it.
 #[derive(Debug)]
@@ -103,11 +103,7 @@ pub(super) fn convert(
     if let Some(turn) = recipe.unwrap {
         bring_to_position(&mut columns, sources, turn);
     }
-    let mut table = Table {
-        lines: chosen.iter().map(|&row| raw.lines[row]).collect(),
-        digits: digits(columns[TIME].as_deref().unwrap_or_default()),
-        columns: columns.clone(),
-    };
+    let mut table = table_of(raw, &chosen, &columns);
     table.check_order()?;
     table.check_length(rows - left_out, table.last_line())?;
     let doubts = table.mend_doubts();
@@ -123,6 +119,19 @@ pub(super) fn convert(
         zero,
         columns,
     })
+}
+
+/// The table of these rows, with what an import before this one says that it has filled in.
+fn table_of(raw: &Raw, chosen: &[usize], columns: &Columns) -> Table {
+    let filled = raw.names.iter().position(|name| name == FILLED);
+    let filled = filled.map(|column| &raw.columns[column].values);
+    let is_filled = |row: &usize| filled?.get(*row).map(|filled| *filled == 1.0);
+    Table {
+        lines: chosen.iter().map(|&row| raw.lines[row]).collect(),
+        digits: digits(columns[TIME].as_deref().unwrap_or_default()),
+        columns: columns.clone(),
+        filled: chosen.iter().map_while(is_filled).collect(),
+    }
 }
 
 /// The rows in which every column has a number, and how many have not; with `skip_bad` those in which no machine has such

@@ -250,6 +250,25 @@ impl Instants {
         ((step / self.period).round() as usize).saturating_sub(1)
     }
 
+    /// Whether each sample is one that no row is nearest to; nothing where there is none such.
+    pub fn without_row(&self, time: &[f64]) -> Vec<bool> {
+        let nearest = |time: f64| ((time - self.start) / self.period).round() as usize;
+        let mut without = vec![false; self.count];
+        for pair in time.windows(2) {
+            let first = nearest(pair[0]) + 1;
+            let behind = nearest(pair[1])
+                .min(first + self.filled_in(pair[1] - pair[0]))
+                .min(self.count);
+            if first < behind {
+                without[first..behind].fill(true);
+            }
+        }
+        if !without.contains(&true) {
+            without.clear();
+        }
+        without
+    }
+
     /// What the change from these rows to these samples amounts to.
     pub fn summary(&self, time: &[f64], position: &[f64]) -> Resampling {
         let places: Vec<f64> = time

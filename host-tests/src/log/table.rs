@@ -4,15 +4,15 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::fault::{Fault, Mend};
-use super::resample::{Instants, smallest_step};
+use super::resample::{Instants, Resampling, smallest_step};
 use super::rows::{
     Rows, check_value, describe_fields, describe_step, describe_width, find_columns, parse_number,
 };
 use super::spikes::{MOST_SPIKES, RANGE, SPIKE, said_of, spikes, straighten};
 use super::{
-    COLUMNS, COMMAND, CURRENT, Columns, Course, EXPECTED, GRID_MARGIN, INPUT, JITTER, LOAD_TORQUE,
-    LONGEST_GAP_S, Log, MAX_PERIOD_S, MIN_PERIOD_S, MOST_UNTIMED, POSITION, SLOWER, TIME, VELOCITY,
-    counted, median, rounded,
+    COLUMNS, COMMAND, CURRENT, Columns, Course, EXPECTED, FILLED, GRID_MARGIN, INPUT, JITTER,
+    LOAD_TORQUE, LONGEST_GAP_S, Log, MAX_PERIOD_S, MIN_PERIOD_S, MOST_UNTIMED, POSITION, SLOWER,
+    TIME, VELOCITY, counted, median, rounded,
 };
 use crate::gap::metrics::SETTLING;
 use crate::import::stamp::is_stamp;
@@ -33,6 +33,8 @@ pub(crate) struct Table {
     pub columns: Columns,
     /// How `time_s` is printed.
     pub digits: PrintedDigits,
+    /// Which rows an import has filled in; empty where none.
+    pub filled: Vec<bool>,
 }
 
 impl Table {
@@ -56,7 +58,9 @@ impl Table {
             lines: Vec::new(),
             columns: places.map(|place| place.map(|_| Vec::new())),
             digits: PrintedDigits::default(),
+            filled: Vec::new(),
         };
+        let filled = record.iter().position(|name| name == FILLED);
         let mut last_line = header_line;
         while let Some(line) = rows.read(&mut record) {
             rows.check_quotes(&describe_fields(record.len(), width))?;
@@ -79,6 +83,10 @@ impl Table {
                     }
                 }
             }
+            // Whatever else a column of that name holds is none of ours.
+            table
+                .filled
+                .extend(filled.map(|place| record[place].trim() == "1"));
             table.lines.push(line);
             last_line = line;
         }
@@ -240,6 +248,21 @@ impl Table {
             .expect("the header was checked")
     }
 
+    /// What an import has changed before in rows that are even now.
+    pub(super) fn filled_before(&self, period: f64) -> Option<Resampling> {
+        let first = *self.time().first()?;
+        let position = self.columns[POSITION].as_deref()?;
+        let rows = (0..self.lines.len()).filter(|&row| self.filled.get(row) == Some(&false));
+        let there: Vec<usize> = rows.collect();
+        if there.len() < 2 || there.len() == self.lines.len() {
+            return None;
+        }
+        let time: Vec<f64> = there.iter().map(|&row| self.time()[row] - first).collect();
+        let position: Vec<f64> = there.iter().map(|&row| position[row]).collect();
+        let all: Vec<f64> = self.time().iter().map(|time| time - first).collect();
+        Some(Instants::with_period(&all, period).summary(&time, &position))
+    }
+
     pub fn last_line(&self) -> usize {
         self.lines.last().copied().unwrap_or(1)
     }
@@ -294,6 +317,7 @@ impl Table {
             self.columns[index] = Some(starts.iter().zip(ends()).map(one).collect());
         }
         self.lines = starts.iter().map(|&row| self.lines[row]).collect();
+        self.filled.clear();
         self.check_length(starts.len(), self.last_line())?;
         Ok((self, moved))
     }
@@ -405,6 +429,7 @@ impl Table {
         let position = self.columns[POSITION].as_deref().unwrap_or_default();
         Ok(Log {
             resampling: Some(instants.summary(&time, position)),
+            filled: instants.without_row(&time),
             ..Log::of_columns(path, first + instants.start, instants.period, columns)
         })
     }

@@ -337,6 +337,9 @@ mod log {
             let resampling = log.resampling.take().expect("a filled sample");
             assert_eq!((resampling.filled, resampling.merged), (1, 0));
             assert!(resampling.displacement_max < 1e-9, "{resampling:?}");
+            for (sample, filled) in std::mem::take(&mut log.filled).iter().enumerate() {
+                assert_eq!(*filled, sample == first_missing, "{sample}");
+            }
             // What the drive had been told still held.
             assert_eq!(log.input[first_missing], plain.input[first_missing - 1]);
             log.path.clone_from(&plain.path);
@@ -767,6 +770,7 @@ mod log {
                 brake: brake.map(|levels| levels.into_iter().map(f64::abs).collect()),
                 load_torque,
                 enabled: enabled.map(|levels| levels.into_iter().map(f64::from).collect()),
+                filled: Vec::new(),
                 resampling: None,
             }
         }

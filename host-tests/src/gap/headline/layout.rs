@@ -44,6 +44,8 @@ struct Shown<'h> {
     next: Vec<&'h [Step]>,
     name: String,
     note: Option<String>,
+    /// Whether it stays as long as the effects are named with their sizes.
+    keeps_note: bool,
 }
 
 impl<'h> Shown<'h> {
@@ -63,6 +65,7 @@ impl<'h> Shown<'h> {
                 .collect(),
             name: shortened(&printable(&report.outcome.machine), NAME),
             note: resampled(&report.outcome, &report.coordinate),
+            keeps_note: has_many_filled(&report.outcome),
         }
     }
 
@@ -123,7 +126,7 @@ impl<'h> Shown<'h> {
             self.detailed -= 1;
         } else if let Some(place) = self.least_step() {
             self.next.remove(place);
-        } else if self.certainty.pop().is_some() || self.note.take().is_some() {
+        } else if self.certainty.pop().is_some() || !self.keeps_note && self.note.take().is_some() {
             // One of them is out.
         } else if self.gain != [self.shortest_gain] {
             self.gain = vec![self.shortest_gain];
@@ -133,6 +136,8 @@ impl<'h> Shown<'h> {
             self.finding.remove(1);
         } else if self.detailed > 0 {
             self.detailed = 0;
+        } else if self.note.take().is_some() {
+            // What was found comes before what was done to the logs.
         } else if self.finding.len() > 1 {
             self.finding.pop();
         } else {
@@ -191,6 +196,15 @@ fn detail((id, sentence): &(String, String)) -> Vec<String> {
     wrapped(&printable(&format!("  {id}: {sentence}")), 4)
 }
 
+/// Share of a log's samples from which on those that are filled in matter: as many of its rows are a straight line.
+const MANY: f64 = 0.01;
+
+/// Whether so many samples of any log are filled in that the answer has to say so.
+fn has_many_filled(outcome: &Outcome) -> bool {
+    let mut changes = outcome.resampled.iter().map(|log| &log.change);
+    changes.any(|change| change.filled as f64 > MANY * (change.rows + change.filled) as f64)
+}
+
 /// That logs were resampled, and what that changed in the first of them.
 fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
     let (first, others) = outcome.resampled.split_first()?;
@@ -204,18 +218,25 @@ fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
     let start = name.chars().count().saturating_sub(NAME);
     let name: String = name.chars().skip(start).collect();
     let change = &first.change;
-    let merged = match change.merged {
-        0 => String::new(),
-        rows => format!(
-            " {} merged with one of the same time,",
-            counted(rows, "row")
-        ),
-    };
+    let mut done = Vec::new();
+    if change.filled > 0 {
+        let samples = change.rows + change.filled - change.merged;
+        let filled = change.filled;
+        done.push(format!(
+            "{filled} of {samples} samples filled in, where rows are missing"
+        ));
+    }
+    if change.displacement_max > 0.0 {
+        let moved = Scale::percent().quantity(change.displacement_max);
+        done.push(format!("rows moved by up to {moved} of a period"));
+    }
+    if change.merged > 0 {
+        let rows = counted(change.merged, "row");
+        done.push(format!("{rows} merged with one of the same time"));
+    }
     Some(format!(
-        "{name} was resampled: rows moved by up to {} of a period, {} filled in,{merged} some {} rms added \
-         to the position{also}.",
-        Scale::percent().quantity(change.displacement_max),
-        counted(change.filled, "sample"),
+        "{name} was resampled: {}; that puts some {} rms into the position{also}.",
+        done.join(", "),
         Scale::of(unit, [change.position_error]).quantity(change.position_error)
     ))
 }
