@@ -33,7 +33,7 @@ pub struct Args {
     /// Column with what the drive was told, as in duty:%*12
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub input: String,
-    /// Column with the position, as in pos:deg, enc:counts/4096, or -x:mm
+    /// Column with the position, as in pos:deg, enc:counts/4096, -x:mm, or, of a belt or a screw, enc:counts*0.005:mm
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub position: String,
     /// Column with the position asked for
@@ -99,7 +99,7 @@ A COLUMN is a name or a number from 1, then what is done to it, from left to rig
 /NUMBER, +NUMBER, -NUMBER; a - in front reverses the sign in the end. @COLUMN behind that gives a size
 its sign, as of a drive with a direction pin: pwm:%*12@dir is negative where dir is 0 or negative. Units:
   time      s ms us ns min h day; time stamps with a clock, as 06:29:54.123 or those of ISO 8601, need none
-  position  rad mrad deg rev counts/4096 (so many a turn), m cm mm um in; counts (with a factor)
+  position  rad mrad deg rev counts/4096 (so many a turn), m cm mm um in; counts*0.005:mm (so much a count)
   velocity  rad/s deg/s rpm rev/s counts/4096, m/s mm/s m/min
   input     V mV A mA N·m mN·m N mN; % and duty (with the supply: duty:%*12); counts (with a factor)
   torque    N·m mN·m N·cm oz·in N kN
@@ -141,11 +141,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|fault| refusal(args, path, &raw, &recipe, fault))?;
     let doubt = |fault: &Fault| InputError::new(path, Some(fault.line), &fault.message);
     warn(&converted.doubts.iter().map(doubt).collect::<Vec<_>>());
-    // A machine file with a gain takes the input in its own unit: the comparison below says whether that is it.
-    let has_own_input = machine.as_ref().is_some_and(|machine| machine.gain != 1.0);
-    let mut suspicions = suspicions(&raw, &sources, &converted.columns, has_own_input);
+    let mut suspicions = suspicions(&raw, &sources, &converted.columns, machine.as_ref());
     suspicions.extend(many_turns(&sources, &converted));
-    let mut text = summary::render(&name, &raw, &sources, &converted, &suspicions, &args.out);
+    let is_linear = summary::is_linear(&sources, machine.as_ref());
+    let mut text = summary::render(
+        &name,
+        &raw,
+        &sources,
+        &converted,
+        &suspicions,
+        is_linear,
+        &args.out,
+    );
     for sentence in brought {
         text += &format!("{sentence}\n");
     }
@@ -166,7 +173,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
     }
     if let Some([index]) = report {
-        let html = page::html(&name, &converted.log, &sources, &text);
+        let html = page::html(&name, &converted.log, &sources, is_linear, &text);
         outputs.stage(
             index,
             html.map_err(|error| Failure::system("the report", &error))?,

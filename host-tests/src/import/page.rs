@@ -20,6 +20,7 @@ pub(super) fn html(
     name: &str,
     log: &Log,
     sources: &[(usize, Source)],
+    is_linear: Option<bool>,
     summary: &str,
 ) -> io::Result<String> {
     let columns: Vec<(usize, &Vec<f64>)> = log
@@ -35,7 +36,7 @@ pub(super) fn html(
             .enumerate()
             .map(|(sample, value)| (log.time_s(sample), *value))
             .collect();
-        let unit = unit_of(*index, sources);
+        let unit = unit_of(*index, sources, is_linear);
         let title = match unit {
             "" => COLUMNS[*index].0.to_owned(),
             unit => format!("{}, {unit}", COLUMNS[*index].0),

@@ -9,7 +9,7 @@ use super::source::Source;
 use super::suspect::may_be_counted;
 use super::unit::Kind;
 use crate::log::fault::Mend;
-use crate::log::{COLUMNS, TIME};
+use crate::log::{COLUMNS, POSITION, TIME};
 
 /// The options that say where a column of the log comes from, in the order of the log's columns.
 pub(super) const FLAGS: [&str; COLUMNS.len()] = [
@@ -123,6 +123,9 @@ impl Recipe {
             let source = Source::parse(text, raw, column).ok()?;
             let size = match source.unit?.1.kind {
                 Kind::Share => "the volts of the supply",
+                Kind::Counts if column == COLUMNS[POSITION].0 => {
+                    "the size of a count, in rad or m,"
+                }
                 Kind::Counts => "the size of a count",
                 _ => return None,
             };

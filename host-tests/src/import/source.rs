@@ -2,7 +2,8 @@
 //!
 //! `NAME`, then in any order and worked from left to right `:UNIT`, `*NUMBER`, `/NUMBER`, `+NUMBER`,
 //! `-NUMBER`; a `-` in front reverses the sign at the end. So `duty:%*12` takes per cent to volts of a
-//! supply of 12 V, and `angle-90:deg` takes 90 off before degrees become radians. `@NAME` behind all that gives
+//! supply of 12 V, `angle-90:deg` takes 90 off before degrees become radians, and `cnt:counts*0.005:mm` is a stroke of
+//! 0.005 mm a count. `@NAME` behind all that gives
 //! a size its sign, from another column: so `pwm:%*12@dir` is negative where `dir` is 0 or negative.
 
 use std::collections::HashMap;
@@ -11,7 +12,7 @@ use std::f64::consts::TAU;
 use super::raw::Raw;
 use super::text::without_unit;
 use super::unit::{Kind, Unit, kinds};
-use crate::log::{COLUMNS, CURRENT, INPUT, TIME, VELOCITY, quoted};
+use crate::log::{COLUMNS, CURRENT, INPUT, POSITION, TIME, VELOCITY, quoted};
 
 /// A column of the file with what is done to its values.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +88,7 @@ impl Source {
             });
             rest = &after[end..];
         }
-        source.require_size()?;
+        source.require_size(log_column)?;
         source.check_stamps(raw, log_column)?;
         if reversed {
             source.steps.push(Step::Times(-1.0));
@@ -125,11 +126,18 @@ impl Source {
         if !allowed.contains(&unit.kind) {
             return Err(format!("cannot be in {}; {}", quoted(name), expected()));
         }
-        if self.unit.is_some() {
-            return Err(format!(
-                "{} has two units; expected one",
-                quoted(&self.text)
-            ));
+        match &self.unit {
+            // What a count is in is said behind how much it is.
+            Some((_, before)) if before.kind == Kind::Counts && unit.kind != Kind::Counts => {
+                self.require_size(log_column)?;
+            }
+            None => {}
+            Some(_) => {
+                return Err(format!(
+                    "{} has two units; expected one",
+                    quoted(&self.text)
+                ));
+            }
         }
         self.unit = Some((name.to_owned(), unit));
         self.unit_at = Some(self.steps.len());
@@ -138,7 +146,7 @@ impl Source {
     }
 
     /// Refuses a share of nothing and counts of no size: such a log passes as one in volts or radians.
-    fn require_size(&self) -> Result<(), String> {
+    fn require_size(&self, log_column: &str) -> Result<(), String> {
         let Some((name, unit)) = &self.unit else {
             return Ok(());
         };
@@ -150,12 +158,17 @@ impl Source {
         match unit.kind {
             _ if is_sized => Ok(()),
             Kind::Share => Err(format!(
-                "{text} is a share of the supply, whose voltage is missing; expected as in \"{column}:{name}*12\" for \
-                 one of 12 V (or *1, where `gain` of the machine file is the supply's voltage)"
+                "{text} says what share of the supply it is, and the supply's voltage is missing: write \
+                 \"{column}:{name}*12\" if that is 12 V. A machine file that was made with --input duty knows the voltage \
+                 itself, and takes \"{column}:{name}*1\""
+            )),
+            Kind::Counts if log_column == COLUMNS[POSITION].0 => Err(format!(
+                "{text} does not say how much a count is; expected as in {column}:counts/4096 for an angle of so many \
+                 counts a turn, \"{column}:counts*0.005:mm\" for a stroke of so many millimetres a count, or \
+                 \"{column}:counts*0.001\" for so many rad or m a count"
             )),
             Kind::Counts => Err(format!(
-                "{text} does not say how much a count is; expected as in {column}:counts/4096 for an angle of so many \
-                 counts a turn, or \"{column}:counts*0.001\" for so much a count"
+                "{text} does not say how much a count is; expected as in \"{column}:counts*0.001\" for so much a count"
             )),
             _ => Ok(()),
         }

@@ -11,36 +11,52 @@ use crate::cells::{self, Cells, row};
 use crate::gap::disagreement::{self, Disagreement};
 use crate::gap::outcome::Resampled;
 use crate::gap::table::resampled_line;
-use crate::log::{COLUMNS, Log, POSITION, TIME, counted};
-use crate::machine::{MOTOR, Machine};
+use crate::log::{COLUMNS, COMMAND, FILLED, Log, POSITION, TIME, VELOCITY, counted};
+use crate::machine::{Coordinate, MOTOR, Machine};
 use crate::page::series::extent;
 use crate::quantity::{Scale, given, significant};
 
-/// The unit of a column of the log, as far as it is known.
-pub(super) fn unit_of(index: usize, sources: &[(usize, Source)]) -> &'static str {
-    let kind = |index: usize| {
-        let source = sources.iter().find(|(known, _)| *known == index);
-        source
-            .and_then(|(_, source)| source.unit.as_ref())
-            .map(|(_, unit)| unit.kind)
+/// Whether the log is one of a motion along a stroke, or else of one about an axis, by the units that were given or else by the
+/// machine file; `None` where neither says.
+pub(super) fn is_linear(sources: &[(usize, Source)], machine: Option<&Machine>) -> Option<bool> {
+    let of_column = |index: usize| {
+        let (_, source) = sources.iter().find(|(known, _)| *known == index)?;
+        source.unit.as_ref()?.1.kind.is_linear()
     };
-    let linear = kind(POSITION) == Some(Kind::Length);
+    let given = [POSITION, COMMAND, VELOCITY]
+        .into_iter()
+        .find_map(of_column);
+    given.or_else(|| machine.map(|machine| machine.coordinate == Coordinate::Metre))
+}
+
+/// The unit of a column of the log, as far as it is known.
+pub(super) fn unit_of(
+    index: usize,
+    sources: &[(usize, Source)],
+    is_linear: Option<bool>,
+) -> &'static str {
+    let of_motion = |[angle, stroke, either]: [&'static str; 3]| match is_linear {
+        Some(true) => stroke,
+        Some(false) => angle,
+        None => either,
+    };
     match COLUMNS[index].0 {
         "time_s" => "s",
         "current_a" => "A",
-        "position" | "command" if linear => "m",
-        "velocity" if linear => "m/s",
-        "brake" | "load_torque" if linear => "N",
-        "position" | "command" => "rad",
-        "velocity" => "rad/s",
-        "brake" | "load_torque" => "N·m",
-        "input" => match kind(index) {
-            Some(Kind::Voltage) => "V",
-            Some(Kind::Current) => "A",
-            Some(Kind::Torque) => "N·m",
-            Some(Kind::Force) => "N",
-            _ => "",
-        },
+        "position" | "command" => of_motion(["rad", "m", "rad or m"]),
+        "velocity" => of_motion(["rad/s", "m/s", "rad/s or m/s"]),
+        "brake" | "load_torque" => of_motion(["N·m", "N", "N·m or N"]),
+        "input" => {
+            let source = sources.iter().find(|(known, _)| *known == index);
+            let unit = source.and_then(|(_, source)| source.unit.as_ref());
+            match unit.map(|(_, unit)| unit.kind) {
+                Some(Kind::Voltage) => "V",
+                Some(Kind::Current) => "A",
+                Some(Kind::Torque) => "N·m",
+                Some(Kind::Force) => "N",
+                _ => "",
+            }
+        }
         _ => "",
     }
 }
@@ -52,6 +68,7 @@ pub(super) fn render(
     sources: &[(usize, Source)],
     converted: &Converted,
     suspicions: &[String],
+    is_linear: Option<bool>,
     out: &Path,
 ) -> String {
     let log = &converted.log;
@@ -68,7 +85,7 @@ pub(super) fn render(
         given(1.0 / log.period_s),
         significant(seconds, 4)
     );
-    text += &cells::render(&table(raw, sources, converted));
+    text += &cells::render(&table(raw, sources, converted, is_linear));
     text.push('\n');
     let first_stamp = sources.iter().find_map(|(_, source)| {
         let stamp = raw.columns[source.column].first_stamp.as_deref();
@@ -77,7 +94,7 @@ pub(super) fn render(
             stamp?
         ))
     });
-    for line in first_stamp.into_iter().chain(done(sources, converted)) {
+    for line in first_stamp.into_iter().chain(done(converted, is_linear)) {
         text += &line;
         text.push('\n');
     }
@@ -86,7 +103,7 @@ pub(super) fn render(
         columns.any(|taken| taken == *column)
     };
     let others: Vec<String> = (0..raw.names.len())
-        .filter(|column| !taken(column))
+        .filter(|column| !taken(column) && raw.names[*column] != FILLED)
         .map(|column| raw.name(column))
         .collect();
     if !others.is_empty() {
@@ -174,7 +191,12 @@ pub(super) fn compared(machine: &Machine, log: &Log) -> String {
     )
 }
 
-fn table(raw: &Raw, sources: &[(usize, Source)], converted: &Converted) -> Cells {
+fn table(
+    raw: &Raw,
+    sources: &[(usize, Source)],
+    converted: &Converted,
+    is_linear: Option<bool>,
+) -> Cells {
     let mut cells = vec![row([
         "column",
         "from",
@@ -201,14 +223,14 @@ fn table(raw: &Raw, sources: &[(usize, Source)], converted: &Converted) -> Cells
             unit.to_owned(),
             significant(low, 4),
             significant(high, 4),
-            unit_of(*index, sources).to_owned(),
+            unit_of(*index, sources, is_linear).to_owned(),
         ]);
     }
     cells
 }
 
 /// What was done to the rows, one sentence each.
-fn done(sources: &[(usize, Source)], converted: &Converted) -> Vec<String> {
+fn done(converted: &Converted, is_linear: Option<bool>) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(zero) = converted.zero {
         lines.push(format!(
@@ -238,7 +260,10 @@ fn done(sources: &[(usize, Source)], converted: &Converted) -> Vec<String> {
                 period_s: converted.log.period_s,
                 change,
             };
-            lines.push(resampled_line(&resampled, unit_of(POSITION, sources)));
+            lines.push(resampled_line(
+                &resampled,
+                unit_of(POSITION, &[], is_linear),
+            ));
             lines.push(
                 "The input is held from row to row and averaged over each sample, position and velocity \
                  are interpolated, a current is averaged where the rate falls."

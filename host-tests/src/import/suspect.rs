@@ -5,11 +5,13 @@ use super::convert::Converted;
 use super::guess::is_command;
 use super::raw::Raw;
 use super::source::Source;
+use super::summary::is_linear;
 use super::text::suffixed;
 use super::unit::{Kind, Unit, kinds, unit_of_time};
 use crate::gap::disagreement::channels::{largest, wrap_of};
 use crate::gap::disagreement::units::full_scale;
 use crate::log::{COLUMNS, COMMAND, CURRENT, Columns, INPUT, POSITION, TIME, VELOCITY, counted};
+use crate::machine::{Coordinate, Machine};
 use crate::page::series::extent;
 use crate::quantity::{given, significant};
 
@@ -17,6 +19,8 @@ use crate::quantity::{given, significant};
 const FAR: f64 = 20.0;
 /// A current beyond this, A, is one in milliamperes of a small drive.
 const STRONG: f64 = 200.0;
+/// A stroke beyond this, m, is one in millimetres, more likely.
+const LONG: f64 = 5.0;
 /// Share of its rows from which on an angle that jumps there is not one that starts again: ten samples a turn show no motion.
 const MOST_TURNS: f64 = 0.1;
 /// What the velocity may differ from the slope of the position by, as a share.
@@ -27,9 +31,13 @@ pub(super) fn suspicions(
     raw: &Raw,
     sources: &[(usize, Source)],
     columns: &Columns,
-    has_own_input: bool,
+    machine: Option<&Machine>,
 ) -> Vec<String> {
     let mut said = Vec::new();
+    let is_linear = is_linear(sources, machine);
+    // A machine file with a gain takes the input in its own unit: the comparison with it says whether that is it.
+    let has_own_input = machine.is_some_and(|machine| machine.gain != 1.0);
+    said.extend(other_velocity(sources, columns, raw));
     for (index, source) in sources {
         let Some(values) = &columns[*index] else {
             continue;
@@ -40,7 +48,8 @@ pub(super) fn suspicions(
                     .into(),
             );
         }
-        if let Some(doubt) = contradiction(raw, *index, source) {
+        let of_machine = || other_motion(raw, *index, source, machine?);
+        if let Some(doubt) = contradiction(raw, *index, source).or_else(of_machine) {
             said.push(doubt);
             continue;
         }
@@ -62,19 +71,53 @@ pub(super) fn suspicions(
             continue;
         }
         let own = raw.own_unit(source.column, COLUMNS[*index].0);
-        let (why, unit) = match (own, looks(*index, &name, values, columns)) {
-            (Some(unit), _) => ("the file says so".to_owned(), unit.to_owned()),
-            (None, Some((why, unit))) => (why, unit.to_owned()),
+        let flag = super::recipe::FLAGS[*index];
+        let (why, unit) = match (own, looks(*index, &name, values, columns, is_linear)) {
+            (Some(unit), _) => ("the file says so".to_owned(), unit),
+            (None, Some(found)) => found,
             (None, None) => continue,
         };
-        let flag = super::recipe::FLAGS[*index];
+        let stroke = match (own, is_linear) {
+            (None, None) if *index == POSITION => {
+                let unit = if unit == "deg" { "mm" } else { COUNTS_ALONG };
+                format!("; of a stroke {flag} \"{name}:{unit}{}", size(unit))
+            }
+            _ => String::new(),
+        };
         said.push(format!(
-            "`{}` may be in {unit}, for {why}: then {flag} \"{name}:{unit}{}",
+            "`{}` may be in {unit}, for {why}: then {flag} \"{name}:{unit}{}{stroke}",
             COLUMNS[*index].0,
-            size(&unit)
+            size(unit)
         ));
     }
     said
+}
+
+/// A unit of another motion than the machine's: an angle's where the machine file has a stroke, or the other way round.
+fn other_motion(raw: &Raw, index: usize, source: &Source, machine: &Machine) -> Option<String> {
+    let is_stroke = machine.coordinate == Coordinate::Metre;
+    let (given, unit) = source.unit.as_ref()?;
+    if unit.kind.is_linear()? == is_stroke {
+        return None;
+    }
+    let (is, machine) = if is_stroke {
+        ("an angle's", "a stroke")
+    } else {
+        ("a stroke's", "an angle")
+    };
+    let (column, name) = (COLUMNS[index].0, raw.name(source.column));
+    let counts = if is_stroke && given.starts_with("counts/") && index != VELOCITY {
+        let flag = super::recipe::FLAGS[index];
+        format!(
+            ": then {flag} \"{name}:{COUNTS_ALONG}{}",
+            size(COUNTS_ALONG)
+        )
+    } else {
+        ": check the unit, or `coordinate` in the machine file".to_owned()
+    };
+    Some(format!(
+        "`{column}` was given in {given}, which is {is} unit, and the coordinate of the machine file is {machine}{counts}"
+    ))
 }
 
 /// Jumps in so many rows that no motion between them would be left, if each were a turn.
@@ -131,11 +174,15 @@ fn contradiction(raw: &Raw, index: usize, source: &Source) -> Option<String> {
     }
 }
 
+/// Counts along a stroke, by example.
+const COUNTS_ALONG: &str = "counts*0.005:mm";
+
 /// What a unit needs beside its name, by example.
 fn size(unit: &str) -> &'static str {
     match Unit::find(unit).map(|unit| unit.kind) {
         Some(Kind::Share) => "*12\" (put the volts of your supply in place of 12)",
         Some(Kind::Counts) => "*0.001\" (put the size of a count in place of 0.001)",
+        _ if unit == COUNTS_ALONG => "\" (put the way of a count in place of 0.005)",
         _ if unit.starts_with("counts/") => {
             "\" (4096 being the counts of a turn; in front of a gear of 75, /75 behind it)"
         }
@@ -149,6 +196,7 @@ fn looks(
     name: &str,
     values: &[f64],
     columns: &Columns,
+    is_linear: Option<bool>,
 ) -> Option<(String, &'static str)> {
     let (low, high) = extent(values.iter().copied())?;
     let largest = high.abs().max(low.abs());
@@ -163,22 +211,62 @@ fn looks(
         INPUT if largest > 1e3 => reaches("mV"),
         INPUT if largest > 60.0 && largest <= 100.5 => reaches("%"),
         INPUT if largest <= 1.001 && largest > 0.05 => reaches("duty"),
-        POSITION if whole && largest > FAR => Some(("its values are whole".into(), "counts/4096")),
+        POSITION if whole && largest > FAR => {
+            let counts = if is_linear == Some(true) {
+                COUNTS_ALONG
+            } else {
+                "counts/4096"
+            };
+            Some(("its values are whole".into(), counts))
+        }
+        POSITION if is_linear == Some(true) => (high - low > LONG).then(|| reaches("mm"))?,
         POSITION if high - low > 2.0 * FAR => reaches("deg"),
         CURRENT if largest > STRONG => reaches("mA"),
-        VELOCITY => {
-            let slope = slope_of(values, columns[TIME].as_ref()?, columns[POSITION].as_ref()?)?;
-            let units = ["rpm", "deg/s", "rev/s", "mm/s"].into_iter();
-            let mut units = units.filter_map(|name| Some((name, Unit::find(name)?.factor)));
-            let (unit, _) = units.find(|(_, factor)| (slope * factor - 1.0).abs() < ALIKE)?;
-            let why = format!(
-                "it is {} times the slope of `position`",
-                significant(slope, 3)
-            );
-            Some((why, unit))
-        }
+        VELOCITY => unit_of_velocity(values, columns, 1.0, is_linear),
         _ => None,
     }
+}
+
+/// The unit in which a velocity is the slope of the position, and why; none where it is that as it was read, at this factor.
+fn unit_of_velocity(
+    values: &[f64],
+    columns: &Columns,
+    factor: f64,
+    is_linear: Option<bool>,
+) -> Option<(String, &'static str)> {
+    const UNITS: [&str; 8] = [
+        "rpm", "deg/s", "rev/s", "mm/s", "cm/s", "m/min", "rad/s", "m/s",
+    ];
+    let slope = slope_of(values, columns[TIME].as_ref()?, columns[POSITION].as_ref()?)?;
+    let is_one = |ratio: f64| (ratio - 1.0).abs() < ALIKE;
+    let is_it = |name: &&str| {
+        Unit::find(name).is_some_and(|unit| {
+            let is_of_machine = is_linear.is_none() || unit.kind.is_linear() == is_linear;
+            is_of_machine && is_one(slope * unit.factor / factor)
+        })
+    };
+    let unit = UNITS.into_iter().find(is_it).filter(|_| !is_one(slope))?;
+    let why = format!(
+        "it is {} times the slope of `position`",
+        significant(slope, 3)
+    );
+    Some((why, unit))
+}
+
+/// A velocity that is in another unit than the one that was given, beside a position whose unit is known.
+fn other_velocity(sources: &[(usize, Source)], columns: &Columns, raw: &Raw) -> Option<String> {
+    let of = |wanted: usize| sources.iter().find(|(index, _)| *index == wanted);
+    let (_, position) = of(POSITION)?;
+    let (_, velocity) = of(VELOCITY)?;
+    position.unit.as_ref()?;
+    let (given, unit) = velocity.unit.as_ref().filter(|_| !velocity.is_scaled())?;
+    let values = columns[VELOCITY].as_deref()?;
+    let is_linear = unit.kind.is_linear();
+    let (why, found) = unit_of_velocity(values, columns, unit.factor, is_linear)?;
+    let (flag, name) = (super::recipe::FLAGS[VELOCITY], raw.name(velocity.column));
+    Some(format!(
+        "`velocity` was given in {given}, and may be in {found}, for {why}: then {flag} \"{name}:{found}\""
+    ))
 }
 
 /// The full scale of the counter that a duty is in, if it looks like one.
@@ -203,13 +291,13 @@ pub(super) fn looks_unsized(index: usize, name: &str, values: &[f64]) -> Option<
             if let Some(scale) = counter_of_duty(name, values) {
                 return Some(format!("{name}/{scale}:duty"));
             }
-            let (_, unit) = looks(index, name, values, &Columns::default())?;
+            let (_, unit) = looks(index, name, values, &Columns::default(), None)?;
             ["%", "duty"]
                 .contains(&unit)
                 .then(|| format!("{name}:{unit}"))
         }
         POSITION => {
-            let (_, unit) = looks(index, name, values, &Columns::default())?;
+            let (_, unit) = looks(index, name, values, &Columns::default(), None)?;
             unit.starts_with("counts").then(|| format!("{name}:counts"))
         }
         _ => None,

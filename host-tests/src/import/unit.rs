@@ -25,6 +25,17 @@ pub(crate) enum Kind {
     Counts,
 }
 
+impl Kind {
+    /// Whether it is one of motion along a stroke, or else of motion about an axis; neither where nothing moves in it.
+    pub fn is_linear(self) -> Option<bool> {
+        match self {
+            Self::Length | Self::LinearVelocity => Some(true),
+            Self::Angle | Self::AngularVelocity => Some(false),
+            _ => None,
+        }
+    }
+}
+
 /// A unit with its factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Unit {

@@ -253,7 +253,7 @@ fn clocks_and_shares() {
         log().replacen(HEADER, "time_s,Duty (%),pos [counts],command", 1),
         &[
             "put the volts of the supply in place of the 1 of \"Duty (%):%*1\"",
-            "put the size of a count in place of the 1 of \"pos [counts]:counts*1\"",
+            "put the size of a count, in rad or m, in place of the 1 of \"pos [counts]:counts*1\"",
         ],
     );
     // Whole numbers may be either, as far as they stay small.

@@ -3,6 +3,7 @@
 //! that it prints makes a log which it accepts.
 
 mod angles;
+mod carriage;
 mod damaged;
 mod files;
 mod formats;
