@@ -236,13 +236,14 @@ fn of_part(
     (what, part): (String, f64),
     (of, whole): (String, f64),
     rounding: f64,
+    remedy: &str,
 ) -> Result<(), String> {
     if part <= whole {
         return Ok(());
     }
     let unit = load_unit(point);
     let value = |what, value| Value { what, value, unit };
-    agree(&value(what, part), &value(of, whole), rounding, LEAVE_OUT)
+    agree(&value(what, part), &value(of, whole), rounding, remedy)
 }
 
 /// A friction that is told against the no-load current that overcomes it.
@@ -255,7 +256,14 @@ pub(super) fn of_friction(
 ) -> Result<(), String> {
     let part = (format!("{friction}"), torque);
     let whole = (format!("torque constant × {idle}"), whole);
-    of_part(point, part, whole, friction.rounding + idle.rounding)
+    let gear = &point.sheet.gear;
+    let remedy = if gear.is_there && !gear.values_behind {
+        "leave out the less sure one, or give what rubs behind the motor as --load-friction"
+    } else {
+        LEAVE_OUT
+    };
+    let rounding = friction.rounding + idle.rounding;
+    of_part(point, part, whole, rounding, remedy)
 }
 
 /// A viscous friction that is told against what rubs without a load.
@@ -271,7 +279,8 @@ pub(super) fn of_viscous(
         format!("torque constant × no-load current ({})", idle.why),
         whole,
     );
-    of_part(point, part, whole, viscous.rounding + rounding_of(idle))
+    let rounding = viscous.rounding + rounding_of(idle);
+    of_part(point, part, whole, rounding, LEAVE_OUT)
 }
 
 /// A rotor's inertia against a mechanical time constant. `found` is that of the inertia.

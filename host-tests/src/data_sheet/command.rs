@@ -58,6 +58,10 @@ pub struct Args {
     /// Sliding friction, as in 0.12mNm
     #[arg(long, value_name = "TORQUE")]
     pub friction_torque: Option<String>,
+    /// Sliding friction of what the motor drives, at the coordinate, beside that of the sheet: of a gear, a belt or a screw and
+    /// its rail, as in 5N or 20mNm
+    #[arg(long, value_name = "TORQUE")]
+    pub load_friction: Option<String>,
     /// Friction that has to be overcome before it moves
     #[arg(long, value_name = "TORQUE")]
     pub breakaway_torque: Option<String>,
@@ -141,7 +145,8 @@ What is needed                one of
                               --stall-torque (behind a gear with --gear-efficiency)
   torque constant             --torque-constant; --speed-constant; --back-emf-constant; --voltage and
                               --no-load-speed; --stall-torque and the current at standstill
-  friction                    --no-load-current; --friction-torque; else guessed from the current at standstill
+  friction                    --no-load-current; --friction-torque; else guessed from the current at standstill;
+                              beside either --load-friction
   rotor's inertia             --rotor-inertia; --mechanical-time-constant; else guessed from a time constant
 Numbers that say the same twice are compared. They are refused if they differ by more than 10 %, which makers
 allow their motors, and what was rounded away: half a unit of the last digit, zeros at a number's end not counted.

@@ -100,7 +100,7 @@ pub(super) fn of(
     let told = sheet.friction_torque.as_ref().zip(point.friction_torque);
     let (coulomb, viscous) = match (told, &sheet.viscous) {
         (Some((measure, torque)), viscous) => {
-            let torque = torque * lossy;
+            let torque = torque * if measure.linear { 1.0 } else { lossy };
             let coulomb = Number::new(
                 torque,
                 format!("given, {measure}"),
@@ -116,7 +116,7 @@ pub(super) fn of(
             let viscous = Number::told(measure, 1.0, within([measure.rounding]));
             if sheet.no_load_current.is_none() {
                 // A guessed current tells nothing of it.
-                let (coulomb, _) = split(whole, speed, idle);
+                let coulomb = with_load(point, split(whole, speed, idle).0, None);
                 return Ok(Friction {
                     breakaway: breakaway(point, &coulomb, lossy)?,
                     coulomb,
@@ -131,23 +131,73 @@ pub(super) fn of(
         }
         (None, None) => split(whole, speed, idle),
     };
-    let (coulomb, viscous) = match unsure_of_gear(point, resistance.value) {
-        Some(factor) => {
-            let is_told = sheet.viscous.is_some();
-            let viscous = if is_told {
-                viscous
-            } else {
-                without_gear(viscous, factor)
-            };
-            (without_gear(coulomb, factor), viscous)
+    let unsure = unsure_of_gear(point, resistance.value);
+    let viscous = match unsure {
+        Some(factor) if sheet.viscous.is_none() => {
+            let why = format!("{}; {}", viscous.why, without(point));
+            Number::new(viscous.value, why, Sure::Guess(factor))
         }
-        None => (coulomb, viscous),
+        _ => viscous,
     };
+    let coulomb = with_load(point, coulomb, unsure);
     Ok(Friction {
         breakaway: breakaway(point, &coulomb, lossy)?,
         viscous,
         coulomb,
     })
+}
+
+/// The sliding friction of the sheet with that of what the motor drives, or with what says that it is not known.
+fn with_load(point: &Point, friction: Number, unsure: Option<f64>) -> Number {
+    let sheet = point.sheet;
+    let Some(measure) = &sheet.load_friction else {
+        let told = sheet.friction_torque.as_ref();
+        let is_of_load = told.is_some_and(|measure| measure.linear);
+        let is_of_motor = unsure.is_some() || sheet.gear.lead.is_some() && !is_of_load;
+        if !is_of_motor {
+            return friction;
+        }
+        let (example, or) = if sheet.gear.linear {
+            ("5N", "")
+        } else {
+            (
+                "20mNm",
+                ", or --values-of gearmotor with the gearmotor's numbers has it",
+            )
+        };
+        let why = format!(
+            "{}; {}: --load-friction adds it, as in --load-friction {example}{or}",
+            friction.why,
+            without(point)
+        );
+        let sure = unsure.map_or(friction.sure, Sure::Guess);
+        return Number::new(friction.value, why, sure);
+    };
+    let load = measure.value;
+    let why = format!("{}; + {} of {measure}", friction.why, significant(load));
+    let value = friction.value + load;
+    // A guess that hardly counts makes no guess of the sum.
+    let sure = match friction.sure {
+        Sure::Guess(factor) if (factor - 1.0) * friction.value > rules::MAKERS_TOLERANCE * load => {
+            Sure::Guess(1.0 + (factor - 1.0) * friction.value / value)
+        }
+        _ => within([measure.rounding]),
+    };
+    Number::new(value, why, sure)
+}
+
+/// What rubs behind a motor and is not in its numbers.
+fn without(point: &Point) -> &'static str {
+    let gear = &point.sheet.gear;
+    match (gear.linear, gear.values_behind) {
+        (true, true) => {
+            "without what rubs in belt or screw and rail, which no gearmotor's data sheet has"
+        }
+        (true, false) => {
+            "without what rubs in gear, belt or screw and rail, which no motor's data sheet has"
+        }
+        (false, _) => "without the gear's own friction, which no motor's data sheet has",
+    }
 }
 
 /// By what factor the friction behind a gear may be more than that of the no-load current, where this is a bare motor's.
@@ -163,16 +213,6 @@ fn unsure_of_gear(point: &Point, resistance: f64) -> Option<f64> {
     Some(factor.unwrap_or(0.0).max(rules::FRICTION_FACTOR))
 }
 
-/// A friction of the bare motor for that behind the gear.
-fn without_gear(friction: Number, factor: f64) -> Number {
-    let why = format!(
-        "{}; without the gear's own friction: --friction-torque in its place gives both, or --values-of gearmotor with the \
-         gearmotor's numbers",
-        friction.why
-    );
-    Number::new(friction.value, why, Sure::Guess(factor))
-}
-
 /// What has to be overcome before it moves.
 fn breakaway(point: &Point, coulomb: &Number, lossy: f64) -> Result<Number, String> {
     let sheet = point.sheet;
@@ -183,6 +223,7 @@ fn breakaway(point: &Point, coulomb: &Number, lossy: f64) -> Result<Number, Stri
             coulomb.sure,
         ));
     };
+    let lossy = if measure.linear { 1.0 } else { lossy };
     let factor = sheet.gear.sheet(measure)? * lossy;
     let number = Number::told(measure, factor, within([measure.rounding]));
     if number.value < coulomb.value {

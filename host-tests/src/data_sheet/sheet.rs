@@ -22,6 +22,7 @@ pub(super) struct Sheet {
     pub rotor_inertia: Option<Measure>,
     pub mechanical_time_constant: Option<Measure>,
     pub friction_torque: Option<Measure>,
+    pub load_friction: Option<Measure>,
     pub breakaway_torque: Option<Measure>,
     pub viscous: Option<Measure>,
     pub load_inertia: Option<Measure>,
@@ -171,6 +172,7 @@ impl Sheet {
                 Q::Time,
             )?,
             friction_torque: not_negative("--friction-torque", &args.friction_torque, Q::Torque)?,
+            load_friction: not_negative("--load-friction", &args.load_friction, Q::Torque)?,
             breakaway_torque: not_negative(
                 "--breakaway-torque",
                 &args.breakaway_torque,
@@ -215,6 +217,7 @@ impl Sheet {
         for measure in [
             &self.viscous,
             &self.load_inertia,
+            &self.load_friction,
             &self.spring,
             &self.spring_rest,
             &self.spring_preload,

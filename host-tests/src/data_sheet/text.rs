@@ -256,6 +256,7 @@ fn call(args: &Args) -> Vec<String> {
         args.mechanical_time_constant.as_ref(),
     );
     option("--friction-torque", args.friction_torque.as_ref());
+    option("--load-friction", args.load_friction.as_ref());
     option("--breakaway-torque", args.breakaway_torque.as_ref());
     option("--viscous", args.viscous.as_ref());
     option("--gear-ratio", args.gear_ratio.as_ref());

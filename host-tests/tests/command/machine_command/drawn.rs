@@ -101,7 +101,7 @@ proptest! {
     }
 }
 
-const OPTIONS: [&str; 34] = [
+const OPTIONS: [&str; 35] = [
     "--name",
     "--source",
     "--voltage",
@@ -117,6 +117,7 @@ const OPTIONS: [&str; 34] = [
     "--rotor-inertia",
     "--mechanical-time-constant",
     "--friction-torque",
+    "--load-friction",
     "--breakaway-torque",
     "--viscous",
     "--gear-ratio",

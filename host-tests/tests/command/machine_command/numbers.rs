@@ -292,7 +292,10 @@ fn a_bare_motor_knows_little_of_the_friction_of_its_gear() {
     }
     let said = text.replace("\n# ", " ");
     assert!(
-        said.contains("without the gear's own friction: --friction-torque in its place gives both"),
+        said.contains(
+            "without the gear's own friction, which no motor's data sheet has: --load-friction adds it, as in \
+             --load-friction 20mNm"
+        ),
         "{said}"
     );
     // What is told is as sure as that, a motor without a gear has none, and a gearmotor's current has it.
@@ -309,4 +312,49 @@ fn a_bare_motor_knows_little_of_the_friction_of_its_gear() {
     let viscous = printed(&format!("{words} --viscous 1e-9Nms"));
     assert_eq!(guess(&viscous, "viscous"), None);
     near(guess(&viscous, "coulomb").unwrap(), factor, 0.05 / factor);
+}
+
+/// A data sheet of a motor knows nothing of a rail; what that rubs is given at the carriage, and adds to what the motor's current says.
+#[test]
+fn a_carriage_has_its_own_friction() {
+    let words = format!("{MICROMOTOR} --gear-ratio 4 --screw-lead 40mm --values-of motor");
+    let text = printed(&words);
+    let said = text.replace("\n# ", " ");
+    let hint = "gear, belt or screw and rail, which no motor's data sheet has: --load-friction adds it, as in --load-friction 5N";
+    assert!(said.contains(hint), "{said}");
+    let alone = machine(&words).friction;
+    let text = printed(&format!("{words} --load-friction 5N"));
+    let both = machine(&format!("{words} --load-friction 5N")).friction;
+    near(both.coulomb, alone.coulomb + 5.0, PRINTED);
+    near(both.r#static, 1.2 * (alone.coulomb + 5.0), PRINTED);
+    // Most of it is told, and is no guess.
+    assert_eq!(guess(&text, "coulomb"), None);
+    assert!(!text.contains("--load-friction adds it"), "{text}");
+    let said = text.replace("\n# ", " ");
+    assert!(said.contains("; + 5 of --load-friction 5N"), "{said}");
+    // A gearmotor's current knows its gear, and no rail; a friction at the carriage is all of it.
+    let gearmotor = printed(&format!("{CART} --screw-lead 40mm"));
+    let said = gearmotor.replace("\n# ", " ");
+    assert!(
+        said.contains("without what rubs in belt or screw and rail"),
+        "{said}"
+    );
+    let whole = words.replace("--no-load-current 0.0105A", "--friction-torque 5N");
+    let text = printed(&format!("{whole} --gear-efficiency 80%"));
+    assert!(!text.contains("--load-friction"), "{text}");
+    near(
+        machine(&format!("{whole} --gear-efficiency 80%"))
+            .friction
+            .coulomb,
+        5.0,
+        PRINTED,
+    );
+    // Beside the current of a motor that does not move it, it is no contradiction of the sheet.
+    let error = refused(&split(&format!("{words} --friction-torque 5N")));
+    assert!(
+        error.contains("give what rubs behind the motor as --load-friction"),
+        "{error}"
+    );
+    let error = refused(&split(&format!("{words} --load-friction 5mNm")));
+    assert!(error.contains("give it along the stroke"), "{error}");
 }
