@@ -86,7 +86,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             id(other)
         ),
         (Decision::Refused(Refusal::Implausible(number)), _) => format!(
-            "with it {} goes farther than the machine file lets it be off (`unsure` in [fit])",
+            "with it the fit takes {} farther from its declared value than the machine file allows (`unsure` in [fit])",
             number.name()
         ),
         (Decision::Refused(Refusal::WorseElsewhere), _) => {
@@ -120,7 +120,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             format!("scores under a tenth of {}, which passed", in_words(of))
         }
         (Decision::Dropped, _) => {
-            "it was taken at first, and is not needed beside the effects found later".to_owned()
+            "it was taken at first, and with the effects found later the model does as well without it".to_owned()
         }
         (Decision::Accepted | Decision::Refused(_), None) => String::new(),
     };

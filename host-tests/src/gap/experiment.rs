@@ -275,7 +275,10 @@ impl NextExperiment {
     pub(super) fn question(&self) -> String {
         if !self.absorbed.is_empty() {
             let ids: Vec<String> = self.absorbed.iter().map(|one| one.id.clone()).collect();
-            return format!("whether {} acts unseen", any_of(&ids));
+            return format!(
+                "whether {} acts too, which these logs would not show",
+                any_of(&ids)
+            );
         }
         // Those among the equivalent ones that no experiment settles are no part of its question.
         let rivals = self.equivalent.iter().chain(&self.near);

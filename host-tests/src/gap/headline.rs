@@ -304,21 +304,24 @@ fn presumed(report: &Report) -> Option<String> {
     })
 }
 
-/// What the sizes of effects rest on that no fit has moved, and whether their intervals hold what that may be off by.
-fn scale_of_torques(report: &Report) -> Option<String> {
+/// The declared numbers that the sizes of effects are proportional to and no fit has moved, and whether their intervals hold what
+/// these may be off by.
+fn scale_of_torques(report: &Report) -> Option<(String, bool)> {
     let mut presumed = report.outcome.effects.iter().map(|effect| &effect.presumes);
     let presumed = presumed.find(|numbers| !numbers.is_empty())?;
     let is_within = |number: &String| report.held_within.contains(&number.as_str());
-    let beside = if presumed.iter().all(is_within) {
-        "their intervals hold the tolerances of these"
+    let is_allowed_for = presumed.iter().all(is_within);
+    let interval = if is_allowed_for {
+        "; the intervals allow for their tolerances"
     } else {
-        "what the declaration is off by is not in their deviations"
+        ", which the intervals do not allow for"
     };
     let words = presumed.iter().map(|number| number.replace('_', " "));
-    Some(format!(
-        "The sizes rest on {} as declared; {beside}.",
+    let sentence = format!(
+        "The sizes are as far off as the declared {}{interval}.",
         listed(&words.collect::<Vec<_>>())
-    ))
+    );
+    Some((sentence, is_allowed_for))
 }
 
 /// How sure it is, and what else it could be.
@@ -348,8 +351,13 @@ fn certainty(report: &Report) -> String {
             let late = delay(outcome).map(|time| ("the motion", time));
             let mut sentences = Vec::from_iter(presumed(report));
             sentences.extend(late.and_then(|late| inductance(report, late)));
-            sentences.extend(scale_of_torques(report));
-            sentences.extend(chance(&outcome.effects));
+            // The first sentence goes first where there is no room: that intervals are too narrow stays longer than that they are not.
+            let scale = scale_of_torques(report).into_iter();
+            let (before, behind): (Vec<_>, Vec<_>) = scale.partition(|(_, is_within)| *is_within);
+            let chance = chance(&outcome.effects);
+            let all = before.into_iter().map(|(sentence, _)| sentence);
+            let behind = behind.into_iter().map(|(sentence, _)| sentence);
+            sentences.extend(all.chain(chance).chain(behind));
             sentences.extend(alternatives(outcome, &report.coordinate));
             if outcome.verdict == Verdict::UnknownEffect {
                 sentences.push(
@@ -376,7 +384,7 @@ fn times_left(outcome: &Outcome) -> Option<f64> {
 fn left(outcome: &Outcome) -> Option<String> {
     let times = significant(times_left(outcome)?, 2);
     Some(format!(
-        "It leaves {times} times what the sensor's noise does: more than this is missing, or something else."
+        "With that the model is still off by {times} times the sensor's noise: something more is missing, or something else than this."
     ))
 }
 
@@ -512,7 +520,7 @@ fn nearest(outcome: &Outcome) -> Option<&Candidate> {
 /// What came nearest to being found, and why it was refused.
 fn refused(nearest: &Candidate) -> String {
     format!(
-        "Of what was refused, {} came nearest: the error on data left out of the fit is {:.0} % smaller then, but {}.",
+        "Of all that was tried and not taken, {} helps most: the error on data left out of the fit is {:.0} % smaller with it, but {}.",
         nearest.words,
         100.0 * (1.0 - nearest.held_out_ratio.unwrap_or(f64::NAN)),
         nearest.reason

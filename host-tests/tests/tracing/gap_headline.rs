@@ -445,8 +445,8 @@ fn no_factor_is_asked_for_that_would_change_nothing() {
 #[test]
 fn an_effect_that_leaves_more_than_the_sensor_does_is_said_to() {
     let mut report = example();
-    let leaves = "It leaves 10 times what the sensor's noise does";
-    assert!(!words(&report).contains("It leaves"));
+    let leaves = "the model is still off by 10 times the sensor's noise";
+    assert!(!words(&report).contains("still off by"));
     report.outcome.residual.as_mut().unwrap().position_rms = 1e-5;
     let text = words(&report);
     assert!(text.contains(leaves), "{text}");
@@ -760,7 +760,7 @@ fn fixed_numbers_of_the_motor_are_to_be_freed_where_they_may_be_what_is_wrong() 
     numbers.id = "numbers".into();
     numbers.held_out_ratio = Some(0.08);
     report.outcome.candidates.push(numbers);
-    let nearest = "came nearest: the error on data left out of the fit is 92 % smaller then, but ";
+    let nearest = "helps most: the error on data left out of the fit is 92 % smaller with it, but ";
     assert!(words(&report).contains(nearest), "{}", words(&report));
     assert!(is_advised(report.clone()));
     // It stays where there is no room for all that the logs leave open.

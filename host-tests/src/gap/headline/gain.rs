@@ -228,8 +228,8 @@ fn free_run_costs(report: &Report) -> String {
     match &costs.collect::<Vec<_>>()[..] {
         [friction, offset] => {
             format!(
-                " In a free run small errors add up: 1 % more friction changes the model's by {friction} rms, a constant load \
-                 of the same size by {offset}."
+                " A free run goes from start to end without a restart, so small errors add up: 1 % more friction alone moves it by \
+                 {friction} rms, a constant load as large as that by {offset}."
             )
         }
         _ => String::new(),
