@@ -306,22 +306,20 @@ fn presumed(report: &Report) -> Option<String> {
 
 /// The declared numbers that the sizes of effects are proportional to and no fit has moved, and whether their intervals hold what
 /// these may be off by.
-fn scale_of_torques(report: &Report) -> Option<(String, bool)> {
+fn scale_of_torques(report: &Report) -> Option<String> {
     let mut presumed = report.outcome.effects.iter().map(|effect| &effect.presumes);
     let presumed = presumed.find(|numbers| !numbers.is_empty())?;
     let is_within = |number: &String| report.held_within.contains(&number.as_str());
-    let is_allowed_for = presumed.iter().all(is_within);
-    let interval = if is_allowed_for {
+    let interval = if presumed.iter().all(is_within) {
         "; the intervals allow for their tolerances"
     } else {
         ", which the intervals do not allow for"
     };
     let words = presumed.iter().map(|number| number.replace('_', " "));
-    let sentence = format!(
+    Some(format!(
         "The sizes are as far off as the declared {}{interval}.",
         listed(&words.collect::<Vec<_>>())
-    );
-    Some((sentence, is_allowed_for))
+    ))
 }
 
 /// How sure it is, and what else it could be.
@@ -351,13 +349,8 @@ fn certainty(report: &Report) -> String {
             let late = delay(outcome).map(|time| ("the motion", time));
             let mut sentences = Vec::from_iter(presumed(report));
             sentences.extend(late.and_then(|late| inductance(report, late)));
-            // The first sentence goes first where there is no room: that intervals are too narrow stays longer than that they are not.
-            let scale = scale_of_torques(report).into_iter();
-            let (before, behind): (Vec<_>, Vec<_>) = scale.partition(|(_, is_within)| *is_within);
-            let chance = chance(&outcome.effects);
-            let all = before.into_iter().map(|(sentence, _)| sentence);
-            let behind = behind.into_iter().map(|(sentence, _)| sentence);
-            sentences.extend(all.chain(chance).chain(behind));
+            sentences.extend(scale_of_torques(report));
+            sentences.extend(chance(&outcome.effects));
             sentences.extend(alternatives(outcome, &report.coordinate));
             if outcome.verdict == Verdict::UnknownEffect {
                 sentences.push(

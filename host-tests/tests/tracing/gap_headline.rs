@@ -317,6 +317,60 @@ fn a_load_that_acted_once_is_settled_by_the_same_motion_again() {
 }
 
 /// Whatever else there is to say, up to three effects keep their sizes, and the answer the error on unseen data.
+/// How many rows were missing is said while the effects have their sizes, if it is one in a hundred.
+#[test]
+fn many_filled_samples_are_told_however_much_else_there_is() {
+    for (filled, told) in [(5, false), (400, true)] {
+        let mut report = variant("usual");
+        report.free_motor = free_motor(&["resistance", "torque_constant"]);
+        report.outcome.next_experiment = Some(open_questions());
+        let third = report.outcome.effects[0].clone();
+        report.outcome.effects.push(third);
+        report.outcome.resampled = vec![Resampled {
+            log: "a.csv".into(),
+            period_s: 1e-3,
+            change: Resampling {
+                rows: 1_600,
+                filled,
+                position_error: 2e-5,
+                ..Resampling::default()
+            },
+        }];
+        let sentence = format!(
+            "a.csv was resampled: {filled} of {} samples filled in, where rows are missing; that puts some 20.0 µm rms into \
+             the position.",
+            1_600 + filled
+        );
+        let text = words(&report);
+        assert_eq!(text.contains(&sentence), told, "{text}");
+        assert!(
+            text.contains("16.7 N forward and 24.2 N backward"),
+            "{text}"
+        );
+    }
+}
+
+/// The sizes of effects follow the declared numbers of the motor where none is fitted.
+#[test]
+fn what_the_sizes_depend_on_is_told() {
+    let mut report = example();
+    let numbers = ["resistance", "torque_constant"];
+    report.outcome.effects[0].presumes = numbers.map(str::to_owned).to_vec();
+    let sizes = "The sizes are as far off as the declared resistance and torque constant";
+    for (held_within, intervals) in [
+        (vec![], ", which the intervals do not allow for."),
+        (
+            numbers.to_vec(),
+            "; the intervals allow for their tolerances.",
+        ),
+    ] {
+        report.held_within = held_within;
+        let certainty = Headline::of(&report).certainty;
+        let said = format!("{sizes}{intervals}");
+        assert!(certainty.contains(&said), "{certainty}");
+    }
+}
+
 #[test]
 fn the_sizes_of_what_was_found_find_room() {
     for name in ["no validation", "usual"] {
@@ -388,7 +442,7 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
     let residual = unexplained.outcome.residual.as_mut().unwrap();
     residual.position_rms = 10.0 * residual.floor;
     let text = words(&unexplained);
-    assert!(text.contains("more than this is missing"), "{text}");
+    assert!(text.contains("something more is missing"), "{text}");
     assert!(text.contains("for now use refitted.toml"), "{text}");
     assert!(!text.contains("from now on"), "{text}");
     // Before the last word on it that file is not the last one either.

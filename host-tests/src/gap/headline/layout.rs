@@ -218,7 +218,7 @@ fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
     let start = name.chars().count().saturating_sub(NAME);
     let name: String = name.chars().skip(start).collect();
     let change = &first.change;
-    let mut done = Vec::new();
+    let mut done = vec![format!("{name} was resampled")];
     if change.filled > 0 {
         let samples = change.rows + change.filled - change.merged;
         let filled = change.filled;
@@ -235,8 +235,8 @@ fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
         done.push(format!("{rows} merged with one of the same time"));
     }
     Some(format!(
-        "{name} was resampled: {}; that puts some {} rms into the position{also}.",
-        done.join(", "),
+        "{}; that puts some {} rms into the position{also}.",
+        done.join(", ").replacen(',', ":", 1),
         Scale::of(unit, [change.position_error]).quantity(change.position_error)
     ))
 }
