@@ -100,7 +100,7 @@ A COLUMN is a name or a number from 1, then what is done to it, from left to rig
 its sign, as of a drive with a direction pin: pwm:%*12@dir is negative where dir is 0 or negative. Units:
   time      s ms us ns min h day; time stamps with a clock, as 06:29:54.123 or those of ISO 8601, need none
   position  rad mrad deg rev counts/4096 (so many a turn), m cm mm um in; counts*0.005:mm (so much a count)
-  velocity  rad/s deg/s rpm rev/s counts/4096, m/s mm/s m/min
+  velocity  rad/s deg/s rpm rev/s counts/4096, m/s cm/s mm/s m/min
   input     V mV A mA N·m mN·m N mN; % and duty (with the supply: duty:%*12); counts (with a factor)
   torque    N·m mN·m N·cm oz·in N kN
 Nm is N·m, us is µs. Without a unit the values are taken as they are. A file with decimal commas,

@@ -155,12 +155,18 @@ impl LearnedMap {
     /// ```
     #[inline(always)]
     pub fn at(&self, value: f32) -> f32 {
-        let place = ((value - self.lower) * self.inverse_spacing)
-            .max(0.0)
-            .min((KNOTS - 1) as f32);
+        let place = self.along(value);
         let knot = (place as usize).min(KNOTS - 2);
         let share = place - knot as f32;
         self.knots[knot] + share * (self.knots[knot + 1] - self.knots[knot])
+    }
+
+    /// How many knots lie before a value of its variable, with the part of the way to the next.
+    #[inline(always)]
+    fn along(&self, value: f32) -> f32 {
+        ((value - self.lower) * self.inverse_spacing)
+            .max(0.0)
+            .min((KNOTS - 1) as f32)
     }
 
     /// As [`at`](Self::at), in all lanes. The knots are picked by comparisons, which become vectors; a table look-up does not.
@@ -169,9 +175,7 @@ impl LearnedMap {
         let mut places = values;
         let (mut first, mut lower, mut upper) = ([0.0; N], [0.0; N], [0.0; N]);
         for place in &mut places {
-            *place = ((*place - self.lower) * self.inverse_spacing)
-                .max(0.0)
-                .min((KNOTS - 1) as f32);
+            *place = self.along(*place);
         }
         for knot in 0..KNOTS - 1 {
             let (own, next) = (self.knots[knot], self.knots[knot + 1]);

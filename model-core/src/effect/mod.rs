@@ -572,8 +572,8 @@ impl Active {
         }
     }
 
-    /// With the sizes of strengths that may not be negative.
-    pub fn in_bounds(mut self) -> Self {
+    /// With strengths of the other sign where they may not be negative and are.
+    pub fn with_allowed_signs(mut self) -> Self {
         let parameters = self.id.description().parameters;
         for (value, parameter) in self.values.iter_mut().zip(parameters) {
             if !parameter.bounds.are_signed() {

@@ -169,6 +169,11 @@ impl Variable {
         }
     }
 
+    /// Whether it is a strength of an effect.
+    pub fn is_strength(&self, model: &Model) -> bool {
+        matches!(self.target, Target::Effect { slot, .. } if self.is_strength_of(model, slot))
+    }
+
     /// Whether it is a strength of the effect in this slot.
     pub fn is_strength_of(&self, model: &Model, slot: usize) -> bool {
         matches!(self.target, Target::Effect { slot: own, index }

@@ -5,7 +5,6 @@ use super::found::Found;
 use super::model::Model;
 use super::replay::Schedule;
 use super::screen::{Candidate, MOST_CANDIDATES, with_effect};
-use super::select::residual;
 use super::verdict::{Accepted, Consideration, Decision};
 use super::workbench::Workbench;
 use crate::effect::Active;
@@ -22,7 +21,7 @@ impl Found {
         round: usize,
         observe: &mut dyn FnMut(&Consideration),
     ) -> Option<bool> {
-        if !self.accepted.is_empty() || !residual(workbench, &self.after.model)?.is_unexplained() {
+        if !self.accepted.is_empty() || !workbench.residual(&self.after.model)?.is_unexplained() {
             return Some(false);
         }
         let Some(presumed) = self.most_promising(workbench)? else {

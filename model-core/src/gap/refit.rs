@@ -11,8 +11,6 @@ use super::model::Model;
 use super::replay::Schedule;
 use super::round::Round;
 use super::screen::{Candidate, MOST_CANDIDATES, Screening};
-use super::select::residual;
-use super::standing::structure;
 use super::verdict::{Accepted, Consideration, Decision, Subject};
 use super::workbench::Workbench;
 use crate::effect::Id;
@@ -212,7 +210,7 @@ pub(super) fn refit(
     let model = &found.after.model;
     let leaves_much = found.left > NOTHING_LEFT;
     // Where the machine sticks while the model slides, what is linear in an effect says little of it.
-    let structured = leaves_much && workbench.position_rms(model)? > structure(workbench);
+    let structured = leaves_much && workbench.position_rms(model)? > workbench.structured_error();
     let mut refits = Refits {
         screened,
         model,
@@ -225,8 +223,7 @@ pub(super) fn refit(
     // What is linear is so beside a base that was fitted without the effect, and may have taken its place. Where nothing passes
     // and the model does not follow the log, it decides nothing.
     let none_passes = |look: &Consideration| look.decision != Decision::Accepted;
-    if leaves_much && looks.iter().all(none_passes) && residual(workbench, model)?.is_unexplained()
-    {
+    if leaves_much && looks.iter().all(none_passes) && workbench.residual(model)?.is_unexplained() {
         let others = spoken_against(looks);
         refits.scores_count = false;
         refits.judge(workbench, &others, looks, leader)?;

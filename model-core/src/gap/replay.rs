@@ -69,6 +69,36 @@ pub(super) struct Replays<'a> {
     pub limit: f64,
 }
 
+impl<'a> Replays<'a> {
+    /// None of it left out.
+    pub fn whole(
+        data: &'a Data<'a>,
+        simulator: &'a Simulator,
+        window: &'a (dyn Fn(usize) -> Option<Window> + Sync),
+    ) -> Self {
+        Self {
+            data,
+            simulator,
+            window,
+            limit: f64::INFINITY,
+        }
+    }
+
+    /// Sum of the squared weighted residuals over so many windows, in their order.
+    pub fn cost(&self, schedule: &impl Schedule, windows: usize) -> f64 {
+        let mut cost = 0.0;
+        self.add_cost(schedule, windows, &mut cost);
+        cost
+    }
+
+    /// Adds them to a sum one by one: the bits are those of one sum over all windows.
+    fn add_cost(&self, schedule: &impl Schedule, windows: usize, cost: &mut f64) {
+        schedule.run_job(windows, self, |_, replayed| {
+            *cost += f64::from(replayed.cost);
+        });
+    }
+}
+
 impl Job for Replays<'_> {
     type Result = Replayed;
 
@@ -257,12 +287,7 @@ pub fn total_error(data: &Data, schedule: &impl Schedule, simulator: &Simulator)
     let mut total = TotalError::default();
     schedule.run_job(
         data.windows(),
-        &Replays {
-            data,
-            simulator,
-            window: &|number| data.window(number),
-            limit: f64::INFINITY,
-        },
+        &Replays::whole(data, simulator, &|number| data.window(number)),
         |_, Replayed { error, .. }| {
             total.position += f64::from(error.position);
             total.current += f64::from(error.current);
@@ -283,18 +308,12 @@ pub fn cost(
     simulator: &Simulator,
 ) -> (f64, usize) {
     let windows = data.windows_in_fold(fold);
-    let of_fold = |place| data.window(Data::number_in_fold(fold, place));
-    let cost = cost_up_to(
-        data,
-        schedule,
-        simulator,
-        (windows, &of_fold),
-        f64::INFINITY,
-    );
-    (cost, windows)
+    let window = |number| data.window(Data::number_in_fold(fold, number));
+    let replays = Replays::whole(data, simulator, &window);
+    (replays.cost(schedule, windows), windows)
 }
 
-/// The same cost, if it is below `limit`. Windows are left out that come after it is known not to be.
+/// The same cost, if it is below `limit`. Windows are left out that come after it is known not to be: none takes anything off it.
 pub fn cost_below(
     limit: f64,
     data: &Data,
@@ -302,40 +321,23 @@ pub fn cost_below(
     fold: (Fold, usize),
     simulator: &Simulator,
 ) -> Option<f64> {
-    let of_fold = |place| data.window(Data::number_in_fold(fold, place));
-    let windows = (data.windows_in_fold(fold), &of_fold as _);
-    let cost = cost_up_to(data, schedule, simulator, windows, limit);
-    (cost < limit).then_some(cost)
-}
-
-/// The same of so many windows, which lie where `window` says. Windows are left out once the cost exceeds `limit`, for none
-/// takes anything off it: what is given then is more than that.
-pub(super) fn cost_up_to(
-    data: &Data,
-    schedule: &impl Schedule,
-    simulator: &Simulator,
-    (windows, window): (usize, &(dyn Fn(usize) -> Option<Window> + Sync)),
-    limit: f64,
-) -> f64 {
+    let windows = data.windows_in_fold(fold);
     let mut cost = 0.0;
     let mut first = 0;
     while first < windows {
+        let window = |number| data.window(Data::number_in_fold(fold, first + number));
         let replays = Replays {
-            data,
-            simulator,
-            window: &|place| window(first + place),
             limit: limit * ROUNDED - cost,
+            ..Replays::whole(data, simulator, &window)
         };
         let next = schedule.at_once().min(windows - first);
-        schedule.run_job(next, &replays, |_, replayed| {
-            cost += f64::from(replayed.cost);
-        });
+        replays.add_cost(schedule, next, &mut cost);
         first += next;
         if cost > limit {
             break;
         }
     }
-    cost
+    (cost < limit).then_some(cost)
 }
 
 /// By how much the sum over windows in the order of the log may be rounded below that of a few of them: 2⁻⁵³ for each of the

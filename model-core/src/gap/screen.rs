@@ -28,7 +28,7 @@ const SCAN: (Fold, usize) = (Fold::Even, 1);
 /// An effect at the shape and the strength that explain the residual best.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// The effect with the strengths of the linear solution.
+    /// The effect with the strengths of the linear solution, of those that may not be negative the sizes.
     pub effect: Active,
     /// Share of the residual's energy that it explains once the base is projected out, 0 to 1.
     pub score: f32,
@@ -192,7 +192,7 @@ impl<'a> Projection<'a> {
             }
         };
         Candidate {
-            effect: effect.in_bounds(),
+            effect: effect.with_allowed_signs(),
             score: share(own, residual) as f32,
             identifiability: libm::sqrt(share(own, raw)) as f32,
             allowed,

@@ -207,19 +207,8 @@ fn end_at(workbench: &mut Workbench<impl Schedule>, found: &mut Found) -> Option
     let (after, farthest) = workbench.within_limits(found.after.clone())?;
     found.after = after;
     found.held_out = None;
-    let residual = residual(workbench, &found.after.model)?;
+    let residual = workbench.residual(&found.after.model)?;
     Some(End { residual, farthest })
-}
-
-/// What a model leaves, and what the sensor and the restarts leave to any model.
-pub(super) fn residual(
-    workbench: &mut Workbench<impl Schedule>,
-    model: &Model,
-) -> Option<Residual> {
-    Some(Residual {
-        position_rms: workbench.position_rms(model)?,
-        floor: workbench.least_error(model)?,
-    })
 }
 
 // The steps below are functions of their own on the stack too: what one of them needs, the next one

@@ -54,12 +54,7 @@ impl Job for Gains<'_> {
             // A loop instead of two calls: a replay is compiled into it.
             for (simulator, last) in [(self.without, false), (self.throughout, true)] {
                 let mut replayed = [Replayed::default(); N];
-                let replays = Replays {
-                    data: self.data,
-                    simulator,
-                    window: &window,
-                    limit: f64::INFINITY,
-                };
+                let replays = Replays::whole(self.data, simulator, &window);
                 let places: [usize; N] = array::from_fn(|place| place);
                 replays.work::<N>(&places[..count], &mut replayed[..count]);
                 for (lane, gain) in gains.iter_mut().enumerate() {

@@ -2,7 +2,7 @@
 
 use super::criterion::{
     CLEARLY_BETTER, LARGEST_RATIO, MAPS_BESIDE_EFFECTS, NOTHING_LEFT, POOR_EXPLANATION,
-    SENSOR_COUNTS, STRUCTURED_COUNTS, STRUCTURED_STROKE,
+    SENSOR_COUNTS,
 };
 use super::found::Found;
 use super::held_out::{Refusal, compare};
@@ -81,7 +81,7 @@ pub(super) fn look_beneath(
     };
     let expanded = |accepted: &Accepted| accepted.candidate.effect.id.is_expansion();
     let error = workbench.position_rms(&found.after.model)?;
-    let structured = error > structure(workbench);
+    let structured = error > workbench.structured_error();
     let sensor = SENSOR_COUNTS * f64::from(workbench.data.settings.resolution);
     let doubtful = left
         > if error > sensor {
@@ -134,13 +134,6 @@ pub(super) fn take_map_again(
     workbench.hold_freed();
     found.after = workbench.fit(&unknown.start)?;
     Some(())
-}
-
-/// Error beyond which it has a cause, whether anything is found for it or not, rad or m.
-pub(super) fn structure(workbench: &Workbench<impl Schedule>) -> f64 {
-    let sensor = STRUCTURED_COUNTS * f64::from(workbench.data.settings.resolution);
-    let stroke = STRUCTURED_STROKE * f64::from(workbench.options.scope.stroke);
-    sensor.max(stroke)
 }
 
 /// Tries to do without each effect and each freed number again: one taken early may have stood in for

@@ -2,7 +2,10 @@
 //! count of what was simulated.
 
 use super::covariance::Information;
-use super::criterion::{BLOCK, DECLARED_WEIGHT, FARTHEST, FLOOR_STROKE, GOOD_SENSOR, UNSURE};
+use super::criterion::{
+    BLOCK, DECLARED_WEIGHT, FARTHEST, FLOOR_STROKE, GOOD_SENSOR, STRUCTURED_COUNTS,
+    STRUCTURED_STROKE, UNSURE,
+};
 use super::current_sensor::Readings;
 use super::fit::{self, Target, Variable, Variables};
 use super::held_out::windows_per_block;
@@ -11,6 +14,7 @@ use super::model::{Base, Model, Numbers};
 use super::replay::{self, Contrasts, Data, HALF_WIDTHS, Schedule, Settings, WindowStart, samples};
 use super::scope::scope;
 use super::screen::{self, Candidate, Screening};
+use super::verdict::Residual;
 use crate::effect::learned_map::Ranges;
 use crate::effect::{Id, Scope};
 use crate::plant::parameters::Drive;
@@ -211,6 +215,21 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let rounding = f64::from(self.data.settings.resolution) / libm::sqrt(12.0);
         let sensor = rounding.max(f64::from(FLOOR_STROKE * self.options.scope.stroke));
         Some(libm::sqrt(apart / samples.max(1) as f64 + sensor * sensor))
+    }
+
+    /// What a model leaves, and what the sensor and the restarts leave to any model.
+    pub fn residual(&mut self, model: &Model) -> Option<Residual> {
+        Some(Residual {
+            position_rms: self.position_rms(model)?,
+            floor: self.least_error(model)?,
+        })
+    }
+
+    /// Error beyond which it has a cause, whether anything is found for it or not, rad or m.
+    pub fn structured_error(&self) -> f64 {
+        let sensor = STRUCTURED_COUNTS * f64::from(self.data.settings.resolution);
+        let stroke = STRUCTURED_STROKE * f64::from(self.options.scope.stroke);
+        sensor.max(stroke)
     }
 
     /// Screens all effects that the fitted model lacks, on short windows. `passed_over` is told of

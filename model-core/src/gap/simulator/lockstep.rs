@@ -59,6 +59,17 @@ impl<const N: usize> Givens<N> {
         }
     }
 
+    /// Adds what acts from outside, where anything does.
+    #[inline(always)]
+    fn act_on(&self, loads: &mut Loads<N>) {
+        if self.is_loaded {
+            for lane in 0..N {
+                let load = loads.at(lane).under(self.external(lane));
+                loads.put(lane, &load);
+            }
+        }
+    }
+
     fn at(&self, lane: usize) -> Given {
         Given {
             input: self.input[lane],
@@ -355,11 +366,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         let bristles = simulator.yielding();
         if bristles.is_none() && shaft.is_none() && simulator.held.is_nothing() {
             let mut loads = Loads::all(&actuator.load());
-            if given.is_loaded {
-                for lane in 0..N {
-                    loads.put(lane, &actuator.load().under(given.external(lane)));
-                }
-            }
+            given.act_on(&mut loads);
             actuator.steps_under(&mut self.courses.states, inputs, &loads, lasts);
             return;
         }
@@ -568,10 +575,6 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
     fn starts(&self, inputs: &Lanes<N>, given: &Givens<N>) -> Middles<N> {
         let simulator = self.simulator;
         let Courses { states, memories } = &self.courses;
-        let mut motor_torque = states.numbers.current;
-        for torque in &mut motor_torque {
-            *torque = simulator.winding.torque(*torque);
-        }
         Middles {
             common: Middle {
                 torque_constant: simulator.winding.torque_constant,
@@ -579,7 +582,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
                 step: simulator.period,
                 ..Middle::default()
             },
-            motor_torque,
+            motor_torque: scaled(&states.numbers.current, simulator.winding.torque(1.0)),
             warmth: memories.warmth,
             voltage: scaled(inputs, simulator.gain),
             excess: [0.0; N],
@@ -616,12 +619,7 @@ impl<'a, M: Borrow<Modes>, H: Acting, const N: usize> Lockstep<'a, M, H, N> {
         if let Some(map) = &self.map {
             map.hold_all(middles, &mut loads);
         }
-        if given.is_loaded {
-            for lane in 0..N {
-                let load = loads.at(lane).under(given.external(lane));
-                loads.put(lane, &load);
-            }
-        }
+        given.act_on(&mut loads);
         loads
     }
 

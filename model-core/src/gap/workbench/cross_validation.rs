@@ -223,12 +223,8 @@ impl<S: Schedule> Workbench<'_, S> {
         let simulator = model.build(data.logs.first()?.period).ok()?;
         let fold = (fold, block);
         let measured = data.windows_in_fold(fold);
-        let replays = Replays {
-            data,
-            simulator: &simulator,
-            window: &|at| data.window(Data::number_in_fold(fold, at)),
-            limit: f64::INFINITY,
-        };
+        let window = |at| data.window(Data::number_in_fold(fold, at));
+        let replays = Replays::whole(data, &simulator, &window);
         self.schedule.run_job(measured, &replays, |at, replayed| {
             let error = &replayed.error;
             let sum = place(Data::number_in_fold(fold, at)).and_then(|place| blocks.get_mut(place));

@@ -4,7 +4,7 @@ use super::Workbench;
 use crate::gap::criterion::MOST_FILLED;
 use crate::gap::fit::Fit;
 use crate::gap::model::Model;
-use crate::gap::replay::{Schedule, cost_up_to};
+use crate::gap::replay::{Replays, Schedule};
 use crate::gap::screen;
 use crate::gap::span::best_span;
 
@@ -116,15 +116,9 @@ impl<S: Schedule> Workbench<'_, S> {
         let data = self.data;
         let simulator = model.build(data.logs.first()?.period).ok()?;
         let numbers = || data.overlapping(&spans);
-        let count = numbers().count();
         let window = |place| data.window(numbers().nth(place)?);
-        let total = cost_up_to(
-            &data,
-            self.schedule,
-            &simulator,
-            (count, &window),
-            f64::INFINITY,
-        );
+        let count = numbers().count();
+        let total = Replays::whole(&data, &simulator, &window).cost(self.schedule, count);
         self.count(count as u64, data.settings.window);
         Some(total)
     }

@@ -4,7 +4,7 @@ use super::Workbench;
 use super::fits::ROUGH;
 use crate::effect::{Active, Id};
 use crate::gap::criterion::{BIASED, UNSURE, WORTH_A_FIT};
-use crate::gap::fit::{Fit, Target};
+use crate::gap::fit::Fit;
 use crate::gap::model::{Base, Model};
 use crate::gap::replay::Schedule;
 use crate::gap::screen;
@@ -21,8 +21,8 @@ const SEARCH_SEED: u64 = 2;
 
 impl<S: Schedule> Workbench<'_, S> {
     /// A model that follows the log better than the declared one, by a random search of its fitted numbers, each
-    /// by as much as it may be off: where the machine sticks or turns at other times than the model, no slope leads
-    /// from the declared numbers to the true ones. Each number is drawn about the best one so far, from a log-normal
+    /// by as much as it may be off, and of the strengths of effects: where the machine sticks or turns at other times than the model,
+    /// no slope leads from the declared numbers to the true ones. Each number is drawn about the best one so far, from a log-normal
     /// law with the factor by which it may be off, which closes in on it. `None` if no draw is better.
     #[inline(never)]
     pub fn search_around(&mut self, start: &Model) -> Option<Model> {
@@ -34,15 +34,10 @@ impl<S: Schedule> Workbench<'_, S> {
         for _ in 0..DRAWS {
             let center: &Model = best.as_ref().unwrap_or(start);
             let mut drawn = center.clone();
-            for variable in &variables {
-                let Target::Effect { slot, .. } = variable.target else {
-                    continue;
-                };
-                if variable.is_strength_of(center, slot) {
-                    let moved = libm::expf(reach * libm::logf(UNSURE) * random.normal());
-                    let value = variable.within_bounds(variable.get(center) * moved);
-                    variable.set(&mut drawn, value);
-                }
+            let mut moved = |factor: f32| libm::expf(reach * libm::logf(factor) * random.normal());
+            for strength in variables.iter().filter(|it| it.is_strength(start)) {
+                let value = strength.get(center) * moved(UNSURE);
+                strength.set(&mut drawn, strength.within_bounds(value));
             }
             for &number in &self.base {
                 let declared = self.declared.get(number);
@@ -51,8 +46,7 @@ impl<S: Schedule> Workbench<'_, S> {
                 let (Some(factor), Some([least, largest])) = (factor, limits) else {
                     continue;
                 };
-                let moved = libm::expf(reach * libm::logf(factor) * random.normal());
-                let value = center.get(number) * moved;
+                let value = center.get(number) * moved(factor);
                 drawn.set(number, value.max(least).min(largest));
             }
             // Beyond the plant's range there is nothing to try.
