@@ -66,6 +66,7 @@ fn add_square(matrix: &mut Matrix, step: &[f64], weight: f64) {
 }
 
 /// How far the sums are from their minimum.
+#[inline(never)]
 fn step_left(sums: &Sums, count: usize) -> [f64; MOST_VARIABLES] {
     let mut step = [0.0; MOST_VARIABLES];
     for (row, slope) in step.iter_mut().enumerate().take(count) {
@@ -80,6 +81,8 @@ impl Information {
     /// counted.
     ///
     /// `None` if the model cannot be built.
+    // In a frame of its own, as what follows it: the replays lie deepest in the stack.
+    #[inline(never)]
     pub fn gather(
         &mut self,
         data: &Data,
@@ -104,25 +107,32 @@ impl Information {
             });
             problem.simulated += sums.simulated(copies);
         })?;
-        // What is known of the sensor beforehand is known as surely as its weight says.
-        let own = |variable: &&Variable| matches!(variable.target, Target::Current(_));
-        if variables.iter().any(|variable| own(&variable)) {
-            let factor = Cholesky::new(sums.normal(variables.len()), variables.len());
-            let places = variables.iter().enumerate();
-            for (place, variable) in places.filter(|(_, variable)| own(variable)) {
-                let mut step = [0.0; MOST_VARIABLES];
-                step[place] = 1.0;
-                factor.solve(&mut step[..variables.len()]);
-                add_square(moves, &step[..variables.len()], variable.weight());
-            }
-        }
+        self.allow_for_sensor(variables);
         Some(problem.simulated)
+    }
+
+    /// Adds what is known of the current's sensor beforehand: it is known as surely as its weight says.
+    #[inline(never)]
+    fn allow_for_sensor(&mut self, variables: &[Variable]) {
+        let own = |variable: &&Variable| matches!(variable.target, Target::Current(_));
+        if !variables.iter().any(|variable| own(&variable)) {
+            return;
+        }
+        let factor = Cholesky::new(self.sums.normal(variables.len()), variables.len());
+        let places = variables.iter().enumerate();
+        for (place, variable) in places.filter(|(_, variable)| own(variable)) {
+            let mut step = [0.0; MOST_VARIABLES];
+            step[place] = 1.0;
+            factor.solve(&mut step[..variables.len()]);
+            add_square(&mut self.moves, &step[..variables.len()], variable.weight());
+        }
     }
 
     /// Adds the mean square of how far the fit would be moved by restarts that are smoothed over the
     /// next fewer and the next more samples. Gives the windows simulated, each copy counted.
     ///
     /// `None` if the model cannot be built.
+    #[inline(never)]
     pub fn allow_for_restarts(
         &mut self,
         data: &Data,

@@ -73,6 +73,17 @@ impl Found {
         }
     }
 
+    /// Nothing, in the place of what was found.
+    // Not a value that is built beside it, on the stack of all fits.
+    pub fn forget(&mut self, base: &Fit) {
+        self.after.clone_from(base);
+        self.accepted.clear();
+        self.held_out = None;
+        self.left = 1.0;
+        self.nearest.clear();
+        self.models = 1;
+    }
+
     /// Fits the model without the effect in a slot.
     #[inline(never)]
     pub fn do_without(

@@ -284,7 +284,8 @@ fn join(
             observe(&added.candidate.look(own + 1, Decision::Accepted));
         }
         let mut joined = None;
-        conclude(workbench, trace.before.clone(), found, None, &mut joined)?;
+        let mut before = trace.before.clone();
+        conclude(workbench, &mut before, &mut found, None, &mut joined)?;
         *trace = joined?;
         return Some(true);
     }
@@ -333,6 +334,21 @@ fn keep(
         core::mem::swap(trace, other);
         return Some(());
     }
+    take_out(workbench, trace, other, observe)
+}
+
+/// Takes what another tracing does not confirm out of a tracing and fits the rest anew. `workbench`: as in [`keep`].
+///
+/// `None` if the model cannot be built.
+#[inline(never)]
+fn take_out(
+    workbench: &mut Workbench<impl Schedule>,
+    trace: &mut Trace,
+    other: &Trace,
+    observe: &mut dyn FnMut(&Consideration),
+) -> Option<()> {
+    let freed = |number: &Base| other.freed().contains(number);
+    let confirmed = |accepted: &Accepted| other.confirms(accepted);
     let declared = workbench.declared;
     // A number that is taken back may have made up for an error of the current's sensor, so the sensor's numbers that
     // either tracing freed are fitted again.
@@ -340,7 +356,7 @@ fn keep(
         .into_iter()
         .filter(|reading| trace.readings.contains(reading) || other.readings.contains(reading))
         .collect();
-    let before = if workbench.readings.len() > trace.readings.len() {
+    let mut before = if workbench.readings.len() > trace.readings.len() {
         workbench.best_fit(&[&trace.before.model, declared])?
     } else {
         trace.before.clone()
@@ -378,10 +394,10 @@ fn keep(
     if !stands {
         unknown = None;
         workbench.hold_freed();
-        found = Found::nothing(&before);
+        found.forget(&before);
     }
     let mut concluded = None;
-    conclude(workbench, before, found, unknown, &mut concluded)?;
+    conclude(workbench, &mut before, &mut found, unknown, &mut concluded)?;
     *trace = concluded?;
     trace.unconfirmed = !stands;
     Some(())

@@ -89,29 +89,46 @@ fn trace_with<S: Schedule>(
         workbench.base = fitted;
     }
     drop_stand_ins(&mut workbench, &mut before, &mut found)?;
+    let unknown = challenge(&mut workbench, &before, &mut found, observe)?;
+    if workbench.has_found_input_late() {
+        return Some(workbench.simulated);
+    }
+    conclude(&mut workbench, &mut before, &mut found, unknown, traced)?;
+    Some(workbench.simulated)
+}
+
+/// Holds what was found against laws that the catalogue does not have, and keeps of it what may be said. The law, if it takes
+/// the place of the effects. `before`: the base fit. Where the log's input turns out late, it stops.
+#[inline(never)]
+fn challenge(
+    workbench: &mut Workbench<impl Schedule>,
+    before: &Fit,
+    found: &mut Found,
+    observe: &mut dyn FnMut(&Consideration),
+) -> Option<Option<Unknown>> {
     let mut unknown = None;
     for challenged in [true, false] {
-        unknown = look_beneath(&mut workbench, &before.model, &mut found, observe)?;
+        unknown = look_beneath(workbench, &before.model, found, observe)?;
         if let Some(learned) = &mut unknown {
             found.outdone_by(learned, observe);
-            take_map(&mut workbench, learned, &mut found)?;
+            take_map(workbench, learned, found)?;
             if challenged {
-                let found_more = look_again(&mut workbench, &mut found, observe)?;
+                let found_more = look_again(workbench, found, observe)?;
                 if workbench.has_found_input_late() {
-                    return Some(workbench.simulated);
+                    break;
                 }
                 if found_more {
                     observe(&learned.dropped());
                     unknown = None;
                 } else {
-                    take_map_again(&mut workbench, learned, &mut found)?;
+                    take_map_again(workbench, learned, found)?;
                 }
             }
         }
         let taken = found.accepted.len();
-        let stands = stands(&mut workbench, &before.model, &mut found, observe)?;
+        let stands = stands(workbench, &before.model, found, observe)?;
         if !stands {
-            found = Found::nothing(&before);
+            found.forget(before);
         }
         if stands && found.accepted.len() == taken {
             break;
@@ -121,32 +138,31 @@ fn trace_with<S: Schedule>(
             break;
         }
     }
-    conclude(&mut workbench, before, found, unknown, traced)?;
-    Some(workbench.simulated)
+    Some(unknown)
 }
 
 /// What is said of what was found, left in `traced`. Where nothing is proven, numbers that were freed are taken back.
 #[inline(never)]
 pub(super) fn conclude(
     workbench: &mut Workbench<impl Schedule>,
-    mut before: Fit,
-    mut found: Found,
+    before: &mut Fit,
+    found: &mut Found,
     unknown: Option<Unknown>,
     traced: &mut Option<Trace>,
 ) -> Option<()> {
-    if hold_readings(workbench, &mut found)? {
+    if hold_readings(workbench, found)? {
         let needed = &workbench.readings;
         let start = before.model.with_readings(needed, workbench.declared);
         let fitted = workbench.hold_freed();
-        before = workbench.fit(&start)?;
+        *before = workbench.fit(&start)?;
         workbench.base = fitted;
     }
     if unknown.is_none() {
-        drop_stand_ins(workbench, &mut before, &mut found)?;
+        drop_stand_ins(workbench, before, found)?;
     }
-    let end = end_at(workbench, &mut found)?;
+    let end = end_at(workbench, found)?;
     if unknown.is_none() && !found.is_more(workbench) {
-        before = found.after.clone();
+        before.clone_from(&found.after);
     }
     let End { residual, farthest } = end;
     *traced = Some(Trace {
@@ -157,9 +173,9 @@ pub(super) fn conclude(
         readings: workbench.readings.clone(),
         settings: workbench.data.settings,
         simulated: workbench.simulated,
-        before,
-        after: found.after,
-        accepted: found.accepted,
+        before: before.clone(),
+        after: found.after.clone(),
+        accepted: found.accepted.clone(),
         unknown,
         unconfirmed: false,
     });
@@ -182,7 +198,7 @@ fn drop_stand_ins(
     workbench.restart(&before.model)?;
     let declared = workbench.declared;
     *before = workbench.best_fit(&[&before.model, declared])?;
-    *found = Found::nothing(before);
+    found.forget(before);
     Some(())
 }
 

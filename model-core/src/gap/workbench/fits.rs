@@ -254,6 +254,8 @@ impl<S: Schedule> Workbench<'_, S> {
     }
 
     /// Sum of a model's squared weighted residuals.
+    // A simulator is not to lie below a fit.
+    #[inline(never)]
     pub(super) fn cost(&mut self, model: &Model) -> Option<f64> {
         let data = self.data;
         let simulator = model.build(data.logs.first()?.period).ok()?;
@@ -263,6 +265,7 @@ impl<S: Schedule> Workbench<'_, S> {
     }
 
     /// The same, if it is below `limit`. Most of what a search tries is far above it, which a few windows show.
+    #[inline(never)]
     pub(super) fn cost_below(&mut self, limit: f64, model: &Model) -> Option<f64> {
         let data = self.data;
         let simulator = model.build(data.logs.first()?.period).ok()?;

@@ -98,22 +98,30 @@ impl<S: Schedule> Workbench<'_, S> {
     #[inline(never)]
     fn try_strengths(&mut self, model: &Model, id: Id) -> Option<Option<Model>> {
         let without = self.cost(model)?;
+        match self.best_strengths(model, id, without)? {
+            Some(started) => self.settle(&started, without).map(Some),
+            None => Some(None),
+        }
+    }
+
+    /// Where [`Self::try_strengths`] starts its fit.
+    #[inline(never)]
+    fn best_strengths(&mut self, model: &Model, id: Id, without: f64) -> Option<Option<Model>> {
         let near = self.best_strength(model, id, without);
-        let unbiased = self.with_declared_base(model);
-        let far = self.best_strength(&unbiased, id, without);
-        let started = match (&near, &far) {
-            (Some(near), Some(far)) => self.best_with(&[near, far], ROUGH)?.model,
-            (Some(only), None) | (None, Some(only)) => only.clone(),
-            (None, None) => return Some(None),
-        };
-        let fit = self.fit(&started)?;
-        // With more to fit it can only be worse in a local minimum.
-        let settled = if fit.cost > without {
-            self.multi_start(fit)
-        } else {
-            fit
-        };
-        Some(Some(settled.model))
+        let far = self.best_strength(&self.with_declared_base(model), id, without);
+        match (&near, &far) {
+            (Some(near), Some(far)) => Some(Some(self.best_with(&[near, far], ROUGH)?.model)),
+            _ => Some(near.or(far)),
+        }
+    }
+
+    /// A model fitted from where it is; from elsewhere too if it then follows the log worse than this cost: with more to fit
+    /// that can only be a local minimum.
+    #[inline(never)]
+    fn settle(&mut self, start: &Model, without: f64) -> Option<Model> {
+        let fit = self.fit(start)?;
+        let is_worse = fit.cost > without;
+        Some(if is_worse { self.multi_start(fit) } else { fit }.model)
     }
 
     /// The model with an effect at that of the strengths that its fits start from at which it follows the log
@@ -160,9 +168,21 @@ impl<S: Schedule> Workbench<'_, S> {
         if effect.id.biases_base() {
             return self.try_strengths(model, effect.id);
         }
-        let Some(larger) = screen::with_effect(model, effect) else {
-            return Some(None);
-        };
+        match screen::with_effect(model, effect) {
+            Some(larger) => self.start_beside(model, larger, effect),
+            None => Some(None),
+        }
+    }
+
+    /// A model with one effect more than `model`, where a fit of it starts whose base is the fitted or the declared one. As
+    /// [`Self::start`].
+    #[inline(never)]
+    fn start_beside(
+        &mut self,
+        model: &Model,
+        larger: Model,
+        effect: Active,
+    ) -> Option<Option<Model>> {
         let is_biased = self.is_biased(model);
         let unbiased = self.with_declared_base(&larger);
         if effect.law().span().is_some() {
@@ -187,11 +207,17 @@ impl<S: Schedule> Workbench<'_, S> {
     #[inline(never)]
     pub fn approach(&mut self, start: &Model) -> Option<Model> {
         let fit = self.fit_with(start, self.screen_window(), ROUGH)?;
-        let model = fit.model;
         // A breakaway level has no slope where nothing sticks.
         if !self.base.contains(&Base::Static) {
-            return Some(model);
+            return Some(fit.model);
         }
+        self.lower_breakaway(fit.model)
+    }
+
+    /// A model, with its breakaway level at the Coulomb level where it follows the log better so. `None` if it leaves the
+    /// plant's range.
+    #[inline(never)]
+    fn lower_breakaway(&mut self, model: Model) -> Option<Model> {
         let mut lower = model.clone();
         lower.set(Base::Static, lower.get(Base::Coulomb));
         let cost = self.cost(&model)?;
