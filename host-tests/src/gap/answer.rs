@@ -95,6 +95,11 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         (Decision::Refused(Refusal::OverOneLength), _) => {
             "it helps the model to predict over one length of time, and not over another".to_owned()
         }
+        (Decision::Refused(Refusal::ExplainsTooLittle), _) => {
+            "with all that was found the model still does not follow the log, and most of its error is left: another \
+             cause may look like this one"
+                .to_owned()
+        }
         (Decision::Refused(Refusal::GainNotCommon), _) => {
             "the gain comes from few of the held-out blocks".to_owned()
         }

@@ -64,11 +64,12 @@ impl Spread {
     }
 }
 
-/// What logs say of the variables of a fit, by the windows and by other restarts.
+/// What logs say of the variables of a fit, by the windows, by other restarts and over other lengths.
 pub(super) fn informed(data: &Data, model: &Model, variables: &[Variable]) -> Option<Information> {
     let mut information = Information::default();
     information.gather(data, &AllCores, model, variables)?;
     information.allow_for_restarts(data, &AllCores, model, variables)?;
+    information.allow_for_lengths(data, &AllCores, model, variables)?;
     Some(information)
 }
 

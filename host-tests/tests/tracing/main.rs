@@ -31,6 +31,7 @@ mod real_benchmark;
 mod released_drive;
 mod settled_fits;
 mod stepped;
+mod too_little_explained;
 mod two_effects;
 mod undeclared_effects;
 mod wrong_motor;

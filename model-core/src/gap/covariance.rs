@@ -2,8 +2,10 @@
 
 use super::criterion::DECLARED_WEIGHT;
 use super::fit::{MOST_VARIABLES, Matrix, Problem, Target, Variable};
+use super::lengths::LEAST_SAMPLES;
 use super::model::Model;
 use super::replay::{Data, Fold, HALF_WIDTHS, Schedule, Sums, WindowSums, replay_windows};
+use super::select::LEAST_WINDOWS;
 use crate::effect::MOST_STRENGTHS;
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::statistics::median;
@@ -30,7 +32,8 @@ const LEFT_OUT: f64 = 0.95;
 /// errors for linear regression with multi-stage samples*, 2002, there without the 0.95, which is ours.
 ///
 /// What all windows have in common no jackknife sees. Replays restart from smoothed states, which are
-/// off by what the smoothing takes away; [`Information::allow_for_restarts`] adds what that may do.
+/// off by what the smoothing takes away; [`Information::allow_for_restarts`] adds what that may do, and
+/// [`Information::allow_for_lengths`] what a law that is not quite the machine's may do.
 #[derive(Debug, Clone, Default)]
 pub struct Information {
     sums: Sums,
@@ -132,7 +135,6 @@ impl Information {
     /// next fewer and the next more samples. Gives the windows simulated, each copy counted.
     ///
     /// `None` if the model cannot be built.
-    #[inline(never)]
     pub fn allow_for_restarts(
         &mut self,
         data: &Data,
@@ -140,21 +142,52 @@ impl Information {
         model: &Model,
         variables: &[Variable],
     ) -> Option<u64> {
+        let own = data.settings.half_width;
+        let narrower = HALF_WIDTHS.iter().rev().find(|&&width| width < own);
+        let wider = HALF_WIDTHS.iter().find(|&&width| width > own);
+        let others = [narrower, wider].map(|width| {
+            let mut data = *data;
+            data.settings.half_width = *width?;
+            Some(data)
+        });
+        self.allow_for_others(&others, schedule, model, variables)
+    }
+
+    /// Adds the mean square of how far the fit would be moved by windows half and twice as long: a law that is not quite the
+    /// machine's has other best numbers over another length of prediction. Gives the windows simulated, each copy counted.
+    ///
+    /// `None` if the model cannot be built.
+    pub fn allow_for_lengths(
+        &mut self,
+        data: &Data,
+        schedule: &impl Schedule,
+        model: &Model,
+        variables: &[Variable],
+    ) -> Option<u64> {
+        let own = data.settings.window;
+        let others = [own / 2, 2 * own].map(|window| {
+            let cut = data.with_window(window.max(LEAST_SAMPLES));
+            (cut.windows() >= LEAST_WINDOWS).then_some(cut)
+        });
+        self.allow_for_others(&others, schedule, model, variables)
+    }
+
+    /// Adds the mean square of how far the fit would be moved by logs that are cut or restarted otherwise.
+    #[inline(never)]
+    fn allow_for_others(
+        &mut self,
+        others: &[Option<Data>; 2],
+        schedule: &impl Schedule,
+        model: &Model,
+        variables: &[Variable],
+    ) -> Option<u64> {
         let mut simulated = 0;
         let count = variables.len();
         let own = step_left(&self.sums, count);
-        let narrower = HALF_WIDTHS.iter().rev();
-        let mut narrower = narrower.filter(|&&width| width < data.settings.half_width);
-        let mut wider = HALF_WIDTHS
-            .iter()
-            .filter(|&&width| width > data.settings.half_width);
-        let neighbours = [narrower.next(), wider.next()];
-        let weight = 1.0 / neighbours.iter().flatten().count().max(1) as f64;
-        for &half_width in neighbours.into_iter().flatten() {
-            let mut data = *data;
-            data.settings.half_width = half_width;
+        let weight = 1.0 / others.iter().flatten().count().max(1) as f64;
+        for data in others.iter().flatten() {
             let mut problem = Problem {
-                data: &data,
+                data,
                 schedule,
                 fold: (Fold::All, 1),
                 variables,

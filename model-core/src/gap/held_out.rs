@@ -48,6 +48,9 @@ pub enum Refusal {
     Implausible(Base),
     /// Over shorter or longer predictions the model is clearly worse with it.
     WorseElsewhere,
+    /// The model still does not follow the log, and most of what it missed is missing still: that may be this effect beside
+    /// others, or another one in the place of all.
+    ExplainsTooLittle,
     /// It is found over predictions of one length, and not over those of another.
     OverOneLength,
 }

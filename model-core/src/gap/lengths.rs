@@ -22,7 +22,7 @@ use super::workbench::{Options, Workbench};
 use heapless::Vec;
 
 /// Fewest samples in a window: as many as a restart with the narrowest smoothing takes in.
-const LEAST_SAMPLES: usize = 5;
+pub const LEAST_SAMPLES: usize = 5;
 
 /// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every
 /// candidate, round by round.

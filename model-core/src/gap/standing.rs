@@ -16,7 +16,8 @@ use crate::effect::learned_map::Kind;
 
 /// Whether what was found may be said: no strength is uncertain beside all others, it needs no number that no data
 /// sheet would allow, and nothing that was fitted to held-out blocks of one length predicts clearly worse over
-/// shorter or longer ones. Effects go one by one, an uncertain one before the last one, until the rest may be said.
+/// shorter or longer ones. Effects go one by one, an uncertain one before the last one, until the rest may be said; all go
+/// where together they [explain too little](explains_too_little).
 #[inline(never)]
 pub(super) fn stands(
     workbench: &mut Workbench<impl Schedule>,
@@ -38,6 +39,13 @@ pub(super) fn stands(
             Refusal::Implausible(number)
         } else if workbench.is_clearly_worse(&found.after.model, before)? {
             Refusal::WorseElsewhere
+        } else if explains_too_little(workbench, before, found)? {
+            for refused in &found.accepted {
+                let decision = Decision::Refused(Refusal::ExplainsTooLittle);
+                observe(&refused.candidate.look(found.accepted.len() + 1, decision));
+            }
+            workbench.hold_freed();
+            return Some(false);
         } else {
             return Some(true);
         };
@@ -56,6 +64,24 @@ pub(super) fn stands(
         let slot = workbench.declared.effects.len() + place;
         found.do_without(workbench, slot)?;
     }
+}
+
+/// Whether the model does not follow the log with what was found, and that leaves most of the held-out error: its cause may
+/// then be another one, which what was found resembles. `before`: the base fit.
+#[inline(never)]
+fn explains_too_little(
+    workbench: &mut Workbench<impl Schedule>,
+    before: &Model,
+    found: &mut Found,
+) -> Option<bool> {
+    if !workbench.residual(&found.after.model)?.is_unexplained() {
+        return Some(false);
+    }
+    let fitted = workbench.hold_freed();
+    let without = workbench.held_out(before)?;
+    workbench.base = fitted;
+    let with = judge(workbench, &mut found.held_out, &found.after.model)?;
+    Some(compare(&without, with).ratio > POOR_EXPLANATION)
 }
 
 /// Does anything lie under it that the catalogue does not have? `before`: the base fit.
