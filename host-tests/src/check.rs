@@ -18,6 +18,7 @@ use crate::readers::READERS;
 use crate::toolchain::set_up_browser;
 use crate::workspace;
 
+mod documented;
 mod host_tests;
 mod images;
 
@@ -34,7 +35,8 @@ pub struct Args {
     /// Look at all cases of each promise, not at a few: every machine, every log of a list, every verdict on the chip
     #[arg(long, group = "longer")]
     cases: bool,
-    /// Besides, run the tests at length: many cases drawn at random, hundreds of logs, a day of a drive; and fuzz
+    /// Besides, run the tests at length: many cases drawn at random, hundreds of logs, a day of a drive; what the
+    /// texts show of the emulated chips, as it stands there; and fuzz
     #[arg(long, group = "longer")]
     all: bool,
     /// Begin nothing that one of these options adds later than this many minutes after the start
@@ -151,6 +153,10 @@ fn run_host_tests(args: &Args, limit: Limit) -> Result<Tests, Failure> {
     succeed(documentation, &arguments)?;
     announce("host tests");
     let programs = host_tests::build()?;
+    let calls = documented::require_tests(&programs)?;
+    say(&format!(
+        "{calls} calls of tests in the texts take the tests that they name"
+    ));
     let mut tests = host_tests::run(&programs)?.sound()?;
     if args.is_longer() {
         announce("host tests of other cases");

@@ -14,6 +14,7 @@ pub mod console_on_host;
 pub mod data_sheet;
 pub mod decode;
 pub mod dictionary;
+pub mod documents;
 pub mod ecu;
 pub mod ecu_on_host;
 pub mod emulate;

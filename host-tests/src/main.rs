@@ -218,71 +218,14 @@ fn usage(error: &clap::Error) -> ExitCode {
 #[cfg(test)]
 mod tests {
     use std::fs;
-    use std::path::{Path, PathBuf};
+    use std::path::PathBuf;
 
     use clap::Parser;
     use clap::error::ErrorKind;
+    use host_tests::documents::{self, Documented};
     use host_tests::workspace;
 
     use super::CommandLine;
-
-    /// The texts for people, with their names.
-    fn texts() -> Vec<(PathBuf, String)> {
-        let root = workspace::root();
-        let mut files: Vec<PathBuf> = ["README.md", "CONTRIBUTING.md"]
-            .map(|name| root.join(name))
-            .to_vec();
-        for directory in ["docs", "host-tests/emulation", "host-tests/traces"] {
-            let entries = fs::read_dir(root.join(directory)).unwrap();
-            files.extend(entries.map(|entry| entry.unwrap().path()));
-        }
-        files.retain(|file| file.extension().is_some_and(|extension| extension == "md"));
-        let text = |file: PathBuf| {
-            let text = fs::read_to_string(&file).unwrap();
-            (file, text)
-        };
-        files.into_iter().map(text).collect()
-    }
-
-    /// The commands of a text: each line of a block of shell, and each piece of code in a sentence.
-    /// Those of blocks are to be typed as they stand.
-    fn commands(text: &str) -> Vec<(String, bool)> {
-        let mut commands = Vec::new();
-        for (place, part) in text.split("```").enumerate() {
-            if place % 2 == 1 {
-                let Some(block) = part.strip_prefix("sh\n") else {
-                    continue;
-                };
-                let block = block.replace("\\\n", " ");
-                commands.extend(block.lines().map(|line| (line.to_owned(), true)));
-            } else {
-                let spans = part.split('`').skip(1).step_by(2);
-                commands.extend(spans.map(|span| (span.replace('\n', " "), false)));
-            }
-        }
-        commands.retain(|(command, _)| command.starts_with("cargo "));
-        commands
-    }
-
-    /// The words of a command as a shell has them, up to a comment or where its output goes.
-    fn words(command: &str) -> Vec<String> {
-        let mut words = Vec::new();
-        let mut word: Option<String> = None;
-        let mut is_quoted = false;
-        for character in command.chars() {
-            match character {
-                '"' => {
-                    is_quoted = !is_quoted;
-                    word.get_or_insert_default();
-                }
-                '#' | '>' | '|' if !is_quoted && word.is_none() => break,
-                ' ' if !is_quoted => words.extend(word.take()),
-                _ => word.get_or_insert_default().push(character),
-            }
-        }
-        words.extend(word);
-        words
-    }
 
     fn is_test(name: &str) -> bool {
         ["host-tests", "host-tests/rig", "model-core"]
@@ -294,9 +237,14 @@ mod tests {
             })
     }
 
-    fn check(file: &Path, command: &str, is_whole: bool) -> bool {
-        let words = words(command);
-        let place = format!("{}: {command}", file.display());
+    fn check(command: &Documented) -> bool {
+        let Documented {
+            words, is_whole, ..
+        } = command;
+        let place = format!("{}: {}", command.document, command.line);
+        if words[0] != "cargo" {
+            return false;
+        }
         match words.get(1).map(String::as_str) {
             Some("hil") => {
                 let Err(error) = CommandLine::try_parse_from(&words[1..]) else {
@@ -310,7 +258,7 @@ mod tests {
                         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
                 );
                 let is_help = error.kind() == ErrorKind::DisplayHelp;
-                assert!(is_help || (is_part && !is_whole), "{place}\n{error}");
+                assert!(is_help || (is_part && !*is_whole), "{place}\n{error}");
             }
             Some("test") => {
                 for pair in words.windows(2).filter(|pair| pair[0] == "--test") {
@@ -331,10 +279,8 @@ mod tests {
     #[test]
     fn every_command_in_the_texts_is_one_that_there_is() {
         let mut checked = 0;
-        for (file, text) in texts() {
-            for (command, is_whole) in commands(&text) {
-                checked += usize::from(check(&file, &command, is_whole));
-            }
+        for command in documents::commands().unwrap() {
+            checked += usize::from(check(&command));
         }
         assert!(checked > 50, "{checked}");
     }

@@ -211,7 +211,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[derive(Debug)]
 pub(super) struct Program {
     /// Its package and target.
-    name: String,
+    pub(super) name: String,
     executable: PathBuf,
     /// Where its package is, in which it runs.
     directory: PathBuf,
@@ -290,6 +290,23 @@ impl Program {
             .args(["-Z", "unstable-options", "--report-time"])
             .args(arguments);
         listen(command)
+    }
+
+    /// The names of its tests that a filter takes, told with options of the harness.
+    ///
+    /// # Errors
+    /// A program that does not run.
+    pub(super) fn list(&self, filter: &str, options: &[String]) -> Result<Vec<String>, Failure> {
+        let output = self
+            .command()
+            .arg("--list")
+            .args(options)
+            .arg(filter)
+            .output()
+            .map_err(|error| Failure::system(self.executable.display(), &error))?;
+        let lines = String::from_utf8_lossy(&output.stdout);
+        let names = lines.lines().filter_map(|line| line.strip_suffix(": test"));
+        Ok(names.map(str::to_owned).collect())
     }
 
     /// The names of its tests that are left out for a reason.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 
-use super::{Args, Limit, announce, say};
+use super::{Args, Limit, announce, documented, say};
 use crate::blessing::replace;
 use crate::board_log::Line;
 use crate::board_run::{self, Prepared, VerdictsRun};
@@ -31,7 +31,7 @@ pub(super) struct Images {
 }
 
 /// Builds the images and what runs them, and runs them; with `--cases` or `--all`, a log of each kind of verdict too, which takes
-/// longest.
+/// longest; with `--all`, besides, the calls that the texts show, as they stand there.
 ///
 /// # Errors
 /// What does not build, does not run, or does something else than is expected.
@@ -50,6 +50,9 @@ pub(super) fn run(args: &Args, limit: Limit) -> Result<Images, Failure> {
     } else {
         announce("a log of each kind of verdict on the emulated chip, which takes longest");
         check_verdicts(&prepared.verdicts()?)?;
+    }
+    if args.all {
+        left.extend(documented::run_on_emulated_chips(limit)?);
     }
     Ok(Images { sizes, left })
 }

@@ -43,7 +43,8 @@ fn write(path: &Path, input: Vec<f64>) {
     std::fs::write(path, recording.to_csv()).unwrap();
 }
 
-fn logs(directory: &Path) {
+/// A slow and a fast log of the throttle.
+pub fn logs(directory: &Path) {
     let triangle = growing_triangle::Parameters {
         offset: -3.1,
         amplitude: 2.4,

@@ -9,6 +9,7 @@ mod command_line;
 mod decode;
 #[path = "../../formats/src/defmt.rs"]
 mod defmt;
+mod documents;
 mod export;
 #[path = "../../formats/src/guard.rs"]
 mod guard;

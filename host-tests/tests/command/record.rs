@@ -25,20 +25,20 @@ use serialport::SerialPort;
 use tempfile::TempDir;
 
 /// A controller at a pseudo-terminal, and a place for files.
-struct Bench {
-    board: EmulatedBoard,
-    directory: TempDir,
+pub struct Bench {
+    pub board: EmulatedBoard,
+    pub directory: TempDir,
 }
 
 impl Bench {
-    fn new(motor: Parameters) -> Self {
+    pub fn new(motor: Parameters) -> Self {
         Self {
             board: EmulatedBoard::start(motor, Pace::Free).unwrap(),
             directory: tempfile::tempdir().unwrap(),
         }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.directory.path().join(name)
     }
 
@@ -55,7 +55,7 @@ impl Bench {
         self.command(arguments).output().unwrap()
     }
 
-    fn is_armed(&self) -> bool {
+    pub fn is_armed(&self) -> bool {
         self.board.wiring.latch().is_armed()
     }
 
@@ -64,7 +64,7 @@ impl Bench {
         self.is_armed() && self.board.wiring.duty() != 0
     }
 
-    fn was_armed(&self) -> bool {
+    pub fn was_armed(&self) -> bool {
         self.board.was_armed.load(Relaxed)
     }
 
@@ -228,15 +228,14 @@ while True:
             client.sendall(os.read(board, 1024))
 "#;
 
-/// `hil` with that program on its path.
-fn with_openocd(bench: &Bench, says: Option<&str>, arguments: &[&str]) -> Command {
+/// Puts that program on the path of a command.
+pub fn serve_by_openocd(bench: &Bench, command: &mut Command) {
     use std::os::unix::fs::PermissionsExt;
     let programs = bench.path("bin");
     fs::create_dir_all(&programs).unwrap();
     let program = programs.join("openocd");
     fs::write(&program, OPENOCD).unwrap();
     fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
-    let mut command = hil(&bench.directory, arguments);
     command
         .env(
             "PATH",
@@ -244,6 +243,12 @@ fn with_openocd(bench: &Bench, says: Option<&str>, arguments: &[&str]) -> Comman
         )
         .env("BOARD", &bench.board.port)
         .env("KIND", "stlink");
+}
+
+/// `hil` with it.
+fn with_openocd(bench: &Bench, says: Option<&str>, arguments: &[&str]) -> Command {
+    let mut command = hil(&bench.directory, arguments);
+    serve_by_openocd(bench, &mut command);
     if let Some(says) = says {
         command.env("SAYS", says);
     }

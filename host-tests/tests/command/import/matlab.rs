@@ -108,6 +108,20 @@ fn file(writer: Writer) -> Vec<u8> {
     ])
 }
 
+/// A file with a vector of each name, the first of which is time.
+pub fn of_vectors(names: &[&str]) -> Vec<u8> {
+    let writer = Writer {
+        big: false,
+        packed: true,
+    };
+    let vectors = names.iter().enumerate().map(|(place, name)| {
+        let rule = if place == 0 { time } else { position };
+        let values: Vec<f64> = (0..ROWS).map(rule).collect();
+        writer.array(6, name, (ROWS as u32, 1), &writer.doubles(&values))
+    });
+    writer.file(&vectors.collect::<Vec<_>>())
+}
+
 /// Such a file of a processor with the least significant byte first.
 pub(super) fn whole(packed: bool) -> Vec<u8> {
     file(Writer { big: false, packed })

@@ -8,7 +8,7 @@ mod damaged;
 mod files;
 mod formats;
 mod layouts;
-mod matlab;
+pub mod matlab;
 mod mended;
 mod rates;
 mod stamps;
