@@ -2,7 +2,7 @@
 //! machine. And what that costs a replay without restarts.
 
 use model_core::effect::{Active, Id, Scope};
-use model_core::gap::criterion::{LEAST_CERTAINTY, LEAST_OFF};
+use model_core::gap::criterion::{LEAST_APART, LEAST_OFF};
 use model_core::gap::fit::{self, Effort, Fit, Target, Variable, Variables};
 use model_core::gap::log::Log;
 use model_core::gap::model::{Base, Model};
@@ -98,7 +98,7 @@ impl<'a> Numbers<'a> {
             };
             let is_sure = |(variable, (apart, std)): (&Variable, &(f64, f64))| {
                 let least = f64::from(LEAST_OFF) * self.size(variable);
-                apart.abs() >= LEAST_CERTAINTY * std && apart.abs() >= least
+                apart.abs() >= LEAST_APART * std && apart.abs() >= least
             };
             if !next.iter().zip(&apart).all(is_sure) {
                 break;

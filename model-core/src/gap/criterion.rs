@@ -105,9 +105,13 @@ pub const LEAST_MEDIAN: f32 = 0.05;
 /// Held-out mean square error that a larger model must fall below, as a share of the smaller one's.
 pub const LARGEST_RATIO: f64 = 0.9;
 
-/// Standard deviations that an effect's strength must be from zero. A two-sided test at [`SIGNIFICANCE`], shared among the 20 to
-/// 28 effects that a machine may have, asks for 3.48 to 3.57.
-pub const LEAST_CERTAINTY: f64 = 3.5;
+/// Standard deviations that an effect's strength must be from zero: those of the 95 % interval that is reported, which is not to
+/// contain nothing. That chance alone is not the cause, among all effects that were looked at, the held-out blocks have shown by then.
+pub const LEAST_CERTAINTY: f64 = 1.96;
+
+/// Standard deviations by which a number of one log must be apart from that of others. A two-sided test at [`SIGNIFICANCE`], shared
+/// among the 20 to 28 numbers that a machine may have, asks for 3.48 to 3.57.
+pub const LEAST_APART: f64 = 3.5;
 
 // What is worth a refit.
 
