@@ -80,7 +80,13 @@ impl Headline {
         let outcome = &report.outcome;
         let workshop = Workshop::of(report);
         let mut finding = finding(outcome);
-        let beside = [left(outcome), at_limit(outcome), differs(outcome)].into_iter();
+        let beside = [
+            left(outcome),
+            at_limit(outcome),
+            differs(outcome),
+            lost(report),
+        ]
+        .into_iter();
         let beside = beside.flatten();
         for sentence in beside.chain(rises(report)) {
             finding += " ";
@@ -138,6 +144,8 @@ fn finding(outcome: &Outcome) -> String {
     let next = outcome.next_experiment.as_ref();
     let shown = if next.is_some_and(|next| !next.absorbed.is_empty()) {
         " that the logs can show"
+    } else if nearest(outcome).is_some() {
+        " that the logs can prove"
     } else {
         ""
     };
@@ -399,6 +407,23 @@ fn differs(outcome: &Outcome) -> Option<String> {
             listed(&logs)
         )
     })
+}
+
+/// That the model does not follow the validation logs as it does the training logs, where no number in which they differ says why.
+pub(super) fn lost(report: &Report) -> Option<String> {
+    let outcome = &report.outcome;
+    let there = outcome.errors.validate.as_ref()?.after.position_rms;
+    let here = outcome.errors.train.after.position_rms;
+    let floor = outcome.residual.as_ref()?.floor;
+    if there <= UNEXPLAINED * here.max(floor) || !outcome.between_logs.is_empty() {
+        return None;
+    }
+    let quantity = |error: f64| Scale::of(report.coordinate.as_str(), [error]).quantity(error);
+    Some(format!(
+        "But the model does not follow the validation data: it is off by {} rms there, and by {} on the training data.",
+        quantity(there),
+        quantity(here)
+    ))
 }
 
 /// Which fitted numbers stopped at the limit of what the machine file lets them be off: they are no estimates.

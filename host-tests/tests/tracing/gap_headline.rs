@@ -193,6 +193,37 @@ fn every_verdict_says_all_of_it_in_twelve_lines() {
     }
 }
 
+/// An effect that halves the error on data left out of the fit, and may be chance.
+#[test]
+fn what_may_be_chance_is_not_said_to_be_nothing() {
+    let mut report = variant("no effect");
+    assert!(words(&report).contains("no effect is missing. "));
+    let mut nearest = example().outcome.candidates[0].clone();
+    nearest.accepted = false;
+    nearest.held_out_ratio = Some(0.4);
+    report.outcome.candidates.push(nearest);
+    let said = words(&report);
+    assert!(
+        said.contains("no effect is missing that the logs can prove. "),
+        "{said}"
+    );
+    assert!(said.contains("record a longer log"), "{said}");
+}
+
+/// A validation log of another machine, which no one number explains.
+#[test]
+fn a_validation_log_that_the_model_does_not_follow_is_said() {
+    let lost = "does not follow the validation data";
+    let mut report = variant("no effect");
+    assert!(!words(&report).contains(lost));
+    let here = report.outcome.errors.train.after.position_rms;
+    let validate = report.outcome.errors.validate.as_mut().unwrap();
+    validate.after.position_rms = 100.0 * here;
+    let said = words(&report);
+    assert!(said.contains(lost), "{said}");
+    assert!(said.contains("Next: see what was different"), "{said}");
+}
+
 #[test]
 fn what_finds_no_room_is_counted() {
     let report = crowded();

@@ -6,7 +6,7 @@ use model_core::gap::model::Base;
 use model_core::gap::verdict::Verdict;
 
 use super::gain::Reliance;
-use super::{declared, nearest, times_left};
+use super::{declared, lost, nearest, times_left};
 use crate::gap::answer::listed;
 use crate::gap::disagreement::Disagreement;
 use crate::gap::experiment::NextExperiment;
@@ -57,6 +57,11 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
                     "record a second log, not for the fit, and give it with --validate",
                 ));
             }
+            if outcome.verdict == Verdict::NoMissingEffect && nearest(outcome).is_some() {
+                steps.push(said(
+                    "to see whether that is chance, record a longer log with more varied motion and give it with another --train",
+                ));
+            }
             let next = outcome.next_experiment.as_ref();
             let experiment = experiment(next, unit);
             steps.extend(repeated(outcome));
@@ -73,6 +78,12 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             let other =
                 other.map(|log| said(&format!("see why {} differs, as said above", log.log)));
             steps.extend(other);
+            if lost(report).is_some() {
+                steps.push(said(
+                    "see what was different when the validation data were recorded (load, supply, units), or give them with \
+                     another --train",
+                ));
+            }
             if steps.is_empty() {
                 steps.push(said(
                     "nothing; the machine file and these logs belong together",
