@@ -6,6 +6,7 @@
 use super::derive::{Number, Point, Sure};
 use super::measure::Measure;
 use super::rules;
+use super::sheet::Sheet;
 use crate::quantity::significant;
 
 /// What mends two numbers of which neither is known to be the wrong one.
@@ -37,6 +38,24 @@ fn agree(one: &Value, other: &Value, rounding: f64, remedy: &str) -> Result<(), 
         apart(ratio),
         percent(allowed)
     ))
+}
+
+/// By how much voltage and stall current may have another resistance than the one that is told without a remark.
+const REMARKED: f64 = 0.1;
+
+/// What voltage and stall current make of a resistance that is told, where that is within rounding but clearly another number: a
+/// remark behind it.
+pub(super) fn other_resistance(sheet: &Sheet, resistance: &Measure) -> Option<String> {
+    let (voltage, current) = (sheet.voltage.as_ref()?, sheet.stall_current.as_ref()?);
+    let other = voltage.value / current.value;
+    let ratio = (other / resistance.value).max(resistance.value / other);
+    (ratio > 1.0 + REMARKED).then(|| {
+        format!(
+            "; {voltage} over {current} says {} Ω, {} apart, which rounding explains; measure it if you can",
+            significant(other, 2),
+            apart(ratio)
+        )
+    })
 }
 
 fn percent(part: f64) -> String {
@@ -112,8 +131,13 @@ pub(super) fn of_constants(point: &Point, resistance: f64) -> Result<(), String>
         value: *value,
         unit,
     };
-    let remedy = "torque and back-EMF constant are one number, in SI; leave out the less sure one, or look \
-                  at --values-of and the units";
+    let remedy = if sheet.gear.is_there {
+        "torque and back-EMF constant are one number, in SI; leave out the less sure one, or look at --values-of and \
+         the units"
+    } else {
+        "torque and back-EMF constant are one number, in SI; leave out the less sure one, or look at the units; behind a \
+         gear or a screw, add --values-of gearmotor, and --gear-ratio if the sheet has it"
+    };
     for (place, one) in point.constants.iter().enumerate() {
         for other in &point.constants[place + 1..] {
             let rounding = one.0.rounding + other.0.rounding;
@@ -189,7 +213,12 @@ pub(super) fn of_stall(
         value: expected,
         unit,
     };
-    let remedy = "leave out the less sure one, or look at the units and --values-of";
+    let remedy = if point.sheet.gear.is_there {
+        "leave out the less sure one, or look at the units and --values-of"
+    } else {
+        "leave out the less sure one, or look at the units; behind a gear or a screw, add --values-of gearmotor, and \
+         --gear-ratio if the sheet has it"
+    };
     let rounding = torque.rounding + rounding_of(constant);
     agree(&one, &other, rounding, remedy)
 }

@@ -22,7 +22,7 @@ pub struct Args {
     /// Nominal voltage, at which speeds, currents and torques are given, as in 12V
     #[arg(long)]
     pub voltage: Option<String>,
-    /// Speed without a load, as in 5400rpm; of a linear actuator as in 32mm/s
+    /// Speed without a load, as in 5400rpm; of a linear actuator as in 32mm/s, of a servo as in 0.16s/60deg
     #[arg(long, value_name = "SPEED")]
     pub no_load_speed: Option<String>,
     /// Current without a load, as in 150mA
@@ -77,7 +77,8 @@ pub struct Args {
     /// Way for a turn of the gear's output, as in 2mm (screw, rack, belt): the coordinate is then a stroke
     #[arg(long, value_name = "LENGTH")]
     pub screw_lead: Option<String>,
-    /// Whose speeds, torques and constants the data sheet gives: the motor's alone, or those behind the gear
+    /// Whose speeds, torques and constants the data sheet gives: the motor's alone, or those behind the gear, whose ratio need
+    /// not be known then
     #[arg(long, value_name = "SIDE", value_parser = ["motor", "gearmotor"])]
     pub values_of: Option<String>,
     /// Inertia of the load at the coordinate, as in 2kg.cm2; along a stroke its mass
@@ -137,7 +138,7 @@ pub struct Args {
 
 /// What the options mean together, for the help.
 pub const SHEET_HELP: &str = "\
-Units: V mV; A mA; ohm kohm; mH uH; rpm rad/s mm/s; Nm mNm Ncm kg.cm g.cm oz.in lb.in N kgf; mNm/A oz.in/A;
+Units: V mV; A mA; ohm kohm; mH uH; rpm rad/s mm/s s/60deg; Nm mNm Ncm kg.cm g.cm oz.in lb.in N kgf; mNm/A oz.in/A;
 rpm/V; mV/rpm V/krpm; g.cm2 kg.cm2 kg.m2 oz.in2 kg; ms; deg rad mm; Nms/rad; Nm/rad N/mm.
 
 What is needed                one of

@@ -182,7 +182,9 @@ impl Derived {
 fn resistance(point: &Point) -> Result<Number, String> {
     let sheet = point.sheet;
     if let Some(measure) = &sheet.resistance {
-        return Ok(Number::told(measure, 1.0, within([measure.rounding])));
+        let mut number = Number::told(measure, 1.0, within([measure.rounding]));
+        number.why += &agreement::other_resistance(sheet, measure).unwrap_or_default();
+        return Ok(number);
     }
     if let (Some(voltage), Some(current)) = (&sheet.voltage, &sheet.stall_current) {
         return Ok(Number::new(
@@ -234,7 +236,10 @@ fn torque_constant(point: &Point, resistance: f64) -> Result<Number, String> {
             number.why = number.why.replacen("given,", "1 over", 1);
         }
         if sheet.torque_constant.as_ref() == Some(measure) && *value != number.value {
-            number.why += ", without what the gear loses";
+            number.why += &format!(
+                ", over the {} % that the gear passes on",
+                significant(100.0 * number.value / *value)
+            );
         }
         return Ok(Number {
             value: *value,
@@ -250,7 +255,8 @@ fn torque_constant(point: &Point, resistance: f64) -> Result<Number, String> {
         return match (idle, &sheet.friction_torque, point.friction_torque) {
             (Some(idle), _, _) => {
                 let drop = idle.value * resistance;
-                let why = format!("({voltage} − {idle} × resistance) over {measure}");
+                let referred = times(sheet.gear.sheet(measure)?);
+                let why = format!("({voltage} − {idle} × resistance) over {measure}{referred}");
                 let lost = drop / volts * idle.rounding;
                 let sure = within(roundings.into_iter().chain([lost]));
                 Ok(Number::new((volts - drop) / speed, why, sure))
@@ -269,8 +275,9 @@ fn torque_constant(point: &Point, resistance: f64) -> Result<Number, String> {
             }
             _ => {
                 let share = point.presumed_share();
+                let referred = times(sheet.gear.sheet(measure)?);
                 let why = format!(
-                    "{:.0} % of {voltage} over {measure}, the rest guessed for the no-load current",
+                    "{:.0} % of {voltage} over {measure}{referred}, the rest guessed for the no-load current",
                     100.0 * (1.0 - share)
                 );
                 let sure = within(roundings.into_iter().chain([share]));
@@ -297,12 +304,39 @@ fn torque_constant(point: &Point, resistance: f64) -> Result<Number, String> {
     };
     let extra = point.friction_torque.filter(|_| idle.is_none());
     let value = (stall + extra.unwrap_or(0.0)) / (passed * (current - lost));
+    let referred = times(sheet.gear.sheet(torque)?);
+    let and = match (&sheet.friction_torque, extra) {
+        (Some(friction), Some(_)) => format!(" and {friction}"),
+        _ => String::new(),
+    };
+    let less = if lost > 0.0 {
+        format!(", less {} A that turn it without a load", significant(lost))
+    } else {
+        String::new()
+    };
+    let loss = if passed < 1.0 {
+        format!(
+            ", over the {} % that the gear passes on",
+            significant(100.0 * passed)
+        )
+    } else {
+        String::new()
+    };
     let why = format!(
-        "{torque} over the current at standstill, {} A",
-        given(current)
+        "{torque}{and}{referred}, over the current at standstill, {} A{less}{loss}",
+        significant(current)
     );
     let sure = within([torque.rounding, lost / current]);
     Ok(Number::new(value, why, sure))
+}
+
+/// What refers a number of the sheet to the coordinate, behind the number in a comment.
+pub(super) fn times(factor: f64) -> String {
+    if factor == 1.0 {
+        String::new()
+    } else {
+        format!(", × {}", significant(factor))
+    }
 }
 
 /// What the gear loses: as told, or what the stall torque lacks.

@@ -1,7 +1,7 @@
 //! What rubs: from the no-load current, the friction that is told, or a guess.
 
 use super::agreement;
-use super::derive::{Number, Point, Sure, significant, within};
+use super::derive::{Number, Point, Sure, significant, times, within};
 use super::rules;
 
 /// The friction of the machine, at the coordinate.
@@ -100,10 +100,12 @@ pub(super) fn of(
     let told = sheet.friction_torque.as_ref().zip(point.friction_torque);
     let (coulomb, viscous) = match (told, &sheet.viscous) {
         (Some((measure, torque)), viscous) => {
-            let torque = torque * if measure.linear { 1.0 } else { lossy };
+            let lossy = if measure.linear { 1.0 } else { lossy };
+            let torque = torque * lossy;
+            let referred = times(sheet.gear.sheet(measure)?);
             let coulomb = Number::new(
                 torque,
-                format!("given, {measure}"),
+                format!("given, {measure}{referred}{}", passing(lossy)),
                 within([measure.rounding]),
             );
             let viscous = match viscous {
@@ -116,7 +118,7 @@ pub(super) fn of(
             let viscous = Number::told(measure, 1.0, within([measure.rounding]));
             if sheet.no_load_current.is_none() {
                 // A guessed current tells nothing of it.
-                let coulomb = with_load(point, split(whole, speed, idle).0, None);
+                let coulomb = with_load(point, split(point, (whole, passed), speed, idle).0, None);
                 return Ok(Friction {
                     breakaway: breakaway(point, &coulomb, lossy)?,
                     coulomb,
@@ -126,10 +128,10 @@ pub(super) fn of(
             let speed = speed.unwrap_or(0.0);
             let rest = whole - viscous.value * speed;
             agreement::of_viscous(point, measure, viscous.value * speed, whole, idle)?;
-            let why = format!("{}; less {measure} at no load", of_current(idle));
+            let why = format!("{}; less {measure} at no load", of_current(idle, passed));
             (Number::new(rest.max(0.0), why, idle.sure), viscous)
         }
-        (None, None) => split(whole, speed, idle),
+        (None, None) => split(point, (whole, passed), speed, idle),
     };
     let unsure = unsure_of_gear(point, resistance.value);
     let viscous = match unsure {
@@ -254,22 +256,39 @@ fn rest(point: &Point, whole: f64, torque: f64, speed: Option<f64>) -> Result<Nu
 }
 
 /// Coulomb and viscous friction where nothing tells the two.
-fn split(whole: f64, speed: Option<f64>, idle: &Number) -> (Number, Number) {
+/// `whole`: all of it, and what the gear passes on of the torque that makes it.
+fn split(
+    point: &Point,
+    (whole, passed): (f64, f64),
+    speed: Option<f64>,
+    idle: &Number,
+) -> (Number, Number) {
     let Some(speed) = speed else {
-        let coulomb = Number::new(whole, of_current(idle), idle.sure);
+        let coulomb = Number::new(whole, of_current(idle, passed), idle.sure);
         let why = "not known, and taken for coulomb; --voltage or --no-load-speed splits the two";
         return (coulomb, Number::new(0.0, why, Sure::Told));
     };
     let part = rules::VISCOUS_PART;
-    let why = format!("{:.0} % of {}", 100.0 * (1.0 - part), of_current(idle));
+    let why = format!(
+        "{:.0} % of {}",
+        100.0 * (1.0 - part),
+        of_current(idle, passed)
+    );
     let sure = match idle.sure {
         Sure::Guess(factor) => Sure::Guess(factor),
         _ => Sure::Guess(1.0 / (1.0 - part)),
     };
     let coulomb = Number::new((1.0 - part) * whole, why, sure);
+    let [load, rate] = if point.sheet.gear.linear {
+        ["N", "m/s"]
+    } else {
+        ["N·m", "rad/s"]
+    };
     let why = format!(
-        "guessed: {:.0} % of the friction at no load, at its speed",
-        100.0 * part
+        "guessed: {:.0} % of the friction at no load, {} {load}, over the speed there, {} {rate}",
+        100.0 * part,
+        significant(whole),
+        significant(speed)
     );
     let viscous = Number::new(
         part * whole / speed,
@@ -279,10 +298,23 @@ fn split(whole: f64, speed: Option<f64>, idle: &Number) -> (Number, Number) {
     (coulomb, viscous)
 }
 
-fn of_current(idle: &Number) -> String {
+fn of_current(idle: &Number, passed: f64) -> String {
     format!(
-        "what the no-load current of {} A ({}) makes",
+        "what the no-load current of {} A ({}) makes with the torque constant{}",
         significant(idle.value),
-        idle.why
+        idle.why,
+        passing(passed)
     )
+}
+
+/// What the gear passes on of a torque, behind that in a comment.
+fn passing(passed: f64) -> String {
+    if passed == 1.0 {
+        String::new()
+    } else {
+        format!(
+            ", of which the gear passes on {} %",
+            significant(100.0 * passed)
+        )
+    }
 }

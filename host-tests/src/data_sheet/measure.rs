@@ -155,7 +155,7 @@ impl Quantity {
             Self::Current => "A, mA",
             Self::Resistance => "ohm, mohm, kohm",
             Self::Inductance => "H, mH, uH",
-            Self::Speed => "rpm, rad/s, deg/s, rev/s; mm/s, m/s",
+            Self::Speed => "rpm, rad/s, deg/s, rev/s, s/60deg; mm/s, m/s",
             Self::Torque => "Nm, mNm, Ncm, kg.cm, kg.mm, g.cm, oz.in, lb.in; N, kgf, lbf",
             Self::TorqueConstant => "Nm/A, mNm/A, Ncm/A, oz.in/A, kg.cm/A; N/A",
             Self::SpeedConstant => "rpm/V, rad/s/V",
@@ -194,6 +194,18 @@ impl Quantity {
             .or_else(|| of_loggers(&plain))
             .or_else(|| own(&|name| name.len() > 2 && name.eq_ignore_ascii_case(&plain)))
     }
+}
+
+/// The angle, rad, that the time before it is for, as in 0.16s/60deg: so hobby servos say their speed.
+fn angle_for_a_time(unit: &str) -> Option<f64> {
+    let (time, angle) = unit.split_once('/')?;
+    if !matches!(time.trim(), "s" | "sec") {
+        return None;
+    }
+    let (number, unit) = split(angle.trim());
+    let unit = Unit::find(unit).filter(|unit| unit.kind == Kind::Angle)?;
+    let angle = number.parse::<f64>().ok()? * unit.factor;
+    (angle.is_finite() && angle > 0.0).then_some(angle)
 }
 
 /// A unit without what separates its parts, in letters of the keyboard.
@@ -238,10 +250,12 @@ impl Measure {
         if unit.is_empty() {
             return Err(wrong("its unit is missing"));
         }
-        let (factor, linear) = quantity
-            .unit(unit)
-            .ok_or_else(|| wrong(&format!("{} is no unit of it", quoted(unit))))?;
-        let value = value * factor;
+        let angle = angle_for_a_time(unit).filter(|_| quantity == Quantity::Speed);
+        let (value, linear) = match (angle, quantity.unit(unit)) {
+            (Some(angle), _) => (angle / value, false),
+            (None, Some((factor, linear))) => (value * factor, linear),
+            (None, None) => return Err(wrong(&format!("{} is no unit of it", quoted(unit)))),
+        };
         if !value.is_finite() {
             return Err(wrong("it is too large"));
         }
@@ -364,6 +378,8 @@ mod tests {
             ("5400rpm", Quantity::Speed, 5400.0 * TAU / 60.0),
             ("5400 1/min", Quantity::Speed, 5400.0 * TAU / 60.0),
             ("32mm/s", Quantity::Speed, 0.032),
+            ("0.16s/60deg", Quantity::Speed, TAU / 6.0 / 0.16),
+            ("0.16 sec/60°", Quantity::Speed, TAU / 6.0 / 0.16),
             ("12 mNm", Quantity::Torque, 0.012),
             ("21kg.cm", Quantity::Torque, 21.0 * 0.098_066_5),
             ("21 kgf·cm", Quantity::Torque, 21.0 * 0.098_066_5),

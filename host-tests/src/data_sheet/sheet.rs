@@ -44,8 +44,8 @@ pub(super) struct Sheet {
 /// Between the motor and the coordinate.
 #[derive(Debug, Clone)]
 pub(super) struct Gear {
-    /// Turns of the motor for one of the gear's output.
-    pub ratio: f64,
+    /// Turns of the motor for one of the gear's output; none where the sheet of a gearmotor does not say.
+    pub ratio: Option<f64>,
     /// Way for a turn of the gear's output, where there is a screw.
     pub lead: Option<Measure>,
     /// Whether there is gear or screw.
@@ -92,9 +92,15 @@ impl Gear {
     /// Radians of the motor for one unit of the coordinate.
     ///
     /// # Errors
-    /// As [`Gear::output`].
+    /// As [`Gear::output`]; a gear whose ratio nobody has said.
     pub fn motor(&self, asking: &dyn std::fmt::Display) -> Result<f64, String> {
-        Ok(self.ratio * self.output(asking)?)
+        let ratio = self.ratio.ok_or_else(|| {
+            format!(
+                "{asking} is a value of the motor's shaft, and the gear's ratio is not known; --gear-ratio refers it to \
+                 the output"
+            )
+        })?;
+        Ok(ratio * self.output(asking)?)
     }
 
     /// Radians of the shaft whose values the sheet gives for one unit of the coordinate; 1 for a value that
@@ -199,7 +205,8 @@ impl Sheet {
         sheet.check_sides()?;
         if sheet.efficiency.is_some() && !sheet.gear.is_there {
             return Err(
-                "--gear-efficiency without a gear; --gear-ratio or --screw-lead says which".into(),
+                "--gear-efficiency without a gear; --gear-ratio, --screw-lead or --values-of gearmotor says that there is one"
+                    .into(),
             );
         }
         Ok(sheet)
@@ -302,7 +309,7 @@ fn efficiency(args: &Args) -> Result<Option<f64>, String> {
 
 fn gear(args: &Args) -> Result<Gear, String> {
     let ratio = match &args.gear_ratio {
-        None => 1.0,
+        None => None,
         Some(text) => {
             let wrong = || {
                 format!(
@@ -316,14 +323,14 @@ fn gear(args: &Args) -> Result<Gear, String> {
             if !(1.0..=1e6).contains(&ratio) {
                 return Err(wrong());
             }
-            ratio
+            Some(ratio)
         }
     };
     let lead = positive("--screw-lead", &args.screw_lead, Quantity::Length)?;
-    let is_there = args.gear_ratio.is_some() || lead.is_some();
+    let has_ratio_or_lead = ratio.is_some() || lead.is_some();
     let values_behind = match args.values_of.as_deref() {
         Some(side) => side == "gearmotor",
-        None if is_there => {
+        None if has_ratio_or_lead => {
             return Err(
                 "there is a gear or screw, and nothing says whose values these are; expected --values-of \
                  motor (speeds and torques of the motor alone) or --values-of gearmotor (those behind the \
@@ -334,9 +341,10 @@ fn gear(args: &Args) -> Result<Gear, String> {
         None => false,
     };
     Ok(Gear {
-        ratio,
+        // Without a gear, or with a screw alone, the motor turns as the output does. A gearmotor has a gear.
+        ratio: ratio.or((!values_behind || lead.is_some()).then_some(1.0)),
+        is_there: has_ratio_or_lead || values_behind,
         lead,
-        is_there,
         values_behind,
         linear: false,
     })

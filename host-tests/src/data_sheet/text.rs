@@ -67,7 +67,8 @@ pub(super) fn render(args: &Args, sheet: &Sheet, derived: &Derived) -> String {
     file.section("friction");
     file.number("coulomb", &derived.friction.coulomb);
     file.number("static", &derived.friction.breakaway);
-    let ratio = (sheet.gear.ratio != 1.0 && !sheet.gear.linear).then_some(sheet.gear.ratio);
+    let ratio = sheet.gear.ratio;
+    let ratio = ratio.filter(|ratio| *ratio != 1.0 && !sheet.gear.linear);
     if derived.resolution.is_some() || ratio.is_some() {
         file.section("sensor");
     }

@@ -50,7 +50,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             ),
         },
         (Decision::Refused(Refusal::NotSignificant { required }), Some(held_out)) => format!(
-            "its gain on held-out blocks is not significant: p = {}, with so many candidates {} is required",
+            "on data left out of the fit this may be chance (p = {}; with so many things tried, {} is asked for)",
             probability(held_out.p_value),
             probability(required)
         ),

@@ -208,6 +208,28 @@ impl Words<'_> {
         with_unit(factor * value, unit)
     }
 
+    /// A place that has no interval: with the digits that its deviation supports.
+    fn known_place(&self, span: Span) -> String {
+        let (factor, unit) = self.place_scale();
+        let (value, std) = (
+            factor * span.value,
+            factor * (span.high - span.value) / DEVIATIONS,
+        );
+        if !(value.is_finite() && std.is_finite() && std > 0.0) {
+            return with_unit(value, unit);
+        }
+        let power = std.log10().floor();
+        let step = 10f64.powf(power);
+        let rounded = (value / step).round() * step;
+        if rounded != 0.0 && rounded.abs() >= 10f64.powi(DIGITS as i32) * step {
+            return with_unit(value, unit);
+        }
+        let decimals = (-power).max(0.0) as usize;
+        // No sign before a zero.
+        let space = if unit == "°" { "" } else { " " };
+        format!("{:.decimals$}{space}{unit}", rounded + 0.0)
+    }
+
     fn speed(&self, value: f64) -> String {
         if self.workshop.rotary {
             with_unit(value * 60.0 / TAU, "rpm")
@@ -306,11 +328,15 @@ impl Words<'_> {
     fn position_dependent_friction(&self) -> String {
         let period = self.value("period");
         // sin(2πx/P + phase) is largest a quarter of a period, less the phase's share of one, from zero on.
-        let tightest = (period * (0.25 - self.value("phase") / TAU)).rem_euclid(period);
+        let tightest = self
+            .span("phase")
+            .map(|phase| period * (0.25 - phase / TAU));
+        let turns = (tightest.value / period).floor() * period;
+        let tightest = tightest.map(|place| place - turns);
         format!(
             "Friction varies along the stroke, by {} either way: it is tightest at {}, with a period of {}.",
             self.torque(self.span("amplitude")),
-            self.plain_place(tightest),
+            self.known_place(tightest),
             self.plain_place(period)
         )
     }
@@ -351,7 +377,7 @@ impl Words<'_> {
         };
         format!(
             "A spring pulls towards {}, with {} more for each {unit} away from there.",
-            self.plain_place(self.value("rest")),
+            self.known_place(self.span("rest")),
             self.torque(self.span("stiffness").times(each))
         )
     }
@@ -360,7 +386,7 @@ impl Words<'_> {
         format!(
             "A load hangs off the axis: it pulls with up to {}, and hangs at {}.",
             self.torque(self.span("torque")),
-            self.plain_place(self.value("rest"))
+            self.known_place(self.span("rest"))
         )
     }
 

@@ -38,7 +38,7 @@ use crate::vectors::Vectors;
 const LEAST_VALIDATE_WINDOWS: usize = 1;
 
 /// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
-const LEAST_ENTRIES: usize = 8;
+pub(crate) const LEAST_ENTRIES: usize = 8;
 
 /// All cores, and on each sixteen windows at once where the vectors are wide; results are folded in the order of the
 /// windows, so that the sums have the same bits as on one core and one by one.
@@ -642,7 +642,8 @@ pub(super) fn check_logs(
             )
         };
         return fail(format!(
-            "too short; expected at least {samples} samples ({:.3} s) in one log, for {why}",
+            "too short; expected at least {samples} samples ({:.3} s) in one log, for {why}; record longer, or give several with \
+             --train",
             samples as f64 * decimal(data.logs[0].period)
         ));
     }

@@ -303,19 +303,16 @@ impl NextExperiment {
         };
         if let Some(identifiability) = self.low_identifiability {
             doubts.push(format!(
-                "The identifiability of {named} is only {}: fitted parameters do most of what it does.",
-                significant(identifiability, 2)
+                "The fitted numbers, set a little differently, do {:.0} % of what {named} does: take its size with care.",
+                (100.0 * (1.0 - identifiability)).min(MOST_SAID)
             ));
         }
         if !self.near.is_empty() {
-            let near = self.all_in_words(&self.near);
-            let verb = if self.near.len() == 1 {
-                "follows"
-            } else {
-                "follow"
-            };
+            let near: Vec<String> = self.near.iter().map(|name| self.in_words(name)).collect();
             doubts.push(format!(
-                "Refitted, {near} {verb} the logs about as well as {named}."
+                "It may also be {}, not {}: the logs cannot tell.",
+                any_of(&near),
+                self.in_words(named)
             ));
         }
         doubts
@@ -339,22 +336,55 @@ impl NextExperiment {
 }
 
 impl Absorbed {
-    /// With its strength, in a sentence.
+    /// With its strength, in a sentence: the one size that matters, in the units of a workshop.
     fn in_words(&self) -> String {
-        let quantities: Vec<String> = self.parameters.iter().map(Quantity::in_words).collect();
-        format!("{} ({})", self.id, quantities.join(", "))
+        let mut sizes = self.parameters.iter();
+        let size = sizes.find(|quantity| !PLACES.contains(&quantity.name.as_str()));
+        match size {
+            Some(size) => format!("{} ({})", self.id, size.in_words()),
+            None => self.id.clone(),
+        }
     }
 }
 
+/// Most per cent that is said of what other numbers do: all of it, none does.
+const MOST_SAID: f64 = 99.0;
+
+/// Numbers of an effect that say where and when it acts, and not how much.
+const PLACES: [&str; 8] = [
+    "rest",
+    "phase",
+    "period",
+    "begin",
+    "end",
+    "duration",
+    "velocity",
+    "time_constant",
+];
+
 impl Quantity {
     fn in_words(&self) -> String {
-        let scale = Scale::of(&self.unit, [self.value]);
-        let value = significant(self.value * scale.factor, 2);
-        match scale.unit.as_str() {
+        let prefixed = |value: f64, unit: &str| {
+            let scale = Scale::of(unit, [value]);
+            (significant(value * scale.factor, 2), scale.unit)
+        };
+        let (value, unit) = match self.unit.as_str() {
             // A ratio.
-            "1" => format!("{} {value}", self.name),
-            unit => format!("{} {value} {unit}", self.name),
-        }
+            "1" => (significant(100.0 * self.value, 2), "%".to_owned()),
+            "1/s" => (significant(100.0 * self.value, 2), "% a second".to_owned()),
+            "rad" => return format!("{}°", significant(self.value.to_degrees(), 2)),
+            "m" => (significant(1e3 * self.value, 2), "mm".to_owned()),
+            "N·m/rad" => {
+                let (value, unit) = prefixed(self.value.to_radians(), "N·m");
+                (value, format!("{unit} a degree"))
+            }
+            "N/m" => {
+                let (value, unit) = prefixed(1e-3 * self.value, "N");
+                (value, format!("{unit} a millimetre"))
+            }
+            unit => prefixed(self.value, unit),
+        };
+        format!("{value} {unit}")
     }
 }
 

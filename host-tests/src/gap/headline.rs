@@ -19,10 +19,11 @@ pub(super) use self::layout::lines;
 pub use self::next::Step;
 pub(super) use self::next::sentence as next_sentence;
 use super::answer::listed;
+use super::disagreement::words::spoken;
 use super::effect_words::{Workshop, sentence};
 use super::experiment::any_of;
 use super::outcome::{Candidate, FittedParameter, FoundEffect, Outcome, Report};
-use crate::quantity::{Scale, probability, significant};
+use crate::quantity::{Scale, significant};
 
 /// Most effects that the first sentence names; of more it says the number.
 const NAMED: usize = 3;
@@ -289,8 +290,8 @@ fn nothing_proven(outcome: &Outcome) -> String {
              off, and no effect was found that explains why"
         ),
         None => format!(
-            "nothing is proven: the position error is {} times what the sensor's noise leaves to any \
-             model, and nothing that was tried predicts the rest of it",
+            "nothing is proven: the model is off by {} times the sensor's noise, and nothing that was tried predicts the \
+             rest of it",
             significant(residual.times_floor(), 2)
         ),
     }
@@ -429,39 +430,38 @@ pub(super) fn lost(report: &Report) -> Option<String> {
 /// Which fitted numbers stopped at the limit of what the machine file lets them be off: they are no estimates.
 fn at_limit(outcome: &Outcome) -> Option<String> {
     let at_limit = outcome.fit.iter().filter(|number| number.at_limit);
-    let names: Vec<String> = at_limit
+    let (names, limits): (Vec<String>, Vec<String>) = at_limit
         .map(|number| {
-            format!(
-                "{} (at {} {})",
-                number.name,
-                significant(number.fitted, 2),
-                number.unit
-            )
+            let limit = format!("{} {}", significant(number.fitted, 2), number.unit);
+            (spoken(&number.name), limit)
         })
-        .collect();
-    (!names.is_empty()).then(|| {
-        format!(
-            "The fit stopped at the limit of {}: that is no estimate.",
-            listed(&names)
-        )
-    })
+        .unzip();
+    let (verb, is_limit) = match names.len() {
+        0 => return None,
+        1 => ("is", "is only the limit"),
+        _ => ("are", "are only the limits"),
+    };
+    Some(format!(
+        "The logs do not show how large {} {verb}: {} {is_limit} that the fit was allowed to reach.",
+        listed(&names),
+        listed(&limits)
+    ))
 }
+
+/// What the sentence begins with that says how sure it is; it stays however little room there is for others.
+const CHANCE: &str = "Chance alone would show";
 
 /// How often chance alone would show what was found, of the effect that is the least sure.
 fn chance(effects: &[FoundEffect]) -> Option<String> {
     let least = effects
         .iter()
         .max_by(|a, b| a.p_value.total_cmp(&b.p_value))?;
-    let which = if effects.len() > 1 {
-        format!(" for {}, the least sure of them", least.id)
+    let what = if effects.len() > 1 {
+        format!("{}, the least sure of them,", least.id)
     } else {
-        String::new()
+        "this".to_owned()
     };
-    Some(format!(
-        "Something is missing: on data left out of the fit, chance alone would show such a gain {}{which} (p {}).",
-        once_in(least.p_value),
-        probability(least.p_value)
-    ))
+    Some(format!("{CHANCE} {what} {}.", once_in(least.p_value)))
 }
 
 /// A probability as a frequency.

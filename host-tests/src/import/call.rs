@@ -51,6 +51,17 @@ impl Call {
     }
 }
 
+/// Calls of which each makes a log of a part of a file, to be copied in one line.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Calls(Vec<Call>);
+
+impl fmt::Display for Calls {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let calls: Vec<String> = self.0.iter().map(Call::to_string).collect();
+        f.write_str(&calls.join(" && "))
+    }
+}
+
 impl fmt::Display for Call {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let words: Vec<String> = self.words.iter().map(|word| quoted(word)).collect();
@@ -85,23 +96,35 @@ fn escaped(character: char) -> String {
 
 /// A name for the corrected log beside the file, that no file has yet.
 pub(crate) fn out_beside(path: &Path) -> String {
+    names_beside(path, 1).concat()
+}
+
+/// So many names for logs beside the file, that no file has yet.
+fn names_beside(path: &Path, count: usize) -> Vec<String> {
     let shown = path.display().to_string();
-    if shown == "-" {
-        return "log.csv".to_owned();
+    let stem = if shown == "-" { "log" } else { stem_of(&shown) };
+    let names = (1..100).map(|number| match (number, shown.as_str()) {
+        (1, "-") => "log.csv".to_owned(),
+        (1, _) => format!("{stem}-corrected.csv"),
+        (number, "-") => format!("log-{number}.csv"),
+        (number, _) => format!("{stem}-corrected-{number}.csv"),
+    });
+    let free = names.filter(|name| Path::new(name).symlink_metadata().is_err());
+    let mut free: Vec<String> = free.take(count).collect();
+    if free.is_empty() {
+        free.push(format!("{stem}-corrected.csv"));
     }
-    let plain = shown.strip_suffix(".gz").unwrap_or(&shown);
+    free
+}
+
+/// The name of a file without what it ends with.
+fn stem_of(shown: &str) -> &str {
+    let plain = shown.strip_suffix(".gz").unwrap_or(shown);
     let name_starts = plain.rfind(['/', '\\']).map_or(0, |at| at + 1);
-    let stem = match plain[name_starts..].rfind('.') {
+    match plain[name_starts..].rfind('.') {
         Some(dot) if dot > 0 => &plain[..name_starts + dot],
         _ => plain,
-    };
-    let names = (1..100).map(|number| match number {
-        1 => format!("{stem}-corrected.csv"),
-        number => format!("{stem}-corrected-{number}.csv"),
-    });
-    let mut free = names.filter(|name| Path::new(name).symlink_metadata().is_err());
-    free.next()
-        .unwrap_or_else(|| format!("{stem}-corrected.csv"))
+    }
 }
 
 /// The error of a log, with the call that would mend it where there is one: an import of the file at
@@ -144,7 +167,7 @@ pub(crate) fn of_format(path: &Path, bytes: &[u8], expected: &str) -> Option<Inp
 
 /// A call that makes a log of a file, tried out.
 struct Mending {
-    call: Call,
+    call: Calls,
     /// What to put into it that the file does not say: a rate, the size of a share or of a count.
     sizes: Vec<String>,
 }
@@ -163,24 +186,61 @@ fn mending(path: &Path, raw: &mut Raw, mend: &Mend) -> Option<Mending> {
     let mut recipe = guess::recipe(raw)?;
     bring_together(raw, &recipe).ok()?;
     let sizes = recipe.sizes_to_fill_in(raw);
-    recipe.mend(mend, raw).then_some(())?;
+    // What a reading of the numbers finds too is mended by following the recipe; a column of a slow sensor is no fault there.
+    let is_found = matches!(mend, Mend::SkipBad | Mend::Parts(_));
+    (is_found || recipe.mend(mend, raw)).then_some(())?;
     Some(Mending {
         call: tried(path, raw, recipe)?,
         sizes,
     })
 }
 
-/// The call of a recipe, mended until it makes a log.
-pub(super) fn tried(path: &Path, raw: &Raw, mut recipe: Recipe) -> Option<Call> {
+/// The call of a recipe, mended until it makes a log; of a log that is to be cut, those of its parts.
+pub(super) fn tried(path: &Path, raw: &Raw, recipe: Recipe) -> Option<Calls> {
+    let recipes = followed(path, raw, recipe)?;
+    let names = names_beside(path, recipes.len());
+    let calls = recipes.iter().zip(&names);
+    Some(Calls(
+        calls.map(|(recipe, out)| recipe.call(path, out)).collect(),
+    ))
+}
+
+/// A recipe mended until it makes a log, or those of the parts that do; a part is not cut again.
+fn followed(path: &Path, raw: &Raw, recipe: Recipe) -> Option<Vec<Recipe>> {
+    match mended_until_cut(path, raw, recipe)? {
+        (recipe, None) => Some(vec![recipe]),
+        (recipe, Some(parts)) => {
+            let parts = parts.into_iter().map(|part| Recipe {
+                lines: Some(part),
+                ..recipe.clone()
+            });
+            let made = parts.filter_map(|part| match mended_until_cut(path, raw, part)? {
+                (part, None) => Some(part),
+                (_, Some(_)) => None,
+            });
+            let made: Vec<Recipe> = made.collect();
+            (!made.is_empty()).then_some(made)
+        }
+    }
+}
+
+/// The lines of the parts that a log is to be cut into.
+type Parts = Vec<(usize, usize)>;
+
+/// A recipe mended until it makes a log, or until this is to be cut.
+fn mended_until_cut(path: &Path, raw: &Raw, mut recipe: Recipe) -> Option<(Recipe, Option<Parts>)> {
     const MOST: usize = 6;
     for _ in 0..MOST {
         let sources = recipe.parsed(raw).ok()?;
         match convert(path, raw, &recipe, &sources) {
             // What leaves out most of a file has not understood it.
             Ok(made) if 2 * made.left_out > made.rows => return None,
-            Ok(_) => return Some(recipe.call(path, &out_beside(path))),
+            Ok(_) => return Some((recipe, None)),
             Err(fault) => {
                 let mend = fault.mend?;
+                if let Mend::Parts(parts) = mend {
+                    return Some((recipe, Some(parts)));
+                }
                 if mend == Mend::Read || !recipe.mend(&mend, raw) {
                     return None;
                 }

@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
+use super::groups::Read;
 use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
+use super::slow::Slow;
 use super::source::Source;
 use super::stamp::is_cut_clock;
+use crate::gap::engine::LEAST_ENTRIES;
+use crate::gap::metrics::balanced_samples;
 use crate::log::fault::{Fault, Mend};
 use crate::log::rows::{check_value, is_credible, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
@@ -24,6 +28,8 @@ pub(super) struct Converted {
     pub left_out: usize,
     /// Rows that were earlier than one before them, and were moved.
     pub sorted: usize,
+    /// Columns that have a number in every n-th row alone, and were interpolated in the rows between.
+    pub slow: Vec<Slow>,
     /// Turns that were added or taken off, all together.
     pub turns: usize,
     /// The first time stamp, s, where it was made zero.
@@ -54,13 +60,15 @@ pub(super) fn convert(
     let all: Vec<usize> = (0..length).filter(kept).collect();
     let rows = all.len();
     if rows == 0 {
-        let message = format!("no row is left; expected at least {}", Log::MIN_SAMPLES);
+        let least = balanced_samples(LEAST_ENTRIES);
+        let message = format!("no row is left; expected at least {least}");
         return Err(Fault::new(1, message));
     }
     let start = all[0];
-    let (mut chosen, left_out) = good_rows(raw, sources, all, recipe.skip_bad)?;
+    let slow = slow_columns(raw, sources, &all);
+    let (mut chosen, left_out) = good_rows(raw, sources, &slow, all, recipe.skip_bad)?;
     if chosen.is_empty() {
-        let least = Log::MIN_SAMPLES;
+        let least = balanced_samples(LEAST_ENTRIES);
         let message = format!("no row has all the numbers; expected at least {least} that do");
         return Err(Fault::new(raw.lines[start], message));
     }
@@ -88,15 +96,29 @@ pub(super) fn convert(
     let mut turns = 0;
     for (index, source) in sources.iter().filter(|(index, _)| *index != TIME) {
         let read = &raw.columns[source.column].values;
-        let mut values: Vec<f64> = chosen.iter().map(|&row| read[row]).collect();
+        let is_slow = slow.iter().any(|slow| slow.column == source.column);
+        let with_number = || {
+            chosen
+                .iter()
+                .filter(|row| !is_slow || !read[**row].is_nan())
+        };
+        let chosen_rows: Vec<usize> = with_number().copied().collect();
+        let mut values: Vec<f64> = chosen_rows.iter().map(|&row| read[row]).collect();
         if let Some(turn) = recipe
             .unwrap
             .filter(|_| [POSITION, COMMAND].contains(index))
         {
             turns += unwrapped(&mut values, turn_of(source, turn)?);
         }
-        for (value, &row) in values.iter_mut().zip(&chosen) {
+        for (value, &row) in values.iter_mut().zip(&chosen_rows) {
             *value = checked(source.apply_at(row, *value, raw), *index, raw.lines[row])?;
+        }
+        if is_slow {
+            let own: Vec<f64> = chosen_rows.iter().map(|&row| time(row)).collect();
+            let line = raw.lines[chosen[0]];
+            values = interpolated(&own, &values, &stamps).ok_or_else(|| {
+                Fault::new(line, "`time_s` does not rise; expected a clock that runs")
+            })?;
         }
         columns[*index] = Some(values);
     }
@@ -115,6 +137,7 @@ pub(super) fn convert(
         rows,
         left_out,
         sorted,
+        slow,
         turns,
         zero,
         columns,
@@ -134,26 +157,59 @@ fn table_of(raw: &Raw, chosen: &[usize], columns: &Columns) -> Table {
     }
 }
 
-/// The rows in which every column has a number, and how many have not; with `skip_bad` those in which no machine has such
-/// a number are left out too.
+/// The columns of slow sensors. What is no row, for its time has no number, does not count.
+fn slow_columns(raw: &Raw, sources: &[(usize, Source)], rows: &[usize]) -> Vec<Slow> {
+    let time = sources.iter().find(|(index, _)| *index == TIME);
+    let has_time = |row: &&usize| {
+        time.is_none_or(|(_, time)| !raw.columns[time.column].values[**row].is_nan())
+    };
+    let rows: Vec<usize> = rows.iter().filter(has_time).copied().collect();
+    let slow = sources.iter();
+    slow.filter_map(|(index, source)| Slow::find(raw, *index, source, &rows))
+        .collect()
+}
+
+/// The values at their own times brought to others, on the straight line from one to the next.
+fn interpolated(own: &[f64], values: &[f64], times: &[f64]) -> Option<Vec<f64>> {
+    let read = Read::of(own, values)?;
+    let (first, last) = (read.first(), read.last());
+    let at = |time: &f64| read.at(time.clamp(first, last), Course::Seen);
+    Some(times.iter().map(at).collect())
+}
+
+/// The rows in which every column has a number, or gets one as that of a slow sensor, and how many have not; with `skip_bad`
+/// those in which no machine has such a number are left out too.
 fn good_rows(
     raw: &Raw,
     sources: &[(usize, Source)],
+    slow: &[Slow],
     rows: Vec<usize>,
     skip_bad: bool,
 ) -> Result<(Vec<usize>, usize), Fault> {
+    let fills = |row: usize, column: usize| {
+        let mut slow = slow.iter();
+        slow.any(|slow| slow.column == column && slow.fills(row))
+    };
+    let is_blank = |row: usize, column: usize| raw.columns[column].values[row].is_nan();
     let bad = |row: usize| {
         let mut columns = sources
             .iter()
             .flat_map(|(index, source)| source.columns().map(move |column| (*index, column)));
-        columns.find(|(_, column)| raw.columns[*column].values[row].is_nan())
+        columns.find(|(_, column)| is_blank(row, *column) && !fills(row, *column))
     };
     let is_possible = |row: usize| {
         sources.iter().all(|(index, source)| {
             let value = source.apply_at(row, raw.columns[source.column].values[row], raw);
-            is_credible(COLUMNS[*index].0, value)
+            is_blank(row, source.column) || is_credible(COLUMNS[*index].0, value)
         })
     };
+    let mostly_blank = |column: usize| {
+        let blank = rows.iter().filter(|row| is_blank(**row, column));
+        2 * blank.count() > rows.len()
+    };
+    let mostly: Vec<usize> = (sources.iter().flat_map(|(_, source)| source.columns()))
+        .filter(|column| mostly_blank(*column) && slow.iter().all(|slow| slow.column != *column))
+        .collect();
     let before = rows.len();
     let mut good = Vec::with_capacity(before);
     for row in rows {
@@ -169,8 +225,12 @@ fn good_rows(
                 _ => "none".to_owned(),
             };
             let is_cut = index == TIME && is_cut_clock(what.trim_matches('"'));
+            // A column that has no numbers is read the wrong way: without its rows nothing would be left.
+            let is_misread = mostly.contains(&column);
             let remedy = if is_cut {
                 "a clock without its hours or its seconds: have the logger or the spreadsheet write 06:29:54.123"
+            } else if is_misread {
+                "most rows have no number there: see that it is the right column, and what separates the fields (--delimiter)"
             } else {
                 "leave such rows out"
             };
@@ -179,7 +239,7 @@ fn good_rows(
                 COLUMNS[index].0,
                 quoted(&raw.name(column))
             );
-            if is_cut {
+            if is_cut || is_misread {
                 return Err(Fault::new(raw.lines[row], message));
             }
             return Err(Fault::mended_by(raw.lines[row], message, Mend::SkipBad));

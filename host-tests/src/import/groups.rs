@@ -7,7 +7,7 @@ use super::recipe::Recipe;
 use crate::log::{COLUMNS, Course, TIME, counted, quoted};
 
 /// A column read at its own times, in their order.
-struct Read {
+pub(super) struct Read {
     samples: Vec<(f64, f64)>,
     /// The mean step.
     step: f64,
@@ -15,7 +15,7 @@ struct Read {
 
 impl Read {
     /// `None` without two rows that have a time.
-    fn of(time: &[f64], values: &[f64]) -> Option<Self> {
+    pub(super) fn of(time: &[f64], values: &[f64]) -> Option<Self> {
         let pairs = time.iter().copied().zip(values.iter().copied());
         let mut samples: Vec<(f64, f64)> = pairs.filter(|(time, _)| !time.is_nan()).collect();
         samples.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -23,9 +23,19 @@ impl Read {
         (step > 0.0).then_some(Self { samples, step })
     }
 
+    /// The first of its times.
+    pub(super) fn first(&self) -> f64 {
+        self.samples[0].0
+    }
+
+    /// The last of its times.
+    pub(super) fn last(&self) -> f64 {
+        self.samples[self.samples.len() - 1].0
+    }
+
     /// The value at a time: of what holds the last one, else on the line to the next one. Up to a step before the first
     /// row and behind the last one what stands there; farther off there is none.
-    fn at(&self, time: f64, course: Course) -> f64 {
+    pub(super) fn at(&self, time: f64, course: Course) -> f64 {
         let after = self.samples.partition_point(|(own, _)| *own <= time);
         let before = after.checked_sub(1).map(|place| self.samples[place]);
         match (before, self.samples.get(after).copied()) {

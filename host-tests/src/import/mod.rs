@@ -17,6 +17,7 @@ mod mat;
 mod page;
 mod raw;
 mod recipe;
+mod slow;
 mod source;
 pub(crate) mod stamp;
 mod summary;

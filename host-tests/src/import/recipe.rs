@@ -149,7 +149,8 @@ impl Recipe {
     pub fn mend(&mut self, mend: &Mend, raw: &Raw) -> bool {
         let before = self.clone();
         match mend {
-            Mend::Read => return true,
+            // Nothing of the recipe: each part gets one of its own.
+            Mend::Read | Mend::Parts(_) => return true,
             Mend::SkipBad => self.skip_bad = true,
             Mend::Sort => self.sort = true,
             Mend::Lines(first, last) => self.lines = Some((*first, *last)),

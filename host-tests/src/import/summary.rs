@@ -94,7 +94,17 @@ pub(super) fn render(
             stamp?
         ))
     });
-    for line in first_stamp.into_iter().chain(done(converted, is_linear)) {
+    let slow = converted.slow.iter().map(|slow| {
+        format!(
+            "{} has a number in every {} row or so, {} of {}: it was interpolated in the rows between.",
+            raw.name(slow.column),
+            ordinal(slow.every),
+            slow.rows,
+            converted.rows
+        )
+    });
+    let lines = first_stamp.into_iter().chain(slow);
+    for line in lines.chain(done(converted, is_linear)) {
         text += &line;
         text.push('\n');
     }
@@ -227,6 +237,18 @@ fn table(
         ]);
     }
     cells
+}
+
+/// `2nd`, `5th`, `21st`.
+fn ordinal(number: usize) -> String {
+    let ending = match (number % 10, number % 100) {
+        (_, 11..=13) => "th",
+        (1, _) => "st",
+        (2, _) => "nd",
+        (3, _) => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
 }
 
 /// What was done to the rows, one sentence each.

@@ -24,7 +24,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         let message = "is empty; expected a row a sample";
         return Err(InputError::new(path, None, message));
     }
-    let lines = lines(&text);
+    let joined = with_arrows_as_delimiters(&text, reading);
+    let lines = lines(joined.as_deref().unwrap_or(&text));
     let Some(layout) = Layout::find(&lines, reading) else {
         let message = "has no two columns of numbers; expected a row a sample, \
                        its fields apart by commas, semicolons, tabs or spaces (--delimiter)";
@@ -95,6 +96,58 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         raw.layout += &format!(", {} left out", counted(comments, "comment line"));
     }
     Ok(raw)
+}
+
+/// What a serial monitor puts behind the clock that it adds to a line: `12:00:00.002 -> 0.02,1.31`.
+const ARROW: &str = "->";
+
+/// The name of the clock's column where the other columns have names.
+const CLOCK: &str = "clock";
+
+/// The text with a delimiter in place of the arrow behind each line's clock, where most lines have one. The delimiter is what
+/// separates the fields behind it.
+fn with_arrows_as_delimiters(text: &str, reading: &Reading) -> Option<String> {
+    if !text.contains(ARROW) {
+        return None;
+    }
+    let parts = |line: &'_ str| {
+        let (clock, rest) = line.split_once(ARROW)?;
+        let (clock, rest) = (clock.trim(), rest.trim());
+        is_stamp(clock).then(|| (clock.to_owned(), rest.to_owned()))
+    };
+    let all: Vec<(&str, Option<(String, String)>)> = lines(text)
+        .into_iter()
+        .map(|line| (line, parts(line)))
+        .collect();
+    let rests: Vec<&str> = (all.iter())
+        .filter_map(|(_, parts)| parts.as_ref().map(|(_, rest)| rest.as_str()))
+        .collect();
+    if 2 * rests.len() <= all.len() {
+        return None;
+    }
+    let found = Layout::find(
+        &rests,
+        &Reading {
+            header: None,
+            ..reading.clone()
+        },
+    );
+    let found = found.as_ref();
+    let delimiter = found.map_or(Delimiter::Character(','), |layout| layout.delimiter);
+    let comma = found.is_some_and(|layout| layout.decimal_comma);
+    let between = match delimiter {
+        Delimiter::Character(character) => character,
+        Delimiter::Spaces => ' ',
+    };
+    let joined = all.iter().map(|(line, parts)| match parts {
+        Some((clock, rest)) => {
+            let fields = delimiter.split(rest);
+            let is_row = fields.iter().any(|field| number(field, comma).is_some());
+            format!("{}{between}{rest}\n", if is_row { clock } else { CLOCK })
+        }
+        None => format!("{line}\n"),
+    });
+    Some(joined.collect())
 }
 
 /// Columns of time stamps: those with more stamps than numbers in the first rows, so that no row that is damaged decides.
@@ -325,6 +378,38 @@ mod tests {
         }
         let raw = read_text("0;1,5;0,003\n0,25;-2,5;1000\n");
         assert_eq!((raw.names, raw.lines), (vec![String::new(); 3], vec![1, 2]));
+    }
+
+    /// As the serial monitor of the Arduino IDE shows lines where it is told to show their times.
+    #[test]
+    fn an_arrow_behind_a_clock_separates_it() {
+        for (text, names) in [
+            (
+                "12:00:00.002 -> 0.02,1.31,0.5\n12:00:00.252 -> 0.03,1.32,0.6\n",
+                ["", "", "", ""],
+            ),
+            (
+                "12:00:00.002 -> 0.02\t1.31\t0.5\r\n12:00:00.252 -> 0.03\t1.32\t0.6\r\n",
+                ["", "", "", ""],
+            ),
+            (
+                "12:00:00.002 -> 0.02 1.31 0.5\n12:00:00.252 -> 0.03 1.32 0.6\n",
+                ["", "", "", ""],
+            ),
+            (
+                "11:59:59.900 -> u,x,i\n12:00:00.002 -> 0.02,1.31,0.5\n12:00:00.252 -> 0.03,1.32,0.6\n",
+                ["clock", "u", "x", "i"],
+            ),
+        ] {
+            let raw = read_text(text);
+            assert_eq!(raw.names, names, "{text}");
+            let expected = [[0.0, 0.25], [0.02, 0.03], [1.31, 1.32], [0.5, 0.6]];
+            assert_eq!(
+                values(&raw),
+                expected.map(|column| column.to_vec()),
+                "{text}"
+            );
+        }
     }
 
     #[test]

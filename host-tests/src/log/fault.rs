@@ -22,6 +22,8 @@ pub(crate) enum Mend {
     Sort,
     /// To keep these lines, the first and the last one.
     Lines(usize, usize),
+    /// To make a log of each of these parts, by their first and last lines.
+    Parts(Vec<(usize, usize)>),
     /// To believe the order of the rows instead of their stamps, at this rate, Hz.
     Even(f64),
     /// To bring them to this rate, Hz.

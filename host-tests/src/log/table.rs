@@ -14,10 +14,14 @@ use super::{
     LOAD_TORQUE, LONGEST_GAP_S, Log, MAX_PERIOD_S, MIN_PERIOD_S, MOST_UNTIMED, POSITION, SLOWER,
     TIME, VELOCITY, counted, median, rounded,
 };
-use crate::gap::metrics::SETTLING;
+use crate::gap::engine::LEAST_ENTRIES;
+use crate::gap::metrics::{SETTLING, balanced_samples};
 use crate::import::stamp::is_stamp;
 use crate::import::unit::{Unit, unit_of_step, unit_of_time};
 use crate::quantity::given;
+
+/// Most parts of a log with gaps for which an import is printed.
+const MOST_PARTS: usize = 4;
 
 /// Whether time stamps are a grid.
 pub(crate) enum Spacing {
@@ -146,14 +150,32 @@ impl Table {
     /// The lines of the longest stretch of rows that does not break anywhere; `breaks` says whether one
     /// does before a row.
     fn longest_run(&self, breaks: impl Fn(usize) -> bool) -> Mend {
+        let longest = self.runs(breaks).into_iter();
+        let (start, end) = longest
+            .max_by_key(|(start, end)| (end - start, usize::MAX - start))
+            .unwrap_or((0, self.lines.len()));
+        Mend::Lines(self.lines[start], self.lines[end - 1])
+    }
+
+    /// The stretches of rows that do not break anywhere, each by its first row and the one behind its last.
+    fn runs(&self, breaks: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
         let rows = self.lines.len();
         let starts: Vec<usize> = (0..rows).filter(|&row| row == 0 || breaks(row)).collect();
         let ends = starts[1..].iter().copied().chain([rows]);
-        let longest = starts.iter().copied().zip(ends);
-        let (start, end) = longest
-            .max_by_key(|(start, end)| (end - start, usize::MAX - start))
-            .unwrap_or((0, rows));
-        Mend::Lines(self.lines[start], self.lines[end - 1])
+        starts.iter().copied().zip(ends).collect()
+    }
+
+    /// The longest of these stretches, in their order.
+    fn longest_parts(&self, mut runs: Vec<(usize, usize)>) -> Mend {
+        runs.sort_by_key(|(start, end)| std::cmp::Reverse(end - start));
+        runs.truncate(MOST_PARTS);
+        runs.sort_unstable();
+        let lines = runs.into_iter();
+        Mend::Parts(
+            lines
+                .map(|(start, end)| (self.lines[start], self.lines[end - 1]))
+                .collect(),
+        )
     }
 
     /// The rate that these rows have if they are even and only their stamps are not, Hz.
@@ -179,9 +201,9 @@ impl Table {
         }
         let message = format!(
             "the log ends after {}, expected at least {}: the filters of the torque balance settle over the {SETTLING} at \
-             either end",
+             either end; record longer",
             counted(samples, "sample"),
-            Log::MIN_SAMPLES
+            balanced_samples(LEAST_ENTRIES)
         );
         Err(Fault::new(line, message))
     }
@@ -354,12 +376,16 @@ impl Table {
         let is_gap = |step: f64| instants.filled_in(step) > 0 && step > LONGEST_GAP_S;
         let in_motion = |interval: usize| is_gap(steps[interval]) && self.moves_around(interval);
         if let Some(interval) = (0..steps.len()).find(|&interval| in_motion(interval)) {
+            let runs = self.runs(|row| in_motion(row - 1));
+            let cut = match runs.len() {
+                2 => "cut the log here and give both parts",
+                _ => "cut the log at each such gap and give the parts",
+            };
             let fault = format!(
-                "{} in the middle of motion, at most {LONGEST_GAP_S} s are filled in; cut the log here \
-                 and give both parts",
+                "{} in the middle of motion, at most {LONGEST_GAP_S} s are filled in; {cut}",
                 describe_step(steps[interval], period)
             );
-            return refuse(interval, fault, self.longest_run(|row| in_motion(row - 1)));
+            return refuse(interval, fault, self.longest_parts(runs));
         }
         let filled = |step: &f64| instants.filled_in(*step) as f64;
         let made_up: f64 = steps.iter().map(filled).sum();

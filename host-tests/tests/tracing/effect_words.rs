@@ -31,6 +31,30 @@ fn effect(id: &str, values: &[(&str, f64, f64)]) -> FoundEffect {
     }
 }
 
+/// A place that has no interval beside it has no digits that its deviation takes away.
+#[test]
+fn a_place_has_the_digits_that_are_known() {
+    let hangs = |rest: f64, std: f64| {
+        let rest = rest.to_radians();
+        rotary(
+            "gravity",
+            &[("torque", 0.5, 0.01), ("rest", rest, std.to_radians())],
+        )
+    };
+    for (rest, std, said) in [
+        (0.001_88, 0.4, "hangs at 0.0°"),
+        (-0.001_88, 0.4, "hangs at 0.0°"),
+        (17.234, 0.4, "hangs at 17.2°"),
+        (17.234, 3.0, "hangs at 17°"),
+        (17.234, 20.0, "hangs at 20°"),
+        (17.234, 0.001, "hangs at 17.2°"),
+        (0.001_88, 1e-6, "hangs at 0.00188°"),
+    ] {
+        let sentence = hangs(rest, std);
+        assert!(sentence.contains(said), "{rest} ± {std}: {sentence}");
+    }
+}
+
 /// Logs of up to 12 V, 6 N·m, 2 A rms and 10 rad/s, 8 s long, of a machine with 0.12 N·m of friction.
 const DEMAND: Demand = Demand {
     voltage: 12.0,
@@ -214,7 +238,7 @@ fn frictions_are_said_at_what_the_logs_have() {
     ];
     says(
         &rotary("position_dependent_friction", &values),
-        &["20.0 mN·m", "tightest at 28.6°", "period of 115°"],
+        &["20.0 mN·m", "tightest at 29°", "period of 115°"],
     );
     // A cosine, whose phase as a sine is a quarter of a turn, at its beginning.
     let values = [

@@ -224,7 +224,11 @@ mod bad_logs {
         let bench = Bench::new();
         bench.refuses_log("", Some(1), &["empty", "expected a log"]);
         let header = format!("{HEADER}\n");
-        bench.refuses_log(header, Some(1), &["0 samples", "expected at least 100"]);
+        bench.refuses_log(
+            header,
+            Some(1),
+            &["0 samples", "expected at least 171", "record longer"],
+        );
     }
 
     #[test]
@@ -295,7 +299,13 @@ mod bad_logs {
         // the one that the last step reaches.
         bench.write("170.csv", head(170));
         bench.write("232.csv", head(232));
-        let words = ["too short", "expected at least 171 samples (0.171 s)"];
+        // One number, however few there are.
+        bench.refuses_log(head(15), Some(16), &["15 samples", "expected at least 171"]);
+        let words = [
+            "too short",
+            "expected at least 171 samples (0.171 s)",
+            "record longer, or give several with --train",
+        ];
         bench.refuses(&["--train", "170.csv"], "170.csv", &words);
         bench.write("171.csv", head(171));
         bench.answer(&["--train", "171.csv"]);

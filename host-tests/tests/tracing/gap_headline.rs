@@ -297,6 +297,102 @@ fn the_first_sentence_says_what_the_effect_may_be_instead() {
     );
 }
 
+/// An answer whose one effect may be another one, with more to say than there is room for.
+fn in_doubt() -> Report {
+    let mut report = example();
+    report.outcome.effects.truncate(1);
+    let effect = &mut report.outcome.effects[0];
+    effect.equivalent = vec!["offset_torque".into()];
+    effect.presumes = ["resistance", "torque_constant"]
+        .map(str::to_owned)
+        .to_vec();
+    report.declared = vec![DeclaredEffect {
+        id: "load_dependent_friction".into(),
+        parameters: [("share".to_owned(), 0.3)].into(),
+        line: 1,
+    }];
+    report.outcome.next_experiment = Some(NextExperiment {
+        equivalent: vec!["offset_torque".into()],
+        near: vec!["cogging".into()],
+        low_identifiability: Some(0.095),
+        ..NextExperiment::open(
+            vec!["asymmetric_viscous".into(), "offset_torque".into()],
+            Bounds {
+                input: 1.0,
+                lowest_position: -1.0,
+                highest_position: 1.0,
+                speed: 1.0,
+            },
+        )
+    });
+    report
+}
+
+/// How sure it is comes before the line to copy, in whose place a file can be written.
+#[test]
+fn how_sure_it_is_stays_where_room_is_short() {
+    let headline = Headline::of(&in_doubt());
+    let all = format!("{} {}", headline.gain, headline.certainty);
+    let [text, _] = brief(&in_doubt());
+    let said = words(&in_doubt());
+    assert!(!said.contains(&all), "there is room for all of it:\n{text}");
+    assert!(said.contains("Chance alone would show this "), "{text}");
+    assert!(!text.contains("  declared_effects"), "{text}");
+    assert!(
+        said.contains("Next: ")
+            && said.contains("to keep it, run it again with --machine-out FILE"),
+        "{text}"
+    );
+}
+
+/// The words of a doubt are those of whoever stands beside the machine: no statistics, and sizes in degrees and per cent.
+#[test]
+fn a_doubt_is_said_in_plain_words() {
+    let certainty = Headline::of(&in_doubt()).certainty;
+    for part in [
+        "The fitted numbers, set a little differently, do 90 % of what asymmetric_viscous does: take its size with care.",
+        "It may also be cogging, not asymmetric_viscous: the logs cannot tell.",
+    ] {
+        assert!(certainty.contains(part), "no {part:?} in {certainty}");
+    }
+    let quantity = |name: &str, value: f64, unit: &str| Quantity {
+        name: name.into(),
+        value,
+        unit: unit.into(),
+    };
+    let mut report = variant("no effect");
+    let mut open = open_questions();
+    open.absorbed = vec![
+        Absorbed {
+            id: "spring".into(),
+            parameters: vec![
+                quantity("stiffness", 8.4e-5, "N·m/rad"),
+                quantity("rest", -344.0, "rad"),
+            ],
+        },
+        Absorbed {
+            id: "backlash".into(),
+            parameters: vec![quantity("width", 0.01, "rad")],
+        },
+    ];
+    report.outcome.next_experiment = Some(open);
+    let certainty = Headline::of(&report).certainty;
+    let part = "These logs would not show spring (1.5 µN·m a degree) or backlash (0.57°): other fitted numbers make up for it.";
+    assert!(certainty.contains(part), "no {part:?} in {certainty}");
+}
+
+/// An error that has almost gone is said in a unit in which it has digits.
+#[test]
+fn an_error_that_has_almost_gone_keeps_its_digits() {
+    let mut report = example();
+    report.coordinate = "rad".into();
+    let validate = report.outcome.errors.validate.as_mut().unwrap();
+    (validate.before.position_rms, validate.after.position_rms) = (1.17, 2.79e-4);
+    let gain = Headline::of(&report).gain;
+    let part = "the position error went from 1.17 rad to 0.279 mrad rms";
+    assert!(gain.contains(part), "no {part:?} in {gain}");
+}
+
 /// A file with a list of effects takes the line as it is printed in place of its own.
 #[test]
 fn the_line_that_declares_an_effect_keeps_what_is_declared() {
@@ -449,7 +545,7 @@ fn found_effects_are_said_with_size_gain_certainty_and_next_step() {
         "On the validation log, which nothing was fitted to, the position error went from 308 µm to 106 µm \
          rms (-66 %), the unexplained force from 7.19 % to 3.68 % (-49 %)",
         // The larger of 1.04e-6 and 0.0042.
-        "once in 240 logs for sensor_delay, the least sure of them (p 0.0042)",
+        "Chance alone would show sensor_delay, the least sure of them, once in 240 logs.",
         "Next: to keep all of that, run it again with --machine-out FILE.",
     ] {
         assert!(text.contains(part), "no {part:?} in {text}");
@@ -515,7 +611,10 @@ fn no_factor_is_asked_for_that_would_change_nothing() {
     let viscous = numbers.find(|number| number.at_limit).unwrap();
     viscous.fitted = viscous.declared / 45.0;
     let text = words(&report);
-    assert!(text.contains("stopped at the limit of viscous"), "{text}");
+    assert!(
+        text.contains("do not show how large viscous friction is"),
+        "{text}"
+    );
     assert!(!text.contains("larger factor"), "{text}");
     assert!(!text.contains("is a guess"), "{text}");
     let mut numbers = report.outcome.fit.iter_mut();
@@ -588,8 +687,8 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
         (
             "nothing proven",
             &[
-                "nothing is proven: the position error is 4.0 times",
-                "Next: check that your logger writes each input into the row from which it acts",
+                "nothing is proven: the model is off by 4.0 times the sensor's noise",
+                "Next: check that your logger writes the input (voltage, duty) at the moment it is set, not a row later",
                 "record a longer log, slow and fast",
             ],
         ),
@@ -605,8 +704,8 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
         (
             "at limit",
             &[
-                "The fit stopped at the limit of viscous (at ",
-                "): that is no estimate.",
+                "The logs do not show how large viscous friction is: ",
+                " N·s/m is only the limit that the fit was allowed to reach.",
                 "Next: if what the machine file says of viscous (",
                 ") is a guess, give viscous a larger factor than 3.0 in `unsure` of [fit]",
             ],
@@ -614,8 +713,7 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
         (
             "no validation",
             &[
-                "On the training log the position error went",
-                "No validation log was given",
+                "On the training log itself, of which nothing was kept back, the position error went",
                 "Next: record a second log, not for the fit, and give it with --validate",
             ],
         ),

@@ -154,8 +154,8 @@ fn the_verdicts_are_told_apart() {
         (
             "nothing proven",
             vec![
-                "slide: nothing is proven: the position error is 4.0 times what the sensor's noise \
-                 leaves to any model, and nothing that was tried predicts the rest of it.",
+                "slide: nothing is proven: the model is off by 4.0 times the sensor's noise, and nothing that was tried \
+                 predicts the rest of it.",
             ],
         ),
         (
@@ -179,7 +179,7 @@ fn the_verdicts_are_told_apart() {
         ),
         (
             "no validation",
-            vec!["On the training log", "unseen data is not known"],
+            vec!["On the training log", "of which nothing was kept back"],
         ),
         ("diverged", vec!["diverged", "167.2 ± not determined N·s/m"]),
     ] {
@@ -198,7 +198,7 @@ fn the_page_says_which_number_stopped_at_its_limit() {
     let report = variant("at limit");
     let page = page(&report);
     assert!(page.contains("5494 N·s/m (stopped at its limit)"));
-    assert!(page.contains("The fit stopped at the limit of viscous"));
+    assert!(page.contains("The logs do not show how large viscous friction is"));
 }
 
 #[test]

@@ -344,6 +344,11 @@ fn evidence(before: &Reading, after: &Reading) -> String {
     }
     // What the sensor says of itself is the most direct.
     mended.sort_by_key(|clue| !matches!(clue.subject, Subject::Resolution(..)));
+    let mut numbers = 0;
+    mended.retain(|clue| {
+        numbers += usize::from(matches!(clue.subject, Subject::Number(_)));
+        numbers <= MOST_NUMBERS || !matches!(clue.subject, Subject::Number(_))
+    });
     let mended = mended.into_iter().take(3).map(sentence);
     let mended: Vec<String> = mended.collect();
     format!("{}{}", mended.join("; "), agreement(after))
@@ -373,11 +378,16 @@ fn agreement(after: &Reading) -> String {
 fn sentence(clue: &Clue) -> String {
     match clue.subject {
         Subject::Number(name) if clue.ratio < 0.0 => {
-            format!("as declared, the log asks for a negative {}", spoken(name))
+            format!(
+                "taken as it is, the log fits only a {} with a negative {}",
+                owner(name),
+                spoken(name)
+            )
         }
         Subject::Number(name) => {
             format!(
-                "as declared, the log asks for {} the {} of the machine file",
+                "taken as it is, the log fits only a {} with {} the {} in the machine file",
+                owner(name),
                 times(clue.ratio),
                 spoken(name)
             )
@@ -445,6 +455,17 @@ fn times(ratio: f64) -> String {
         format!("-1/{} of", significant(-1.0 / ratio, 2))
     } else {
         format!("1/{} of", significant(1.0 / ratio, 2))
+    }
+}
+
+/// Most numbers of the machine file that an evidence tells: one that is off takes the others with it.
+const MOST_NUMBERS: usize = 2;
+
+/// What a number of a machine file is one of.
+fn owner(name: &str) -> &'static str {
+    match name {
+        "resistance" | "inductance" | "torque_constant" => "motor",
+        _ => "machine",
     }
 }
 

@@ -10,9 +10,14 @@ use crate::quantity::{Scale, change};
 /// Ratio of two errors up to which the second one is no worse.
 const NO_WORSE: f64 = 1.01;
 
-/// One kind of error before and after, in one unit.
-struct Movement {
+/// So many times an error is at least one of the unit that it is said in.
+const LEAST_SAID: f64 = 10.0;
+
+/// One kind of error before and after.
+struct Movement<'a> {
     label: &'static str,
+    /// Without its prefix; none of a share.
+    unit: Option<&'a str>,
     scale: Scale,
     before: f64,
     after: f64,
@@ -22,7 +27,7 @@ struct Movement {
     suffix: &'static str,
 }
 
-impl Movement {
+impl Movement<'_> {
     /// Whether it is worse after than before, where it was one before; that of a replay that diverges is.
     fn rises(&self) -> bool {
         let added = (self.after * self.after - self.before * self.before).sqrt();
@@ -32,6 +37,15 @@ impl Movement {
 
     fn is_larger(&self) -> bool {
         self.after > NO_WORSE * self.before
+    }
+
+    /// The unit of the error after: that of the one before, unless it has become so small that only zeros would be said.
+    fn scale_after(&self) -> Scale {
+        let least = LEAST_SAID * self.after;
+        match self.unit {
+            Some(unit) if self.after > 0.0 && least < self.before => Scale::of(unit, [least]),
+            _ => self.scale.clone(),
+        }
     }
 
     /// Whether it rises, and clearly.
@@ -46,7 +60,7 @@ impl Movement {
         if !self.after.is_finite() {
             return format!("the {label}{verb} from {before}{suffix} beyond all bounds");
         }
-        let after = self.scale.quantity(self.after);
+        let after = self.scale_after().quantity(self.after);
         let change = change(self.before, self.after);
         let told = if self.is_larger() && !self.rises() {
             ", less than the sensor can tell"
@@ -59,15 +73,16 @@ impl Movement {
 }
 
 /// The errors that a model is judged by.
-fn movements(stages: &Stages, report: &Report) -> [Movement; 3] {
+fn movements<'a>(stages: &Stages, report: &'a Report) -> [Movement<'a>; 3] {
     let floor = report
         .outcome
         .residual
         .map_or(0.0, |residual| residual.floor);
-    let movement = |label, unit: Option<&str>, suffix, pick: fn(&ErrorSet) -> f64| {
+    let movement = |label, unit: Option<&'a str>, suffix, pick: fn(&ErrorSet) -> f64| {
         let (before, after) = (pick(&stages.before), pick(&stages.after));
         Movement {
             label,
+            unit,
             scale: unit.map_or_else(Scale::percent, |unit| Scale::of(unit, [before])),
             before,
             after,
@@ -147,7 +162,7 @@ pub(super) fn rises(report: &Report) -> Vec<String> {
     let mut risen_on = Vec::new();
     let (stages, logs_there) = judged(report);
     let movements_there = movements(stages, report);
-    let risen = |movements: &[Movement; 3]| -> Vec<String> {
+    let risen = |movements: &[Movement<'_>; 3]| -> Vec<String> {
         let risen = movements.iter().filter(|movement| movement.rises());
         risen.map(|movement| movement.in_words(" rose")).collect()
     };
@@ -179,22 +194,20 @@ pub(super) fn rises(report: &Report) -> Vec<String> {
 pub(super) fn gain(report: &Report) -> String {
     let outcome = &report.outcome;
     if outcome.verdict == Verdict::LogAndMachineDisagree {
-        return "Nothing was traced: with such files any effect would be an artefact.".to_owned();
+        return "Nothing was traced: with such files anything found now would be a false alarm."
+            .to_owned();
     }
     let (stages, logs) = judged(report);
     let movements = movements(stages, report);
-    let unseen = match &outcome.errors.validate {
-        Some(_) => ", which nothing was fitted to,",
-        None => "",
-    };
-    let caveat = match &outcome.errors.validate {
-        Some(_) => "",
-        None => " No validation log was given: how the model does on unseen data is not known.",
+    let unseen = match (&outcome.errors.validate, report.train.len()) {
+        (Some(_), _) => ", which nothing was fitted to,",
+        (None, 0 | 1) => " itself, of which nothing was kept back,",
+        (None, _) => " themselves, of which nothing was kept back,",
     };
     if !is_extended(outcome) {
         let [position, torque, _] = &movements;
         return format!(
-            "On {logs}{unseen} the position error of the fitted model is {} rms, its {} {}.{caveat}",
+            "On {logs}{unseen} the position error of the fitted model is {} rms, its {} {}.",
             position.scale.quantity(position.after),
             torque.label,
             torque.scale.quantity(torque.after)
@@ -202,19 +215,19 @@ pub(super) fn gain(report: &Report) -> String {
     }
     let mut better = movements.iter().filter(|movement| !movement.rises());
     let Some(first) = better.next() else {
-        return format!("On {logs}{unseen} no error has become smaller.{caveat}");
+        return format!("On {logs}{unseen} no error has become smaller.");
     };
     let first = first.in_words(" went");
     // A sentence for the last one, which may find no room.
     let others: Vec<String> = better.map(|movement| movement.in_words("")).collect();
     match &others[..] {
-        [] => format!("On {logs}{unseen} {first}.{caveat}"),
-        [second] => format!("On {logs}{unseen} {first} and {second}.{caveat}"),
+        [] => format!("On {logs}{unseen} {first}."),
+        [second] => format!("On {logs}{unseen} {first} and {second}."),
         [second, third, ..] => {
             let third = third.replacen(" from ", " went from ", 1);
             let third = third.replacen("the ", "The ", 1);
             let costs = free_run_costs(report);
-            format!("On {logs}{unseen} {first}, {second}.{caveat} {third}.{costs}")
+            format!("On {logs}{unseen} {first}, {second}. {third}.{costs}")
         }
     }
 }

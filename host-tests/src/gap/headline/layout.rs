@@ -1,7 +1,9 @@
 //! The answer for people as a terminal shows it.
 
-use super::next::{Step, sentence};
-use super::{Headline, NAMED, is_doubt_in_finding, rises};
+use std::borrow::Cow;
+
+use super::next::{Step, sentence, without_line};
+use super::{CHANCE, Headline, NAMED, is_doubt_in_finding, rises};
 use crate::gap::answer::listed;
 use crate::gap::outcome::{Outcome, Report};
 use crate::gap::terminal::{Style, WIDTH, printable, wrapped};
@@ -38,10 +40,11 @@ struct Shown<'h> {
     /// The one sentence that stays of it.
     shortest_gain: &'h str,
     certainty: Vec<&'h str>,
-    /// So many sentences of it stay as long as anything else can be left out: that of the doubt, which is the last.
+    /// So many sentences of it stay as long as anything else can be left out, beside the one that says how sure it is: that of
+    /// the doubt, which is the last.
     least_certainty: usize,
     /// What to do, each with its lines to copy.
-    next: Vec<&'h [Step]>,
+    next: Vec<Cow<'h, [Step]>>,
     name: String,
     note: Option<String>,
     /// Whether it stays as long as the effects are named with their sizes.
@@ -62,6 +65,7 @@ impl<'h> Shown<'h> {
             next: headline
                 .next
                 .chunk_by(|_, step| matches!(step, Step::Copy(_)))
+                .map(Cow::Borrowed)
                 .collect(),
             name: shortened(&printable(&report.outcome.machine), NAME),
             note: resampled(&report.outcome, &report.coordinate),
@@ -116,17 +120,20 @@ impl<'h> Shown<'h> {
     }
 
     /// Leaves out the sentence, the step or the detail that is needed least; false if none can be left out. What the
-    /// logs cannot tell apart is the end of the certainty, so that loses its beginning. The errors on unseen data stay.
+    /// logs cannot tell apart is the end of the certainty, so that loses its beginning; how sure it is stays longest. The
+    /// errors on unseen data stay.
     fn leave_out(&mut self) -> bool {
-        if self.certainty.len() > self.least_certainty {
-            self.certainty.remove(0);
+        if let Some(place) = self.least_certain() {
+            self.certainty.remove(place);
         } else if self.gain.len() > 1 {
             self.gain.pop();
+        } else if let Some((place, steps)) = self.with_line() {
+            self.next[place] = Cow::Owned(steps);
         } else if self.detailed > LEAST_DETAILED {
             self.detailed -= 1;
         } else if let Some(place) = self.least_step() {
             self.next.remove(place);
-        } else if self.certainty.pop().is_some() || !self.keeps_note && self.note.take().is_some() {
+        } else if self.leave_out_certainty() || !self.keeps_note && self.note.take().is_some() {
             // One of them is out.
         } else if self.gain != [self.shortest_gain] {
             self.gain = vec![self.shortest_gain];
@@ -148,14 +155,35 @@ impl<'h> Shown<'h> {
 }
 
 impl Shown<'_> {
+    /// The sentence of the certainty that is needed least, if one can be left out while there is anything else.
+    fn least_certain(&self) -> Option<usize> {
+        let kept = self.certainty.len().saturating_sub(self.least_certainty);
+        (0..kept).find(|&place| !self.certainty[place].starts_with(CHANCE))
+    }
+
+    /// Leaves out how sure it is, then what the logs cannot tell apart; false where neither is there.
+    fn leave_out_certainty(&mut self) -> bool {
+        let is_there = !self.certainty.is_empty();
+        if is_there {
+            self.certainty.remove(0);
+        }
+        is_there
+    }
+
+    /// The step with a line to declare an effect by, and the same without that line.
+    fn with_line(&self) -> Option<(usize, Vec<Step>)> {
+        let mut steps = self.next.iter().enumerate();
+        steps.find_map(|(place, steps)| Some((place, without_line(steps)?)))
+    }
+
     /// The step that is needed least, if one can be left out: not the first one, nor that a file was written; what is
     /// there to be copied goes last.
     fn least_step(&self) -> Option<usize> {
         let is_plain = |steps: &[Step]| matches!(steps, [Step::Do(_)]);
         let is_written = |steps: &[Step]| matches!(steps, [Step::Written(_), ..]);
         let places = || (1..self.next.len()).rev();
-        let plain = places().find(|&place| is_plain(self.next[place]));
-        plain.or_else(|| places().find(|&place| !is_written(self.next[place])))
+        let plain = places().find(|&place| is_plain(&self.next[place]));
+        plain.or_else(|| places().find(|&place| !is_written(&self.next[place])))
     }
 }
 

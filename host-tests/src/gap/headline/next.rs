@@ -14,6 +14,24 @@ use crate::gap::outcome::{FittedParameter, FoundEffect, FreeMotor, NUMBERS, Outc
 use crate::machine::{DeclaredEffect, MOTOR};
 use crate::quantity::{Scale, given, significant};
 
+/// How the machine file with what was found is written.
+const AGAIN: &str = "run it again with --machine-out FILE";
+
+/// The same as a step.
+const KEEP: &str = "to keep it, run it again with --machine-out FILE";
+
+/// What does the same by hand.
+const DECLARE: &str = "have `declared_effects` in [fit] as below";
+
+/// A step without the line to declare an effect by, where it has one: what keeps the effect does without.
+pub(super) fn without_line(steps: &[Step]) -> Option<Vec<Step>> {
+    let [Step::Do(words), Step::Copy(_)] = steps else {
+        return None;
+    };
+    let is_it = words.strip_prefix(KEEP)?.ends_with(DECLARE);
+    is_it.then(|| vec![said(KEEP)])
+}
+
 /// Most remedies that the answer shows, so that it keeps to its lines.
 const MOST_REMEDIES: usize = 5;
 
@@ -116,8 +134,8 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             steps.extend(experiment(outcome.next_experiment.as_ref(), unit));
             // A current that is there shows where an input is written late or early; one that is not is missed.
             steps.push(said(if has_current(report) {
-                "check that your logger writes each input into the row from which it acts; record a longer log, slow and \
-                 fast, both ways and with many reversals, and give it with another --train"
+                "check that your logger writes the input (voltage, duty) at the moment it is set, not a row later; record a \
+                 longer log, slow and fast, both ways and with many reversals, and give it with another --train"
             } else {
                 "record a longer log, slow and fast, both ways and with many reversals, with current_a if it can be \
                  measured, and give it with another --train"
@@ -359,7 +377,7 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
     let freed: Vec<String> = freed
         .map(|parameter| format!("`{} = {}`", parameter.name, given(parameter.fitted)))
         .collect();
-    let again = "run it again with --machine-out FILE";
+    let again = AGAIN;
     match (outcome.effects.as_slice(), freed.len()) {
         ([], 0) => {}
         ([], count) if count <= MOTOR.len() => steps.push(said(&format!(
@@ -370,9 +388,7 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
             // The whole line: a second one of its name would be an error.
             let known = report.declared.iter().map(DeclaredEffect::to_toml);
             let all: Vec<String> = known.chain([one.declare.clone()]).collect();
-            steps.push(said(&format!(
-                "to keep it, {again}, or have `declared_effects` in [fit] as below"
-            )));
+            steps.push(said(&format!("{KEEP}, or {DECLARE}")));
             steps.push(Step::Copy(format!(
                 "declared_effects = [{}]",
                 all.join(", ")

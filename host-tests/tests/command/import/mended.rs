@@ -41,7 +41,13 @@ fn mends(content: impl AsRef<[u8]>, words: &[&str]) {
         panic!("no call: {error}");
     };
     let call = &error[start..];
-    place.follow(call);
+    // Of a log that is to be cut a call for each part.
+    for (part, call) in call.split(" && ").enumerate() {
+        place.follow(call);
+        if part > 0 {
+            verdict(&place, &format!("my~log-corrected-{}.csv", part + 1));
+        }
+    }
     let made = place.path("my log-corrected.csv");
     assert!(made.is_file(), "{call}");
     let made = Log::read(&made).expect("a log");
@@ -190,7 +196,15 @@ fn times() {
         1_200..1_600 => String::new(),
         _ => format!("{t:.4}"),
     });
-    mends(gap, &["middle of motion", "--lines 1202-2601"]);
+    mends(
+        gap,
+        &[
+            "middle of motion",
+            "cut the log here and give both parts: cargo hil import",
+            "--lines 2-1201 --out \"my log-corrected.csv\" && cargo hil import",
+            "--lines 1202-2601 --out \"my log-corrected-2.csv\"",
+        ],
+    );
     let coarse = timed(&|_, t| format!("{t:.2}"));
     mends(coarse, &["more digits", "--rate 1000"]);
     // Stamps that scatter, a few or a third of them into the row before: the rows are even all the same.

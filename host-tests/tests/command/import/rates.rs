@@ -91,3 +91,104 @@ fn rows_can_be_cut_sorted_and_left_out() {
     place.refuses(&refused, &["raw.csv:22: ", "\"lost\"", "--skip-bad"]);
     place.refuses(&format!("{refused} --lines 9-3"), &["--lines", "2-5001"]);
 }
+
+/// A sensor that is slower than the drive leaves its cells blank in the rows between: these keep their inputs.
+#[test]
+fn a_slow_sensor_is_interpolated_between_its_rows() {
+    let position = |k: usize| 0.3 * (0.004 * k as f64).sin();
+    // A reading late by a row, and one that is missing.
+    let reads = |k: usize| match k {
+        500 | 1_000 => false,
+        501 => true,
+        _ => k.is_multiple_of(5),
+    };
+    let raw = |turn: f64| {
+        rows("t,u,x,i", 2_000, |k| {
+            let x = position(k).rem_euclid(turn);
+            let x = if reads(k) {
+                format!("{x:.9}")
+            } else {
+                String::new()
+            };
+            format!("{:.3},{},{x},{}", 1e-3 * k as f64, k % 7, k % 3)
+        })
+    };
+    let place = Place::with("raw.csv", raw(0.5));
+    let (log, said) =
+        place.import("raw.csv --time t --input u --position x --current i --unwrap 0.5");
+    assert_eq!((log.samples(), log.period_s), (2_000, 1e-3));
+    near(&log.input, |k| (k % 7) as f64);
+    let sentence = "x has a number in every 5th row or so, 399 of 2000: it was interpolated in the rows between.";
+    assert!(said.contains(sentence), "{said}");
+    for (k, value) in log.position.iter().enumerate().take(1_996) {
+        assert!((value - position(k)).abs() < 1e-4, "{k}: {value}");
+    }
+    // Where a log is read as it is, the call that is printed does it.
+    let log = raw(10.0).replacen("t,u,x,i", "time_s,input,position,current_a", 1);
+    let place = Place::with("log.csv", log);
+    place.write("machine.toml", Machine::force_slide().to_toml());
+    let error = place
+        .run("gap --machine machine.toml --train log.csv")
+        .stderr;
+    let error = text(&error);
+    assert!(
+        error.contains("cargo hil import") && !error.contains("--skip-bad"),
+        "{error}"
+    );
+    // Cells that are blank without a rule are none of a slow sensor.
+    let place = Place::with(
+        "raw.csv",
+        rows("t,u,x", 2_000, |k| match k % 97 {
+            3 | 11 | 40 => format!("{k},1,"),
+            _ => format!("{k},1,{k}"),
+        }),
+    );
+    place.refuses(
+        "import raw.csv --time t:ms --input u --position x --out log.csv",
+        &[
+            "the number for `position` is empty",
+            "leave such rows out",
+            "--skip-bad",
+        ],
+    );
+}
+
+/// A file that is read with the wrong delimiter has no numbers at all: rows to be left out would be all of it.
+#[test]
+fn rows_without_any_number_are_not_to_be_left_out() {
+    let raw = rows("t,u,x", 400, |k| {
+        format!("12:00:{:02}.000 => {k},1,{k}", k % 60)
+    });
+    let place = Place::with("raw.csv", raw);
+    let error = place
+        .run("import raw.csv --time t --input u --position x --out log.csv")
+        .stderr;
+    let error = text(&error);
+    assert!(
+        error.contains("what separates the fields (--delimiter)"),
+        "{error}"
+    );
+    assert!(!error.contains("leave such rows out"), "{error}");
+}
+
+/// Rows that are put into the order of their time lie in no order in the file: a part between two of its lines may be all of it,
+/// and is not cut again.
+#[test]
+fn a_part_of_rows_that_were_sorted_is_not_cut_for_ever() {
+    let raw = rows("t,u,x", 800, |k| {
+        let time = match k {
+            0 => 0,
+            1..=400 => 1_000 + k,
+            _ => k - 400,
+        };
+        format!("{time},{},{time}", k % 7)
+    });
+    let place = Place::with("raw.csv", raw);
+    place.refuses(
+        "import raw.csv --time t:ms --input u --position x --sort --out log.csv",
+        &[
+            "give both parts: cargo hil import raw.csv --time t:ms --input u --position x --lines 3-402 --sort --out \
+             raw-corrected.csv\n",
+        ],
+    );
+}

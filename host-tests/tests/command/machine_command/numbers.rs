@@ -358,3 +358,143 @@ fn a_carriage_has_its_own_friction() {
     let error = refused(&split(&format!("{words} --load-friction 5mNm")));
     assert!(error.contains("give it along the stroke"), "{error}");
 }
+
+/// The comment above a number, in one line.
+fn comment(text: &str, name: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    let at = lines
+        .iter()
+        .position(|line| line.starts_with(&format!("{name} = ")))
+        .unwrap();
+    let above = lines[..at]
+        .iter()
+        .rev()
+        .take_while(|line| line.starts_with("# "));
+    let mut above: Vec<&str> = above.map(|line| &line[2..]).collect();
+    above.reverse();
+    above.join(" ")
+}
+
+/// Behind a gear each comment has all that its number was made of: the ratio, and what the gear passes on.
+#[test]
+fn a_comment_makes_its_number() {
+    let words = MICROMOTOR
+        .replace("--torque-constant 11.4mNm/A", "")
+        .replace("--stall-torque 9.90mNm", "");
+    let words = format!("{words} --gear-ratio 53 --values-of motor --gear-efficiency 43%");
+    let text = printed(&words);
+    let machine = machine(&words);
+    let constant = (12.0 - 0.0105 * 13.7) / (9900.0 * RPM) * 53.0;
+    near(machine.motor.unwrap().torque_constant, constant, PRINTED);
+    let said = comment(&text, "torque_constant");
+    assert!(
+        said.ends_with(" over --no-load-speed 9900rpm, × 53"),
+        "{said}"
+    );
+    let whole = constant * 0.0105 * 0.43;
+    near(machine.friction.coulomb, 0.75 * whole, PRINTED);
+    let said = comment(&text, "coulomb");
+    let parts = "75 % of what the no-load current of 0.0105 A (given, --no-load-current 0.0105A) makes with the torque \
+                 constant, of which the gear passes on 43 %";
+    assert!(said.starts_with(parts), "{said}");
+    let speed = 9900.0 * RPM / 53.0;
+    near(
+        machine.mechanics.viscous,
+        0.25 * whole / speed,
+        2.0 * PRINTED,
+    );
+    let said = comment(&text, "viscous");
+    let (friction, speed_said) = (
+        said.split("at no load, ")
+            .nth(1)
+            .unwrap()
+            .split(' ')
+            .next()
+            .unwrap(),
+        said.split("over the speed there, ")
+            .nth(1)
+            .unwrap()
+            .split(' ')
+            .next()
+            .unwrap(),
+    );
+    near(friction.parse().unwrap(), whole, 2.0 * PRINTED);
+    near(speed_said.parse().unwrap(), speed, PRINTED);
+    // A friction that is told goes through the gear as well.
+    let told = words.replace("--no-load-current 0.0105A", "--friction-torque 0.1mNm");
+    let said = comment(&printed(&told), "coulomb");
+    assert!(
+        said.starts_with("given, --friction-torque 0.1mNm, × 53, of which the gear passes on 43 %"),
+        "{said}"
+    );
+}
+
+/// Within rounding nothing contradicts, but who reads the file sees that two numbers differ.
+#[test]
+fn a_resistance_that_the_stall_current_has_otherwise_is_remarked() {
+    let sheet = |current: &str| {
+        let words = format!(
+            "--voltage 12V --no-load-speed 5000rpm --no-load-current 0.1A --resistance 3ohm --stall-current {current}"
+        );
+        comment(&printed(&words), "resistance")
+    };
+    let said = sheet("5A");
+    assert!(
+        said.contains("--voltage 12V over --stall-current 5A says 2.4 Ω, 25.0 % apart"),
+        "{said}"
+    );
+    assert_eq!(sheet("4.1A"), "given, --resistance 3ohm");
+}
+
+/// A shop's page of a linear actuator or a gearmotor may not say its ratio: the numbers behind the gear are enough.
+#[test]
+fn a_gearmotor_of_an_unknown_ratio_is_its_output() {
+    let words = CART.replace("--gear-ratio 50 ", "");
+    let (unknown, known) = (machine_with_loss(&words), machine_with_loss(CART));
+    assert_eq!(unknown.motor, known.motor);
+    assert_eq!(unknown.mechanics.inertia, known.mechanics.inertia);
+    assert_eq!(unknown.friction.coulomb, known.friction.coulomb);
+    assert_eq!(unknown.declared_effects.len(), 1);
+    assert_eq!(unknown.gear_ratio, None);
+    let actuator = "--voltage 12V --no-load-speed 32mm/s --no-load-current 40mA --stall-torque 100N --stall-current 0.65A";
+    near(
+        settled(
+            &machine_with_loss(&format!("{actuator} --values-of gearmotor")),
+            12.0,
+            50.0,
+        )
+        .0,
+        0.016,
+        8.0 * PRINTED,
+    );
+    // Without the word for it, the message has it.
+    let error = refused(&split(actuator));
+    assert!(error.contains("add --values-of gearmotor"), "{error}");
+    // What is at the motor's shaft needs the ratio.
+    for of_motor in [
+        "--rotor-inertia 5gcm2",
+        "--encoder-counts 64 --encoder-side motor",
+    ] {
+        let error = refused(&split(&format!("{words} {of_motor}")));
+        assert!(
+            error.contains("--gear-ratio refers it to the output"),
+            "{error}"
+        );
+    }
+}
+
+/// As hobby servos say it: 60° in 0.16 s are 62.5 rpm.
+#[test]
+fn a_speed_may_be_a_time_for_an_angle() {
+    let words = |speed: &str| {
+        format!(
+            "--voltage 6V --no-load-speed {speed} --stall-torque 5kg.cm --stall-current 1.2A --values-of gearmotor"
+        )
+    };
+    let servo = machine(&words("0.16s/60deg"));
+    assert_eq!(servo.motor, machine(&words("62.5rpm")).motor);
+    for wrong in ["0s/60deg", "0.16s/0deg", "0.16s/60mm", "0.16s/deg"] {
+        let error = refused(&split(&words(wrong)));
+        assert!(error.contains("--no-load-speed"), "{error}");
+    }
+}
