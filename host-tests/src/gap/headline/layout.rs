@@ -131,12 +131,13 @@ impl<'h> Shown<'h> {
             self.next[place] = Cow::Owned(steps);
         } else if self.detailed > LEAST_DETAILED {
             self.detailed -= 1;
+        } else if self.gain != [self.shortest_gain] {
+            // One error says how much better the model is; each step says another thing to do.
+            self.gain = vec![self.shortest_gain];
         } else if let Some(place) = self.least_step() {
             self.next.remove(place);
         } else if self.leave_out_certainty() || !self.keeps_note && self.note.take().is_some() {
             // One of them is out.
-        } else if self.gain != [self.shortest_gain] {
-            self.gain = vec![self.shortest_gain];
         } else if self.detailed > 1 {
             self.detailed -= 1;
         } else if self.finding.len() > self.least_finding {
