@@ -200,11 +200,11 @@ mod log {
 
     #[test]
     fn a_short_log_is_refused() {
-        refused(HEADER, 1, &["0 samples", "at least 100"]);
+        refused(HEADER, 1, &["0 samples", "at least 171"]);
         refused(
             text(HEADER, &rows()[..1]),
             2,
-            &["1 sample,", "at least 100"],
+            &["1 sample,", "at least 171"],
         );
         refused(text(HEADER, &rows()[..99]), 100, &["99 samples"]);
         assert_eq!(read(text(HEADER, &rows()[..100])).samples(), 100);
