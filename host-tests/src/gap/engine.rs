@@ -20,7 +20,9 @@ use super::declared::{base_parameters, encoder_turn, model, resolution, unsure};
 use super::demand::Demand;
 use super::disagreement::{self, Look};
 use super::evidence::evidence;
-use super::metrics::{self, SETTLING, balance_entries, balanced_samples, torque_balance};
+use super::metrics::{
+    self, LEAST_ENTRIES, SETTLING, balance_entries, least_balanced_samples, torque_balance,
+};
 use super::outcome::{
     Candidate, Cost, Errors, FreeMotor, Outcome, Report, Resampled, Residual, Stages, rises_clearly,
 };
@@ -36,9 +38,6 @@ use crate::vectors::Vectors;
 
 /// Fewest windows that a model can be judged on.
 const LEAST_VALIDATE_WINDOWS: usize = 1;
-
-/// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
-pub(crate) const LEAST_ENTRIES: usize = 8;
 
 /// All cores, and on each sixteen windows at once where the vectors are wide; results are folded in the order of the
 /// windows, so that the sums have the same bits as on one core and one by one.
@@ -627,7 +626,7 @@ pub(super) fn check_logs(
     if data.windows() < windows || entries < LEAST_ENTRIES {
         let settings = &data.settings;
         let replayed = windows * settings.window + 2 * MARGIN + 1;
-        let balanced = balanced_samples(LEAST_ENTRIES);
+        let balanced = least_balanced_samples();
         let samples = replayed.max(balanced);
         let why = if replayed > balanced {
             format!(

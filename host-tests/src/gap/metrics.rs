@@ -31,9 +31,12 @@ pub fn balance_entries(samples: usize) -> usize {
     samples.div_ceil(DECIMATE).saturating_sub(2 * EDGE)
 }
 
-/// Fewest samples of a log that give its torque balance so many entries, one at least.
-pub fn balanced_samples(entries: usize) -> usize {
-    (entries + 2 * EDGE - 1) * DECIMATE + 1
+/// Fewest entries of the torque balance: two autocorrelations for the whiteness test.
+pub const LEAST_ENTRIES: usize = 8;
+
+/// Fewest samples of a log whose torque balance says something.
+pub fn least_balanced_samples() -> usize {
+    (LEAST_ENTRIES + 2 * EDGE - 1) * DECIMATE + 1
 }
 
 /// The torque residual of one log, decimated.

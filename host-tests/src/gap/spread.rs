@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use model_core::gap::covariance::{Covariance, Information};
 use model_core::gap::current_sensor::Reading;
 use model_core::gap::fit::{self, Effort, Target, Variable, Variables, variables};
+use model_core::gap::lengths::half_and_twice;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, Fold};
 use model_core::gap::verdict::Trace;
@@ -68,8 +69,9 @@ impl Spread {
 pub(super) fn informed(data: &Data, model: &Model, variables: &[Variable]) -> Option<Information> {
     let mut information = Information::default();
     information.gather(data, &AllCores, model, variables)?;
-    information.allow_for_restarts(data, &AllCores, model, variables)?;
-    information.allow_for_lengths(data, &AllCores, model, variables)?;
+    for others in [data.with_neighbouring_restarts(), half_and_twice(data)] {
+        information.allow_for_others(&others, &AllCores, model, variables)?;
+    }
     Some(information)
 }
 

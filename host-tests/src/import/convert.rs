@@ -8,8 +8,7 @@ use super::recipe::{Recipe, Turn};
 use super::slow::Slow;
 use super::source::Source;
 use super::stamp::is_cut_clock;
-use crate::gap::engine::LEAST_ENTRIES;
-use crate::gap::metrics::balanced_samples;
+use crate::gap::metrics::least_balanced_samples;
 use crate::log::fault::{Fault, Mend};
 use crate::log::rows::{check_value, is_credible, is_good};
 use crate::log::table::{PrintedDigits, Table, disordered};
@@ -60,7 +59,7 @@ pub(super) fn convert(
     let all: Vec<usize> = (0..length).filter(kept).collect();
     let rows = all.len();
     if rows == 0 {
-        let least = balanced_samples(LEAST_ENTRIES);
+        let least = least_balanced_samples();
         let message = format!("no row is left; expected at least {least}");
         return Err(Fault::new(1, message));
     }
@@ -68,7 +67,7 @@ pub(super) fn convert(
     let slow = slow_columns(raw, sources, &all);
     let (mut chosen, left_out) = good_rows(raw, sources, &slow, all, recipe.skip_bad)?;
     if chosen.is_empty() {
-        let least = balanced_samples(LEAST_ENTRIES);
+        let least = least_balanced_samples();
         let message = format!("no row has all the numbers; expected at least {least} that do");
         return Err(Fault::new(raw.lines[start], message));
     }
@@ -97,24 +96,21 @@ pub(super) fn convert(
     for (index, source) in sources.iter().filter(|(index, _)| *index != TIME) {
         let read = &raw.columns[source.column].values;
         let is_slow = slow.iter().any(|slow| slow.column == source.column);
-        let with_number = || {
-            chosen
-                .iter()
-                .filter(|row| !is_slow || !read[**row].is_nan())
-        };
-        let chosen_rows: Vec<usize> = with_number().copied().collect();
-        let mut values: Vec<f64> = chosen_rows.iter().map(|&row| read[row]).collect();
+        let own_rows = chosen.iter().copied();
+        let own_rows = own_rows.filter(|&row| !is_slow || !read[row].is_nan());
+        let own_rows: Vec<usize> = own_rows.collect();
+        let mut values: Vec<f64> = own_rows.iter().map(|&row| read[row]).collect();
         if let Some(turn) = recipe
             .unwrap
             .filter(|_| [POSITION, COMMAND].contains(index))
         {
             turns += unwrapped(&mut values, turn_of(source, turn)?);
         }
-        for (value, &row) in values.iter_mut().zip(&chosen_rows) {
+        for (value, &row) in values.iter_mut().zip(&own_rows) {
             *value = checked(source.apply_at(row, *value, raw), *index, raw.lines[row])?;
         }
         if is_slow {
-            let own: Vec<f64> = chosen_rows.iter().map(|&row| time(row)).collect();
+            let own: Vec<f64> = own_rows.iter().map(|&row| time(row)).collect();
             let line = raw.lines[chosen[0]];
             values = interpolated(&own, &values, &stamps).ok_or_else(|| {
                 Fault::new(line, "`time_s` does not rise; expected a clock that runs")
@@ -207,12 +203,9 @@ fn good_rows(
         let blank = rows.iter().filter(|row| is_blank(**row, column));
         2 * blank.count() > rows.len()
     };
-    let mostly: Vec<usize> = (sources.iter().flat_map(|(_, source)| source.columns()))
-        .filter(|column| mostly_blank(*column) && slow.iter().all(|slow| slow.column != *column))
-        .collect();
     let before = rows.len();
     let mut good = Vec::with_capacity(before);
-    for row in rows {
+    for &row in &rows {
         let Some((index, column)) = bad(row) else {
             if !skip_bad || is_possible(row) {
                 good.push(row);
@@ -226,7 +219,7 @@ fn good_rows(
             };
             let is_cut = index == TIME && is_cut_clock(what.trim_matches('"'));
             // A column that has no numbers is read the wrong way: without its rows nothing would be left.
-            let is_misread = mostly.contains(&column);
+            let is_misread = slow.iter().all(|slow| slow.column != column) && mostly_blank(column);
             let remedy = if is_cut {
                 "a clock without its hours or its seconds: have the logger or the spreadsheet write 06:29:54.123"
             } else if is_misread {

@@ -14,8 +14,7 @@ use super::{
     LOAD_TORQUE, LONGEST_GAP_S, Log, MAX_PERIOD_S, MIN_PERIOD_S, MOST_UNTIMED, POSITION, SLOWER,
     TIME, VELOCITY, counted, median, rounded,
 };
-use crate::gap::engine::LEAST_ENTRIES;
-use crate::gap::metrics::{SETTLING, balanced_samples};
+use crate::gap::metrics::{SETTLING, least_balanced_samples};
 use crate::import::stamp::is_stamp;
 use crate::import::unit::{Unit, unit_of_step, unit_of_time};
 use crate::quantity::given;
@@ -203,7 +202,7 @@ impl Table {
             "the log ends after {}, expected at least {}: the filters of the torque balance settle over the {SETTLING} at \
              either end; record longer",
             counted(samples, "sample"),
-            balanced_samples(LEAST_ENTRIES)
+            least_balanced_samples()
         );
         Err(Fault::new(line, message))
     }

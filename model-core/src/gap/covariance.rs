@@ -2,10 +2,8 @@
 
 use super::criterion::DECLARED_WEIGHT;
 use super::fit::{MOST_VARIABLES, Matrix, Problem, Target, Variable};
-use super::lengths::LEAST_SAMPLES;
 use super::model::Model;
-use super::replay::{Data, Fold, HALF_WIDTHS, Schedule, Sums, WindowSums, replay_windows};
-use super::select::LEAST_WINDOWS;
+use super::replay::{Data, Fold, Schedule, Sums, WindowSums, replay_windows};
 use crate::effect::MOST_STRENGTHS;
 use crate::numeric::cholesky::Cholesky;
 use crate::numeric::statistics::median;
@@ -32,8 +30,8 @@ const LEFT_OUT: f64 = 0.95;
 /// errors for linear regression with multi-stage samples*, 2002, there without the 0.95, which is ours.
 ///
 /// What all windows have in common no jackknife sees. Replays restart from smoothed states, which are
-/// off by what the smoothing takes away; [`Information::allow_for_restarts`] adds what that may do, and
-/// [`Information::allow_for_lengths`] what a law that is not quite the machine's may do.
+/// off by what the smoothing takes away; and a law that is not quite the machine's has other best numbers over another length of
+/// prediction. [`Information::allow_for_others`] adds what either may do, of logs that are restarted or cut otherwise.
 #[derive(Debug, Clone, Default)]
 pub struct Information {
     sums: Sums,
@@ -131,50 +129,12 @@ impl Information {
         }
     }
 
-    /// Adds the mean square of how far the fit would be moved by restarts that are smoothed over the
-    /// next fewer and the next more samples. Gives the windows simulated, each copy counted.
+    /// Adds the mean square of how far the fit would be moved by the same logs, cut or restarted otherwise. Gives the windows
+    /// simulated, each copy counted.
     ///
     /// `None` if the model cannot be built.
-    pub fn allow_for_restarts(
-        &mut self,
-        data: &Data,
-        schedule: &impl Schedule,
-        model: &Model,
-        variables: &[Variable],
-    ) -> Option<u64> {
-        let own = data.settings.half_width;
-        let narrower = HALF_WIDTHS.iter().rev().find(|&&width| width < own);
-        let wider = HALF_WIDTHS.iter().find(|&&width| width > own);
-        let others = [narrower, wider].map(|width| {
-            let mut data = *data;
-            data.settings.half_width = *width?;
-            Some(data)
-        });
-        self.allow_for_others(&others, schedule, model, variables)
-    }
-
-    /// Adds the mean square of how far the fit would be moved by windows half and twice as long: a law that is not quite the
-    /// machine's has other best numbers over another length of prediction. Gives the windows simulated, each copy counted.
-    ///
-    /// `None` if the model cannot be built.
-    pub fn allow_for_lengths(
-        &mut self,
-        data: &Data,
-        schedule: &impl Schedule,
-        model: &Model,
-        variables: &[Variable],
-    ) -> Option<u64> {
-        let own = data.settings.window;
-        let others = [own / 2, 2 * own].map(|window| {
-            let cut = data.with_window(window.max(LEAST_SAMPLES));
-            (cut.windows() >= LEAST_WINDOWS).then_some(cut)
-        });
-        self.allow_for_others(&others, schedule, model, variables)
-    }
-
-    /// Adds the mean square of how far the fit would be moved by logs that are cut or restarted otherwise.
     #[inline(never)]
-    fn allow_for_others(
+    pub fn allow_for_others(
         &mut self,
         others: &[Option<Data>; 2],
         schedule: &impl Schedule,

@@ -15,14 +15,14 @@ use super::held_out::{HeldOut, Refusal, compare};
 use super::mechanism;
 use super::model::{Base, Model, Numbers};
 use super::replay::{Data, Schedule};
-use super::select::{conclude, trace_over};
+use super::select::{LEAST_WINDOWS, conclude, trace_over};
 use super::standing::{look_beneath, stands, take_map};
 use super::verdict::{Accepted, Consideration, Decision, Trace, Verdict};
 use super::workbench::{Options, Workbench};
 use heapless::Vec;
 
 /// Fewest samples in a window: as many as a restart with the narrowest smoothing takes in.
-pub const LEAST_SAMPLES: usize = 5;
+const LEAST_SAMPLES: usize = 5;
 
 /// Traces the gap between `model` and the logs of `data`. `observe` is told of every look at every
 /// candidate, round by round.
@@ -401,6 +401,15 @@ fn take_out(
     *trace = concluded?;
     trace.unconfirmed = !stands;
     Some(())
+}
+
+/// The same logs in windows half and twice as long, where there are enough of these to fit a model to.
+pub fn half_and_twice<'a>(data: &Data<'a>) -> [Option<Data<'a>>; 2] {
+    let own = data.settings.window;
+    [own / 2, 2 * own].map(|window| {
+        let cut = data.with_window(window.max(LEAST_SAMPLES));
+        (cut.windows() >= LEAST_WINDOWS).then_some(cut)
+    })
 }
 
 /// Cuts a log into windows half as long, if these are long enough. Whether they are.

@@ -193,16 +193,10 @@ impl<'a, S: Schedule> Workbench<'a, S> {
     pub fn least_error(&mut self, model: &Model) -> Option<f64> {
         let data = self.data;
         let simulator = model.build(data.logs.first()?.period).ok()?;
-        let chosen = |half_width: &usize| *half_width == data.settings.half_width;
-        let place = HALF_WIDTHS.iter().position(chosen).unwrap_or(0);
-        let neighbours = [place.checked_sub(1), Some(place + 1)];
         let (mut apart, mut samples) = (0.0, 0);
-        let neighbours = neighbours.into_iter().flatten();
-        for &half_width in neighbours.filter_map(|place| HALF_WIDTHS.get(place)) {
-            let mut other = data;
-            other.settings.half_width = half_width;
+        for other in data.with_neighbouring_restarts().iter().flatten() {
             let job = Contrasts {
-                data: [&data, &other],
+                data: [&data, other],
                 simulators: [&simulator, &simulator],
             };
             self.schedule.run_job(data.windows(), &job, |_, contrast| {
@@ -364,7 +358,8 @@ impl<'a, S: Schedule> Workbench<'a, S> {
         let data = self.data;
         let mut information = Information::default();
         let jackknife = information.gather(&data, self.schedule, model, &variables)?;
-        let restarts = information.allow_for_restarts(&data, self.schedule, model, &variables)?;
+        let others = data.with_neighbouring_restarts();
+        let restarts = information.allow_for_others(&others, self.schedule, model, &variables)?;
         self.count(jackknife + restarts, data.settings.window);
         Some(information.certainty(model, &variables, slot))
     }

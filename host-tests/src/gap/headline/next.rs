@@ -377,11 +377,10 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
     let freed: Vec<String> = freed
         .map(|parameter| format!("`{} = {}`", parameter.name, given(parameter.fitted)))
         .collect();
-    let again = AGAIN;
     match (outcome.effects.as_slice(), freed.len()) {
         ([], 0) => {}
         ([], count) if count <= MOTOR.len() => steps.push(said(&format!(
-            "{again}, or set {} in the machine file",
+            "{AGAIN}, or set {} in the machine file",
             listed(&freed)
         ))),
         ([one], 0) if is_final && one.law.is_none() => {
@@ -402,7 +401,7 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
             } else {
                 "all of that"
             };
-            steps.push(said(&format!("to keep {it}, {again}")));
+            steps.push(said(&format!("to keep {it}, {AGAIN}")));
         }
     }
     steps

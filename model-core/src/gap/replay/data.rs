@@ -202,6 +202,18 @@ impl<'a> Data<'a> {
             ..*self
         }
     }
+
+    /// The same logs with restarts that are smoothed over the next fewer and the next more samples, where there are such.
+    pub fn with_neighbouring_restarts(&self) -> [Option<Data<'a>>; 2] {
+        let own = self.settings.half_width;
+        let narrower = HALF_WIDTHS.iter().rev().find(|&&width| width < own);
+        let wider = HALF_WIDTHS.iter().find(|&&width| width > own);
+        [narrower, wider].map(|width| {
+            let mut data = *self;
+            data.settings.half_width = *width?;
+            Some(data)
+        })
+    }
 }
 
 /// Which windows take part, by blocks of neighbouring windows.
