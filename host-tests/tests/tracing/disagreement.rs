@@ -49,7 +49,7 @@ fn wrap(values: &mut [f64], turn: f64) {
         .for_each(|value| *value = value.rem_euclid(turn));
 }
 
-const FAULTS: [(&str, &str, Spoil); 38] = [
+const FAULTS: [(&str, &str, Spoil); 40] = [
     (
         "encoder's direction",
         "the encoder counts the other way",
@@ -127,6 +127,16 @@ const FAULTS: [(&str, &str, Spoil); 38] = [
         "too low a supply",
         "input is 2 times too small",
         |log, _| scale(&mut log.input, 0.5),
+    ),
+    (
+        "PWM of 8 bits as per cent",
+        "input is 2.55 times too large: it counts a PWM from 0 to 255",
+        |log, _| scale(&mut log.input, 2.55),
+    ),
+    (
+        "any full scale",
+        "input is 3.|input is in per cent of a supply of about",
+        |log, _| scale(&mut log.input, 3.2),
     ),
     (
         "degrees",
@@ -250,7 +260,7 @@ const FAULTS: [(&str, &str, Spoil); 38] = [
 ];
 
 /// What no log without a current shows.
-const NEED_CURRENT: [&str; 11] = [
+const NEED_CURRENT: [&str; 13] = [
     "size of the current",
     "current of the supply",
     "amperes as milliamperes",
@@ -262,6 +272,8 @@ const NEED_CURRENT: [&str; 11] = [
     "too many counts",
     "too high a supply",
     "too low a supply",
+    "PWM of 8 bits as per cent",
+    "any full scale",
 ];
 
 fn applies(name: &str, case: &Case) -> bool {
@@ -294,7 +306,9 @@ fn applies(name: &str, case: &Case) -> bool {
         | "too few counts"
         | "too many counts"
         | "too high a supply"
-        | "too low a supply" => winding,
+        | "too low a supply"
+        | "PWM of 8 bits as per cent"
+        | "any full scale" => winding,
         _ => true,
     }
 }

@@ -281,22 +281,22 @@ fn expected_unit(machine: &Machine, column: Column) -> &'static str {
     }
 }
 
-/// `half` or `4 times`, of factors of two.
-fn share(factor: f64) -> &'static str {
+/// `half` or `4 times`.
+fn share(factor: f64) -> String {
     match factor {
-        4.0 => "4 times",
-        2.0 => "twice",
-        0.5 => "half",
-        _ => "a quarter of",
+        2.0 => "twice".to_owned(),
+        0.5 => "half".to_owned(),
+        0.25 => "a quarter of".to_owned(),
+        _ => format!("{} times", rounded(factor, 3)),
     }
 }
 
 /// A column that is off as a whole, and what it may have been imported with.
 fn scaled(column: Column, factor: f64) -> String {
     let off = if factor > 1.0 {
-        format!("{factor} times too small")
+        format!("{} times too small", rounded(factor, 3))
     } else {
-        format!("{} times too large", 1.0 / factor)
+        format!("{} times too large", rounded(1.0 / factor, 3))
     };
     match column {
         // More counts a turn make less of each.
@@ -305,8 +305,12 @@ fn scaled(column: Column, factor: f64) -> String {
              counts 500, 1000 or 2000)",
             share(1.0 / factor)
         ),
+        _ if factor == factor::COUNTS_AS_PER_CENT => format!(
+            "{} is {off}: it counts a PWM from 0 to 255, and was taken for per cent",
+            column.name()
+        ),
         _ => format!(
-            "{} is {off}: the supply has {} the voltage that it was taken to have",
+            "{} is {off}: the supply has {} the voltage that it was taken to have, or the drive's full scale is another",
             column.name(),
             share(factor)
         ),
