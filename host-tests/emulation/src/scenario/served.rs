@@ -1,5 +1,5 @@
-//! The loop with the controller's console at this program's standard input and output, and at a TCP port as OpenOCD serves
-//! what a debug probe reads and writes, for a program that operates it.
+//! The loop with the controller's console at this program's standard input and output, and at a TCP port as a program
+//! at a debug probe serves what it reads and writes, for a program that operates it.
 
 use std::fs;
 use std::io::{Read, Write, stdin, stdout};
