@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use host_tests::Tests;
 
+use crate::board_link::probe::PROBE;
 use crate::emulate::run::EMULATION;
 use crate::failure::Failure;
 use crate::fuzz;
@@ -62,6 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     cargo(&["fmt", "--all", "--check"])?;
     READERS.check_format()?;
     EMULATION.check_format()?;
+    PROBE.check_format()?;
     announce("lints");
     lint()?;
     // Before the images: both may have packages to install.

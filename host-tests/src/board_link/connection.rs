@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::Line;
-use super::probe::{PROBES, Probe};
+use super::probe::{self, Probe};
 use super::serial;
 use crate::failure::Failure;
 
@@ -14,10 +14,10 @@ pub struct Connection {
     /// Serial port of the board's console, such as /dev/ttyUSB0
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
-    /// Without a serial port: a debug probe, by OpenOCD, which has to be installed: stlink, cmsis-dap or jlink; stlink if
-    /// none is named
-    #[arg(long, value_name = "PROBE", num_args = 0..=1, default_missing_value = PROBES[0], value_parser = PROBES)]
-    probe: Option<String>,
+    /// Without a serial port: the debug probe that is attached; of several, the one of this VID:PID or VID:PID:SERIAL, as
+    /// probe-rs has them
+    #[arg(long, value_name = "PROBE", num_args = 0..=1, value_parser = probe::choice)]
+    probe: Option<Option<String>>,
     /// A program at the probe that runs already and serves RTT channel 1 at this address
     #[arg(long, value_name = "HOST:PORT")]
     rtt: Option<String>,
@@ -47,8 +47,9 @@ impl Connection {
                 port: Some(port), ..
             } => Some(Box::new(serial::open(port)?)),
             Self {
-                probe: Some(kind), ..
-            } => Some(Box::new(Probe::start(kind)?)),
+                probe: Some(choice),
+                ..
+            } => Some(Box::new(Probe::start(choice.as_deref())?)),
             Self {
                 rtt: Some(address), ..
             } => Some(Box::new(Probe::connect(address)?)),

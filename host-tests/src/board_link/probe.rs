@@ -1,53 +1,36 @@
-//! A board's console at a debug probe: by the rings in the chip's RAM (RTT), which a program at the probe serves at a TCP
-//! port. That is [`OpenOCD`](https://openocd.org), started here or by somebody else.
+//! A board's console at a debug probe: by the rings in the chip's RAM (RTT), which a program at the probe serves at a TCP port.
+//! That is `host-tests/probe`, started here, or what somebody else has started, such as [`OpenOCD`](https://openocd.org).
 
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, TcpStream};
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::mpsc::channel;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::QUIET;
-use crate::error::InputError;
+use crate::error::{InputError, one_line};
 use crate::failure::Failure;
+use crate::package::Package;
+use crate::progress::announce;
 
-/// The program at the probe.
-const PROGRAM: &str = "openocd";
+/// The package of the program at the probe, which reaches the probe by the library of probe-rs.
+pub(crate) const PROBE: Package = Package { name: "probe" };
 
 /// Channel of the console in the images, up and down.
 const CHANNEL: u32 = 1;
 
-/// Where the rings are looked for: the RAM of an STM32F405.
-const RAM: &str = "0x20000000 0x20000";
-
-/// Runs it until the standard input ends, with this program however that ends.
-const ATTENDED: &str =
-    "exec 3<&0; openocd \"$@\" & program=$!; (read -r _ <&3; kill $program) & wait $program";
-
-/// The exit status of a shell that finds no such program.
-const NO_PROGRAM: i32 = 127;
-
-/// How often the probe reads and writes, ms: the images keep 0.18 s of what the console says.
-const PERIOD_MS: u32 = 10;
-
-/// How long the program may take to find probe, chip and rings.
+/// How long the program may take to find probe, chip and rings. It gives up before, but where a probe does not answer.
 const PATIENCE: Duration = Duration::from_secs(20);
-
-/// What it says where an image has no rings.
-const NO_BLOCK: &str = "No control block found";
-
-/// Probes that are known, by the names of OpenOCD's files for them.
-pub const PROBES: [&str; 3] = ["stlink", "cmsis-dap", "jlink"];
 
 /// A console at a probe. Dropped, the program that was started for it ends.
 #[derive(Debug)]
 pub struct Probe {
     stream: TcpStream,
-    /// Held until the end.
-    _program: Option<Program>,
+    /// What serves it, if it was started here.
+    program: Option<Program>,
 }
 
 impl Probe {
@@ -66,59 +49,62 @@ impl Probe {
         })?;
         Ok(Self {
             stream,
-            _program: None,
+            program: None,
         })
     }
 
-    /// Of a probe of this kind at this computer.
+    /// Of a probe at this computer: the only one, or that which `choice` names (VID:PID or VID:PID:SERIAL). The program
+    /// at the probe is built first, where it is not yet.
     ///
     /// # Errors
-    /// No program for it, no probe, no chip, an image without rings.
-    pub fn start(kind: &str) -> Result<Self, Failure> {
-        let port = free_port().map_err(|error| Failure::system("a TCP port", error))?;
-        let mut program = Program::start(kind, port)?;
-        let begun = Instant::now();
-        loop {
-            let ended = program.child.try_wait().ok().flatten();
-            let said = program.said();
-            if ended.is_some_and(|status| status.code() == Some(NO_PROGRAM)) {
-                return Err(Failure::other(
-                    "openocd is not there, which reads and writes the probe; install it (`apt install openocd`, `brew \
-                     install openocd`)",
-                ));
-            }
-            if said.contains(NO_BLOCK) {
-                return Err(Failure::other(
-                    "the probe finds no console in the chip's memory: flash `controller` or `throttle` of this version, and \
-                     let it start",
-                ));
-            }
-            if ended.is_some() {
-                return Err(Failure::other(format!(
-                    "{PROGRAM} ended: {}; check that a probe of the kind {kind} is plugged in, that it is joined to the \
-                     board, that the board has power and that no other program has the probe",
-                    reason(&said)
-                )));
-            }
-            // The rings are found before the port is opened.
-            if said.contains("Control block found")
-                && let Ok(stream) = TcpStream::connect((Ipv4Addr::LOCALHOST, port)).and_then(timed)
-            {
-                return Ok(Self {
-                    stream,
-                    _program: Some(program),
-                });
-            }
-            if begun.elapsed() > PATIENCE {
-                return Err(Failure::other(format!(
-                    "{PROGRAM} has not found the console within {} s: {}",
-                    PATIENCE.as_secs(),
-                    reason(&said)
-                )));
-            }
-            thread::sleep(QUIET);
-        }
+    /// A program that cannot be built; no probe, no chip, an image without rings.
+    pub fn start(choice: Option<&str>) -> Result<Self, Failure> {
+        let mut program = Program::start(&build()?, choice)?;
+        let port = program.port()?;
+        let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, port)).and_then(timed);
+        let stream = stream.map_err(|error| Failure::system("the program at the probe", error))?;
+        Ok(Self {
+            stream,
+            program: Some(program),
+        })
     }
+}
+
+/// A probe as the command line names it.
+///
+/// # Errors
+/// What is no VID:PID, VID:PID:SERIAL, or either with an interface behind the PID.
+pub fn choice(text: &str) -> Result<String, String> {
+    let mut parts = text.splitn(3, ':');
+    let is_number =
+        |part: Option<&str>| part.is_some_and(|part| u16::from_str_radix(part, 16).is_ok());
+    let vendor = parts.next();
+    let product = parts.next().map(|product| {
+        product
+            .split_once('-')
+            .map_or(product, |(product, _)| product)
+    });
+    if is_number(vendor) && is_number(product) {
+        return Ok(text.to_owned());
+    }
+    Err(
+        "expected VID:PID or VID:PID:SERIAL in hexadecimal, as `probe-rs list` and `lsusb` show them, such as 0483:374b; the \
+         only probe that is attached needs no name"
+            .to_owned(),
+    )
+}
+
+/// Builds the program at the probe, or finds it built.
+fn build() -> Result<PathBuf, Failure> {
+    if !PROBE.executable(PROBE.name).exists() {
+        announce()("the program at the probe (built once, which takes minutes)");
+    }
+    PROBE.build(PROBE.name, "").map_err(|failure| {
+        Failure::other(format!(
+            "the program at the probe cannot be built: see that the registry can be reached and try again by `cargo build \
+             --release --manifest-path host-tests/probe/Cargo.toml --target-dir target/probe`\n{failure}"
+        ))
+    })
 }
 
 /// Reads that end when nothing comes, writes that are not put off.
@@ -128,34 +114,17 @@ fn timed(stream: TcpStream) -> io::Result<TcpStream> {
     Ok(stream)
 }
 
-fn free_port() -> io::Result<u16> {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
-    Ok(listener.local_addr()?.port())
-}
-
-/// Why it ended, of all that it said.
-fn reason(said: &str) -> String {
-    let errors = said
-        .lines()
-        .filter_map(|line| line.strip_prefix("Error: "))
-        .collect::<Vec<_>>();
-    if errors.is_empty() {
-        said.lines().last().unwrap_or("it said nothing").to_owned()
-    } else {
-        errors.join("; ")
-    }
-}
-
 impl Read for Probe {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.stream.read(bytes).map_err(|error| {
+        match (self.stream.read(bytes), &mut self.program) {
+            // A chip that lost its power, a probe that was unplugged.
+            (Ok(0), Some(program)) if !bytes.is_empty() => Err(io::Error::other(program.reason())),
             // A read that finds nothing in time is told by the one or the other, system by system.
-            if error.kind() == ErrorKind::WouldBlock {
-                ErrorKind::TimedOut.into()
-            } else {
-                error
+            (Err(error), _) if error.kind() == ErrorKind::WouldBlock => {
+                Err(ErrorKind::TimedOut.into())
             }
-        })
+            (outcome, _) => outcome,
+        }
     }
 }
 
@@ -169,77 +138,69 @@ impl Write for Probe {
     }
 }
 
-/// The program at the probe. Dropped, it ends.
+/// The program at the probe. Dropped, it ends: it does so when its standard input ends, with this program however that ends.
 #[derive(Debug)]
-struct Program {
-    child: Child,
-    said: Arc<Mutex<String>>,
-}
+struct Program(Child);
 
 impl Program {
-    fn start(kind: &str, port: u16) -> Result<Self, Failure> {
-        let mut child = Command::new("sh")
-            .args(["-c", ATTENDED, PROGRAM])
-            .args(arguments(kind, port))
+    fn start(program: &Path, choice: Option<&str>) -> Result<Self, Failure> {
+        Command::new(program)
+            .args(choice)
             .stdin(Stdio::piped())
-            .stdout(Stdio::null())
+            .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             // Ctrl-C at the terminal is for this program alone, which disarms the drive by that one.
             .process_group(0)
             .spawn()
-            .map_err(|error| Failure::system("sh", error))?;
-        let said = Arc::new(Mutex::new(String::new()));
-        if let Some(output) = child.stderr.take() {
-            let said = said.clone();
+            .map(Self)
+            .map_err(|error| Failure::system(program.display(), error))
+    }
+
+    /// The port at which it serves the console, once it has found it.
+    fn port(&mut self) -> Result<u16, Failure> {
+        let (told, line) = channel();
+        if let Some(said) = self.0.stdout.take() {
             thread::spawn(move || {
-                let mut output = BufReader::new(output);
-                let mut line = Vec::new();
-                while output
-                    .read_until(b'\n', &mut line)
-                    .is_ok_and(|read| read > 0)
-                {
-                    held(&said).push_str(&String::from_utf8_lossy(&line));
-                    line.clear();
-                }
+                let mut line = String::new();
+                let _ = BufReader::new(said).read_line(&mut line);
+                told.send(line)
             });
         }
-        Ok(Self { child, said })
+        let line = line.recv_timeout(PATIENCE).map_err(|_| {
+            Failure::other(format!(
+                "the probe has not answered within {} s: unplug it, plug it in and try again",
+                PATIENCE.as_secs()
+            ))
+        })?;
+        let port = line.trim().parse();
+        port.map_err(|_| Failure::other(self.reason()))
     }
 
-    /// Everything so far.
-    fn said(&self) -> String {
-        held(&self.said).clone()
+    /// Why it ended by itself.
+    fn reason(&mut self) -> String {
+        let mut said = String::new();
+        if let Some(mut complaints) = self.0.stderr.take() {
+            // What cannot be read is not said.
+            let _ = complaints.read_to_string(&mut said);
+        }
+        match said.trim() {
+            "" => "the program at the probe ended and did not say why".to_owned(),
+            reason => one_line(reason),
+        }
     }
-}
-
-fn held(said: &Mutex<String>) -> MutexGuard<'_, String> {
-    said.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Drop for Program {
     fn drop(&mut self) {
-        drop(self.child.stdin.take());
-        // It may have ended by itself.
-        let _ = self.child.wait();
+        drop(self.0.stdin.take());
+        for _ in 0..100 {
+            if !matches!(self.0.try_wait(), Ok(None)) {
+                return;
+            }
+            thread::sleep(QUIET);
+        }
+        // It waits for a probe that does not answer.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
-}
-
-/// What has it serve the console at this port. It neither resets nor halts the chip.
-fn arguments(kind: &str, port: u16) -> Vec<String> {
-    let mut arguments = vec!["-f".to_owned(), format!("interface/{kind}.cfg")];
-    let mut command = |text: String| arguments.extend(["-c".to_owned(), text]);
-    if kind == "jlink" {
-        // The others choose it by themselves, each by its own name.
-        command("transport select swd".to_owned());
-    }
-    for unused in ["gdb", "tcl", "telnet"] {
-        command(format!("{unused}_port disabled"));
-    }
-    command("source [find target/stm32f4x.cfg]".to_owned());
-    command("init".to_owned());
-    command(format!("rtt setup {RAM} \"SEGGER RTT\""));
-    command(format!("rtt polling_interval {PERIOD_MS}"));
-    command("rtt start".to_owned());
-    command(format!("rtt server start {port} {CHANNEL}"));
-    arguments
 }

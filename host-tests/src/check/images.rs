@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use super::{Args, Limit, announce, documented, say};
 use crate::blessing::replace;
+use crate::board_link::probe::PROBE;
 use crate::board_log::Line;
 use crate::board_run::{self, Prepared, VerdictsRun};
 use crate::emulate;
@@ -40,6 +41,12 @@ pub(super) fn run(args: &Args, limit: Limit) -> Result<Images, Failure> {
     announce("lints and tests of the reader of the board's log");
     READERS.lint(BOARD_LOG)?;
     READERS.test(BOARD_LOG)?;
+    if args.is_longer() {
+        // Other people's drivers of probes, minutes to build: what is our own in it is the package `rtt`, which is tested always.
+        announce("lints and tests of the program at a debug probe");
+        PROBE.lint("")?;
+        PROBE.test("")?;
+    }
     let sizes = run_images(args, &prepared)?;
     let mut left = Vec::new();
     if !args.is_longer() {

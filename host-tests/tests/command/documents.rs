@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 use crate::identify_command::logs;
 use crate::import::matlab;
-use crate::record::{Bench, serve, serve_by_openocd};
+use crate::record::{Bench, serve, serve_at_probe};
 
 /// How a command is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +60,7 @@ const README: &str = "README.md";
 const QUICK: &str = "cargo hil bench gap --worlds 1 --seed 20270114";
 
 /// How each command is run: the first line that it fits. A star at the end stands for anything.
-const WAYS: [(&str, Way); 24] = [
+const WAYS: [(&str, Way); 23] = [
     // Under --all these three run as they stand, too.
     ("cargo hil", Elsewhere(CHIPS, "emulated_chips(toolchain)?")),
     ("cargo hil ecu", Elsewhere(CHIPS, "board_run::ECU, ")),
@@ -99,7 +99,6 @@ const WAYS: [(&str, Way); 24] = [
     ("cargo hil bench real", OtherCasesOnMeasuredLogs),
     ("cargo hil bench gap *", AtLength),
     ("cargo install *", Never(INSTALLS)),
-    ("sudo apt install *", Never(INSTALLS)),
     ("openocd *", Never(BOARD)),
     ("cargo flash-*", Never(BOARD)),
     ("cargo run --release -p firmware *", Never(BOARD)),
@@ -338,7 +337,7 @@ fn at(bench: &Bench, line: &str) -> Command {
         line = line.replace(SERVED, &serve(&bench.board.port));
     }
     let mut command = shell(bench.directory.path(), &format!("exec {line}"));
-    serve_by_openocd(bench, &mut command);
+    serve_at_probe(bench, &mut command);
     command.stdout(Stdio::piped());
     command
 }
