@@ -17,14 +17,14 @@ use crate::outputs::{Kind, Outputs, print};
 /// What `cargo hil track` takes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Machine file; the numbers of its `[fit]` are tracked, the others are believed
+    /// Machine file; the numbers that its `[fit]` names are fitted to each log, all others stay as they are
     #[arg(long, value_name = "M.toml")]
     pub machine: PathBuf,
     /// Logs of this machine in the order of time, CSV with time_s,input,position and, where measured, the other columns of `gap`
     #[arg(value_name = "LOG", required = true)]
     pub logs: Vec<PathBuf>,
-    /// Count the remaining logs of a number to this value, SI; may be given several times. A limit is an upper one if it is
-    /// above the first log, else a lower one. Without it: twice the first log where a number rises, half of it where it falls
+    /// Say in how many logs a number reaches this value, SI; may be given several times. It is an upper limit if it is above the
+    /// value of the first log, else a lower one. Without it: twice the first log where a number rises, half of it where it falls
     #[arg(long, value_name = "NAME=VALUE")]
     pub limit: Vec<String>,
     /// Write the result to this file as JSON

@@ -2,6 +2,7 @@
 
 pub mod command;
 mod figure;
+pub mod jump;
 pub mod outcome;
 mod text;
 pub mod trend;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::jump::Jump;
 use super::trend::{Estimate, FALSE_ALARMS, Line, Reach, holm};
 use crate::gap::disagreement::Disagreement;
 use crate::gap::numbers::Numbers;
@@ -24,6 +25,8 @@ pub struct Outcome {
     pub logs: Vec<LogNumbers>,
     /// One entry for each number of `[fit]`.
     pub trends: Vec<Trend>,
+    /// The largest change from one log to the next that is surely more than scatter; null where there is none.
+    pub jump: Option<Jump>,
     /// Whether any number changes for certain.
     pub alarm: bool,
 }
@@ -166,8 +169,11 @@ impl Outcome {
         for (&place, alarm) in proven.iter().zip(holm(&p_values, FALSE_ALARMS)) {
             trends[place].alarm = alarm;
         }
+        let names = numbers.iter().map(|number| (&*number.name, &*number.unit));
+        let jump = Jump::find(&logs, &names.collect::<Vec<_>>());
         Self {
             machine: machine.name.clone(),
+            jump,
             alarm: trends.iter().any(|trend| trend.alarm),
             logs,
             trends,

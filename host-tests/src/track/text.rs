@@ -1,5 +1,6 @@
 //! The answer on the terminal: sentences for people, then the numbers.
 
+use super::jump::Jump;
 use super::outcome::{LIMIT_FACTOR, Outcome, PLACES, Trend};
 use super::trend::LEAST_LOGS;
 use crate::cells::{self, Cells};
@@ -83,7 +84,7 @@ pub(super) fn reach(trend: &Trend) -> Option<String> {
         return Some(format!("it has reached {limit}"));
     }
     let Some((from, to)) = trend.remaining_interval else {
-        return Some(format!("as it goes it does not reach {limit}"));
+        return Some(format!("at this rate it never reaches {limit}"));
     };
     let interval = match to {
         Some(to) => format!("{} to {}", about(from), about(to)),
@@ -94,8 +95,29 @@ pub(super) fn reach(trend: &Trend) -> Option<String> {
             "it reaches {limit} in about {} logs (95 %: {interval})",
             about(logs)
         ),
-        None => format!("when it reaches {limit} is open (95 %: in {interval})"),
+        None => format!("the logs do not tell when it reaches {limit} (95 %: in {interval})"),
     })
+}
+
+/// The largest change from one log to the next, that is surely none of chance.
+fn jumped(jump: &Jump) -> String {
+    let scale = Scale::of(&jump.unit, [jump.change]);
+    let is_share = !PLACES.contains(&jump.name.as_str()) && jump.before > 0.0;
+    let share = if is_share {
+        let percent = Scale::percent().quantity((jump.change / jump.before).abs());
+        format!(" ({percent})")
+    } else {
+        String::new()
+    };
+    format!(
+        "{} jumps {} by {}{share} from {} to {}, which is more than it changes between the other logs (p = {}).",
+        capitalised(&words(&jump.name)),
+        if jump.change < 0.0 { "down" } else { "up" },
+        scale.quantity(jump.change.abs()),
+        one_line(&jump.from),
+        one_line(&jump.to),
+        probability(jump.p_value)
+    )
 }
 
 /// The sentences of the answer.
@@ -115,6 +137,7 @@ pub(super) fn sentences(outcome: &Outcome) -> Vec<String> {
         }
         sentences.push(sentence + ".");
     }
+    sentences.extend(outcome.jump.as_ref().map(jumped));
     let (seen, unseen): (Vec<&Trend>, Vec<&Trend>) = others
         .into_iter()
         .partition(|trend| trend.p_value.is_some());
@@ -123,7 +146,7 @@ pub(super) fn sentences(outcome: &Outcome) -> Vec<String> {
         listed(&names)
     };
     if !seen.is_empty() {
-        sentences.push(format!("No trend is proven of {}.", names(&seen)));
+        sentences.push(format!("The logs prove no trend of {}.", names(&seen)));
     }
     for trend in seen.iter().filter(|trend| trend.limit_given) {
         if let Some(reach) = reach(trend) {
@@ -159,7 +182,7 @@ pub(super) fn notes(outcome: &Outcome, machine: &Machine) -> Vec<String> {
         .count();
     if out > 0 {
         notes.push(format!(
-            "{} left out: log and machine file do not belong together.",
+            "{} left out, because log and machine file do not belong together.",
             counted(out, "log")
         ));
     }
@@ -170,8 +193,8 @@ pub(super) fn notes(outcome: &Outcome, machine: &Machine) -> Vec<String> {
     let unexplained: Vec<&str> = unexplained.map(|log| &*log.log).collect();
     if let Some(first) = unexplained.first() {
         notes.push(format!(
-            "The model does not follow {} of the logs down to what the sensor leaves, and a missing effect may move the \
-             numbers. It is looked for by: cargo hil gap --machine {} --train {}",
+            "In {} of the logs the model's error is larger than the sensor's. An effect may be missing, which would change these \
+             numbers. To look for it: cargo hil gap --machine {} --train {}",
             unexplained.len(),
             one_line(&machine.path.display().to_string()),
             one_line(first)

@@ -229,3 +229,47 @@ fn bad_input_is_named_and_nothing_is_written() {
         "{error}"
     );
 }
+
+/// A friction that rises at once is said in the first lines, with the logs between which it does.
+#[test]
+fn a_jump_is_named_with_its_logs() {
+    let directory = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| fs::write(directory.path().join(name), text).unwrap();
+    let declared = Machine::rotary_ema();
+    write("machine.toml", declared.to_toml());
+    let mut random = Random::new(28);
+    for log in 0..7 {
+        let level = FIRST * if log < 4 { 1.0 } else { 1.3 } * (1.0 + SCATTER * random.normal());
+        let machine = Machine {
+            coulomb: level,
+            static_friction: 1.25 * level,
+            ..declared.clone()
+        };
+        let trajectory = Trajectory::sines(&machine);
+        let recording = Experiment::tracking(machine, trajectory)
+            .lasting(3.0)
+            .seeded(log as u64)
+            .with_step(2e-5)
+            .run();
+        write(&format!("{log}.csv"), recording.to_csv());
+    }
+    let arguments = [&LOGS[..7], &["--json", "out.json"]].concat();
+    let output = track(directory.path(), &arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json = json(directory.path());
+    let jump = &json["jump"];
+    assert_eq!(
+        (&jump["from"], &jump["to"]),
+        (&"3.csv".into(), &"4.csv".into()),
+        "{json}"
+    );
+    assert!(["coulomb", "static"].contains(&jump["name"].as_str().unwrap()));
+    assert!(number(&jump["p_value"]) < 0.05);
+    // Of the mean change a third at most is the scatter of the two logs.
+    let share = number(&jump["change"]) / number(&jump["before"]);
+    assert!((share - 0.3).abs() < 0.1, "{jump}");
+    let printed = text(&output.stdout).replace('\n', " ");
+    let (sentences, _) = printed.split_once("number  ").expect("a table");
+    assert!(sentences.contains(" jumps up by "), "{sentences}");
+    assert!(sentences.contains("from 3.csv to 4.csv"), "{sentences}");
+}
