@@ -58,8 +58,8 @@ pub struct Args {
     /// Sliding friction, as in 0.12mNm
     #[arg(long, value_name = "TORQUE")]
     pub friction_torque: Option<String>,
-    /// Sliding friction of what the motor drives, at the coordinate, beside that of the sheet: of a gear, a belt or a screw and
-    /// its rail, as in 5N or 20mNm
+    /// Sliding friction behind the motor (gear, belt, screw, rail), measured at the coordinate, as in 5N or 20mNm; it is added to
+    /// the motor's own
     #[arg(long, value_name = "TORQUE")]
     pub load_friction: Option<String>,
     /// Friction that has to be overcome before it moves
@@ -77,14 +77,14 @@ pub struct Args {
     /// Way for a turn of the gear's output, as in 2mm (screw, rack, belt): the coordinate is then a stroke
     #[arg(long, value_name = "LENGTH")]
     pub screw_lead: Option<String>,
-    /// Whose speeds, torques and constants the data sheet gives: the motor's alone, or those behind the gear, whose ratio need
-    /// not be known then
+    /// Which shaft the data sheet's speeds, torques and constants are of: that of the motor alone, or of the gearmotor, behind the
+    /// gear; the ratio need not be known then
     #[arg(long, value_name = "SIDE", value_parser = ["motor", "gearmotor"])]
     pub values_of: Option<String>,
     /// Inertia of the load at the coordinate, as in 2kg.cm2; along a stroke its mass
     #[arg(long, value_name = "INERTIA")]
     pub load_inertia: Option<String>,
-    /// Mass of a load that hangs aside of the axis, as in 490g
+    /// Mass of a load whose centre is not on the axis, so that gravity turns it, as in 490g
     #[arg(long, value_name = "MASS", requires = "pendulum_length")]
     pub pendulum_mass: Option<String>,
     /// From the axis to the centre of that mass, as in 10cm
@@ -125,7 +125,7 @@ pub struct Args {
     /// What the log's `input` is: V, mV, duty (-1 to 1), %, or duty/255 (so many for the whole supply)
     #[arg(long, default_value = "V")]
     pub input: String,
-    /// Supply that a duty is a part of; without it the nominal voltage
+    /// Supply voltage at a duty of 1 or 100 %; without it the nominal voltage
     #[arg(long, value_name = "VOLTAGE")]
     pub supply: Option<String>,
     /// The logs have a measured current: resistance and torque constant are fitted too, within their tolerance

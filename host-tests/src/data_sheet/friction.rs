@@ -1,8 +1,12 @@
 //! What rubs: from the no-load current, the friction that is told, or a guess.
 
+use model_core::gap::criterion;
+
 use super::agreement;
 use super::derive::{Number, Point, Sure, significant, times, within};
+use super::measure::Measure;
 use super::rules;
+use crate::quantity::given;
 
 /// The friction of the machine, at the coordinate.
 #[derive(Debug)]
@@ -118,30 +122,24 @@ pub(super) fn of(
             let viscous = Number::told(measure, 1.0, within([measure.rounding]));
             if sheet.no_load_current.is_none() {
                 // A guessed current tells nothing of it.
-                let coulomb = with_load(point, split(point, (whole, passed), speed, idle).0, None);
-                return Ok(Friction {
-                    breakaway: breakaway(point, &coulomb, lossy)?,
-                    coulomb,
-                    viscous,
-                });
+                (split(point, (whole, passed), speed, idle).0, viscous)
+            } else {
+                let drag = viscous.value * speed.unwrap_or(0.0);
+                agreement::of_viscous(point, measure, drag, whole, idle)?;
+                let why = format!("{}; less {measure} at no load", of_current(idle, passed));
+                let rest = (whole - drag).max(0.0);
+                (Number::new(rest, why, idle.sure), viscous)
             }
-            let speed = speed.unwrap_or(0.0);
-            let rest = whole - viscous.value * speed;
-            agreement::of_viscous(point, measure, viscous.value * speed, whole, idle)?;
-            let why = format!("{}; less {measure} at no load", of_current(idle, passed));
-            (Number::new(rest.max(0.0), why, idle.sure), viscous)
         }
         (None, None) => split(point, (whole, passed), speed, idle),
     };
-    let unsure = unsure_of_gear(point, resistance.value);
-    let viscous = match unsure {
-        Some(factor) if sheet.viscous.is_none() => {
-            let why = format!("{}; {}", viscous.why, without(point));
-            Number::new(viscous.value, why, Sure::Guess(factor))
-        }
+    let stall = agreement::stall_current(point, resistance.value);
+    let behind = Behind::of(point, passed * constant.value, stall);
+    let viscous = match &behind {
+        Some(behind) if sheet.viscous.is_none() => behind.viscous(point, viscous, speed),
         _ => viscous,
     };
-    let coulomb = with_load(point, coulomb, unsure);
+    let coulomb = with_load(point, coulomb, behind.as_ref(), lossy)?;
     Ok(Friction {
         breakaway: breakaway(point, &coulomb, lossy)?,
         viscous,
@@ -149,31 +147,128 @@ pub(super) fn of(
     })
 }
 
-/// The sliding friction of the sheet with that of what the motor drives, or with what says that it is not known.
-fn with_load(point: &Point, friction: Number, unsure: Option<f64>) -> Number {
+/// What rubs behind the shaft that the sheet is of: gear, belt, screw, rail or the load's bearings. It adds to the motor's own
+/// friction, and by how much no data sheet says: by more than nothing, and by less than what stops the motor.
+struct Behind {
+    /// What the motor makes at standstill, at the coordinate, N·m or N; none where nothing says the current at standstill.
+    stall: Option<f64>,
+    /// Whether there is a gear, whose friction is guessed to be that of gearmotors; else nothing is like it.
+    is_of_gear: bool,
+}
+
+impl Behind {
+    /// `scale`: torque for an ampere at the coordinate. None where the sheet has all that rubs, or the user says it.
+    fn of(point: &Point, scale: f64, current: Option<f64>) -> Option<Self> {
+        let sheet = point.sheet;
+        let gear = &sheet.gear;
+        let told = sheet.friction_torque.as_ref();
+        // Who says that nothing rubs there is believed.
+        let is_none = |measure: &Measure| measure.value == 0.0;
+        if sheet.load_friction.as_ref().is_some_and(is_none) {
+            return None;
+        }
+        // A guessed current is one of a gearmotor, and as unsure as that.
+        let is_measured = told.is_none() && sheet.no_load_current.is_some();
+        let is_of_gear = is_measured && gear.is_there && !gear.values_behind;
+        let has_rail = gear.lead.is_some() && !told.is_some_and(|measure| measure.linear);
+        let load = [
+            &sheet.load_inertia,
+            &sheet.load_friction,
+            &sheet.pendulum_mass,
+        ];
+        let has_load = load.into_iter().flatten().any(|load| load.value > 0.0);
+        let bears_load = is_measured && !gear.is_there && has_load;
+        (is_of_gear || has_rail || bears_load).then_some(Self {
+            stall: current.map(|current| scale * current),
+            is_of_gear,
+        })
+    }
+
+    /// A part of the friction at no load, of which the motor's own is `own`: with what gearmotors have, if that is more.
+    fn part(&self, own: f64, part: f64) -> f64 {
+        let stall = self.stall.filter(|_| self.is_of_gear);
+        stall.map_or(own, |stall| {
+            own.max(part * rules::GEARMOTORS_NO_LOAD_SHARE * stall)
+        })
+    }
+
+    /// By what factor such a number may be off: down to the motor's own, up to what stops the motor.
+    fn sure(&self, value: f64, own: f64, most: Option<f64>) -> Sure {
+        let up = most.map_or(0.0, |most| most / value);
+        let down = if own > 0.0 { value / own } else { 0.0 };
+        let factor = up.max(down).min(f64::from(criterion::FARTHEST));
+        Sure::Guess(factor.max(rules::FRICTION_FACTOR))
+    }
+
+    /// Where such a number comes from, of which the motor's own is `own`. `part`: what of the friction at no load it is.
+    fn why(&self, point: &Point, (value, own): (f64, &Number), part: &str) -> String {
+        let without = without(point);
+        let (what, unit) = if point.sheet.gear.linear {
+            ("force", "N")
+        } else {
+            ("torque", "N·m")
+        };
+        match self.stall {
+            Some(stall) if value > own.value => format!(
+                "guessed: {part} of the {what} that gearmotors need without a load, which is {} % of that at standstill, {} {unit}; \
+                 the motor's own, from its no-load current, is {}, {without}",
+                given(100.0 * rules::GEARMOTORS_NO_LOAD_SHARE),
+                significant(stall),
+                significant(own.value)
+            ),
+            _ => format!("{}; {without}", own.why),
+        }
+    }
+
+    fn viscous(&self, point: &Point, own: Number, speed: Option<f64>) -> Number {
+        let Some(speed) = speed.filter(|speed| *speed > 0.0) else {
+            let sure = self.sure(own.value, own.value, None);
+            let why = self.why(point, (own.value, &own), "");
+            return Number::new(own.value, why, sure);
+        };
+        let part = rules::VISCOUS_PART;
+        let value = self.part(own.value, part / speed);
+        let share = format!("{} % over the speed there", given(100.0 * part));
+        let why = self.why(point, (value, &own), &share);
+        let most = self.stall.map(|stall| stall / speed);
+        Number::new(value, why, self.sure(value, own.value, most))
+    }
+
+    /// `most`: what it surely is not above, as a breakaway torque that is told.
+    fn coulomb(&self, point: &Point, own: Number, most: Option<f64>) -> Number {
+        let part = 1.0 - rules::VISCOUS_PART;
+        let value = self.part(own.value, part);
+        let value = most.map_or(value, |most| value.min(most).max(own.value));
+        let why = self.why(point, (value, &own), &format!("{} %", given(100.0 * part)));
+        Number::new(value, why, self.sure(value, own.value, self.stall))
+    }
+}
+
+/// The sliding friction of the sheet with that of what the motor drives, or with what says that it is not known. `lossy`: what
+/// the gear passes on of a breakaway torque.
+fn with_load(
+    point: &Point,
+    friction: Number,
+    behind: Option<&Behind>,
+    lossy: f64,
+) -> Result<Number, String> {
     let sheet = point.sheet;
     let Some(measure) = &sheet.load_friction else {
-        let told = sheet.friction_torque.as_ref();
-        let is_of_load = told.is_some_and(|measure| measure.linear);
-        let is_of_motor = unsure.is_some() || sheet.gear.lead.is_some() && !is_of_load;
-        if !is_of_motor {
-            return friction;
-        }
-        let (example, or) = if sheet.gear.linear {
-            ("5N", "")
-        } else {
-            (
+        let Some(behind) = behind else {
+            return Ok(friction);
+        };
+        let (example, or) = match (sheet.gear.linear, behind.is_of_gear) {
+            (true, _) => ("5N", ""),
+            (false, true) => (
                 "20mNm",
                 ", or --values-of gearmotor with the gearmotor's numbers has it",
-            )
+            ),
+            (false, false) => ("20mNm", ""),
         };
-        let why = format!(
-            "{}; {}: --load-friction adds it, as in --load-friction {example}{or}",
-            friction.why,
-            without(point)
-        );
-        let sure = unsure.map_or(friction.sure, Sure::Guess);
-        return Number::new(friction.value, why, sure);
+        let most = told_breakaway(point, lossy)?.map(|number| number.value);
+        let mut number = behind.coulomb(point, friction, most);
+        number.why += &format!(": --load-friction adds it, as in --load-friction {example}{or}");
+        return Ok(number);
     };
     let load = measure.value;
     let why = format!("{}; + {} of {measure}", friction.why, significant(load));
@@ -185,7 +280,7 @@ fn with_load(point: &Point, friction: Number, unsure: Option<f64>) -> Number {
         }
         _ => within([measure.rounding]),
     };
-    Number::new(value, why, sure)
+    Ok(Number::new(value, why, sure))
 }
 
 /// What rubs behind a motor and is not in its numbers.
@@ -198,44 +293,39 @@ fn without(point: &Point) -> &'static str {
         (true, false) => {
             "without what rubs in gear, belt or screw and rail, which no motor's data sheet has"
         }
-        (false, _) => "without the gear's own friction, which no motor's data sheet has",
+        (false, _) if gear.is_there => {
+            "without the gear's own friction, which no motor's data sheet has"
+        }
+        (false, _) => "without what rubs at the load, which no motor's data sheet has",
     }
 }
 
-/// By what factor the friction behind a gear may be more than that of the no-load current, where this is a bare motor's.
-fn unsure_of_gear(point: &Point, resistance: f64) -> Option<f64> {
-    let sheet = point.sheet;
-    let is_without = sheet.gear.is_there && !sheet.gear.values_behind;
-    if !is_without || sheet.friction_torque.is_some() {
-        return None;
-    }
-    let idle = sheet.no_load_current.as_ref()?;
-    let stall = agreement::stall_current(point, resistance);
-    let factor = stall.map(|stall| rules::GEARMOTORS_NO_LOAD_SHARE * stall / idle.value);
-    Some(factor.unwrap_or(0.0).max(rules::FRICTION_FACTOR))
+/// What has to be overcome before it moves, where the sheet says so.
+fn told_breakaway(point: &Point, lossy: f64) -> Result<Option<Number>, String> {
+    let told = point.sheet.breakaway_torque.as_ref().map(|measure| {
+        let lossy = if measure.linear { 1.0 } else { lossy };
+        let factor = point.sheet.gear.sheet(measure)? * lossy;
+        let sure = within([measure.rounding]);
+        Ok(Number::told(measure, factor, sure))
+    });
+    told.transpose()
 }
 
 /// What has to be overcome before it moves.
 fn breakaway(point: &Point, coulomb: &Number, lossy: f64) -> Result<Number, String> {
-    let sheet = point.sheet;
-    let Some(measure) = &sheet.breakaway_torque else {
-        return Ok(Number::new(
-            rules::BREAKAWAY_RATIO * coulomb.value,
-            format!("guessed: {} × coulomb", rules::BREAKAWAY_RATIO),
-            coulomb.sure,
-        ));
-    };
-    let lossy = if measure.linear { 1.0 } else { lossy };
-    let factor = sheet.gear.sheet(measure)? * lossy;
-    let number = Number::told(measure, factor, within([measure.rounding]));
-    if number.value < coulomb.value {
-        return Err(format!(
+    match (told_breakaway(point, lossy)?, &point.sheet.breakaway_torque) {
+        (Some(number), Some(measure)) if number.value < coulomb.value => Err(format!(
             "{measure} is less than the sliding friction, {} ({}); expected at least as much",
             significant(coulomb.value),
             coulomb.why
-        ));
+        )),
+        (Some(number), _) => Ok(number),
+        (None, _) => Ok(Number::new(
+            rules::BREAKAWAY_RATIO * coulomb.value,
+            format!("guessed: {} × coulomb", rules::BREAKAWAY_RATIO),
+            coulomb.sure,
+        )),
     }
-    Ok(number)
 }
 
 /// The viscous friction that the no-load current leaves beside a Coulomb friction that is told.

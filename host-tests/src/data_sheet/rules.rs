@@ -14,7 +14,7 @@ pub(super) const NO_LOAD_SHARE: f64 = 0.03;
 pub(super) const GEARED_NO_LOAD_SHARE: f64 = 0.05;
 
 /// The middle of the shares of the stall current that gearmotors and servos draw without a load: 8 %, the geometric mean of 4
-/// and 16 %. By as much as a bare motor draws less, a gear that nobody has measured may rub more than the motor does.
+/// and 16 %. Where a bare motor draws less, a gear that nobody has measured is guessed to rub so much more.
 pub(super) const GEARMOTORS_NO_LOAD_SHARE: f64 = 0.08;
 
 /// By how much a guessed friction may be off, as a factor.

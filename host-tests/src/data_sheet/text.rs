@@ -129,7 +129,7 @@ fn fit(file: &mut File, args: &Args, sheet: &Sheet, derived: &Derived) {
     })
     .collect();
     if !guessed.is_empty() {
-        file.comment("By what factor the guesses may be off; a fit goes no further than its cube.");
+        file.comment("By what factor the guesses may be off; a fit goes no further than its cube, nor than 45 times.");
         file.lines
             .push(format!("unsure = {{ {} }}", guessed.join(", ")));
     }

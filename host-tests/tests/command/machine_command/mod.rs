@@ -15,6 +15,7 @@ use model_core::plant::actuator::External;
 
 mod drawn;
 mod files;
+mod friction;
 mod motors;
 mod numbers;
 mod refused;

@@ -52,7 +52,8 @@ fn a_motor_with_its_constants_given_keeps_its_sheets_lines() {
 #[test]
 fn a_gear_refers_the_motor_to_its_output() {
     let bare = machine(MICROMOTOR);
-    let words = format!("{MICROMOTOR} --gear-ratio 22:1 --values-of motor");
+    // A gear in which nothing rubs: else its own friction would be added.
+    let words = format!("{MICROMOTOR} --gear-ratio 22:1 --values-of motor --load-friction 0mNm");
     let geared = machine(&words);
     let (one, other) = (bare.motor.unwrap(), geared.motor.unwrap());
     assert_eq!(one.resistance, other.resistance);
@@ -96,7 +97,7 @@ fn a_screw_makes_a_stroke_of_turns() {
     let lead = 2e-3;
     let words = format!(
         "{MICROMOTOR} --gear-ratio 3 --screw-lead 2mm --gear-efficiency 0.5 --values-of motor \
-         --load-inertia 2kg --lower-stop 0mm --upper-stop 5cm --encoder-counts 1000 --encoder-side motor"
+         --load-friction 0N --load-inertia 2kg --lower-stop 0mm --upper-stop 5cm --encoder-counts 1000 --encoder-side motor"
     );
     let machine = machine_with_loss(&words);
     let turns = 3.0 * TAU / lead;
@@ -250,7 +251,7 @@ fn gear_ratio_and_tolerances_are_read_back() {
 }
 
 /// What is behind a number that is a guess, as the file says it.
-fn guess(text: &str, name: &str) -> Option<f64> {
+pub(super) fn guess(text: &str, name: &str) -> Option<f64> {
     let line = text
         .lines()
         .find(|line| line.starts_with(&format!("{name} = ")));
@@ -280,85 +281,6 @@ fn the_factors_of_the_guesses_are_in_fit() {
     assert_eq!(unsure.keys().collect::<Vec<_>>(), ["inertia", "viscous"]);
 }
 
-/// Gearmotors draw 4 to 16 % of their stall current without a load, their geometric mean is 8 %. This motor alone draws
-/// 0.0105 A of 12 V / 13.7 Ω, so that the gear may make 6.7 times as much of it.
-#[test]
-fn a_bare_motor_knows_little_of_the_friction_of_its_gear() {
-    let words = format!("{MICROMOTOR} --gear-ratio 53 --values-of motor");
-    let text = printed(&words);
-    let factor = 0.08 * (12.0 / 13.7) / 0.0105;
-    for name in ["viscous", "coulomb", "static"] {
-        near(guess(&text, name).unwrap(), factor, 0.05 / factor);
-    }
-    let said = text.replace("\n# ", " ");
-    assert!(
-        said.contains(
-            "without the gear's own friction, which no motor's data sheet has: --load-friction adds it, as in \
-             --load-friction 20mNm"
-        ),
-        "{said}"
-    );
-    // What is told is as sure as that, a motor without a gear has none, and a gearmotor's current has it.
-    let told = words.replace("--no-load-current 0.0105A", "--friction-torque 0.5mNm");
-    let told = printed(&told);
-    for (text, coulomb) in [
-        (&told, None),
-        (&printed(MICROMOTOR), Some(1.3)),
-        (&printed(CART), Some(1.3)),
-    ] {
-        assert_eq!(guess(text, "coulomb"), coulomb);
-        assert!(!text.contains("gear's own friction"), "{text}");
-    }
-    let viscous = printed(&format!("{words} --viscous 1e-9Nms"));
-    assert_eq!(guess(&viscous, "viscous"), None);
-    near(guess(&viscous, "coulomb").unwrap(), factor, 0.05 / factor);
-}
-
-/// A data sheet of a motor knows nothing of a rail; what that rubs is given at the carriage, and adds to what the motor's current says.
-#[test]
-fn a_carriage_has_its_own_friction() {
-    let words = format!("{MICROMOTOR} --gear-ratio 4 --screw-lead 40mm --values-of motor");
-    let text = printed(&words);
-    let said = text.replace("\n# ", " ");
-    let hint = "gear, belt or screw and rail, which no motor's data sheet has: --load-friction adds it, as in --load-friction 5N";
-    assert!(said.contains(hint), "{said}");
-    let alone = machine(&words).friction;
-    let text = printed(&format!("{words} --load-friction 5N"));
-    let both = machine(&format!("{words} --load-friction 5N")).friction;
-    near(both.coulomb, alone.coulomb + 5.0, PRINTED);
-    near(both.r#static, 1.2 * (alone.coulomb + 5.0), PRINTED);
-    // Most of it is told, and is no guess.
-    assert_eq!(guess(&text, "coulomb"), None);
-    assert!(!text.contains("--load-friction adds it"), "{text}");
-    let said = text.replace("\n# ", " ");
-    assert!(said.contains("; + 5 of --load-friction 5N"), "{said}");
-    // A gearmotor's current knows its gear, and no rail; a friction at the carriage is all of it.
-    let gearmotor = printed(&format!("{CART} --screw-lead 40mm"));
-    let said = gearmotor.replace("\n# ", " ");
-    assert!(
-        said.contains("without what rubs in belt or screw and rail"),
-        "{said}"
-    );
-    let whole = words.replace("--no-load-current 0.0105A", "--friction-torque 5N");
-    let text = printed(&format!("{whole} --gear-efficiency 80%"));
-    assert!(!text.contains("--load-friction"), "{text}");
-    near(
-        machine(&format!("{whole} --gear-efficiency 80%"))
-            .friction
-            .coulomb,
-        5.0,
-        PRINTED,
-    );
-    // Beside the current of a motor that does not move it, it is no contradiction of the sheet.
-    let error = refused(&split(&format!("{words} --friction-torque 5N")));
-    assert!(
-        error.contains("give what rubs behind the motor as --load-friction"),
-        "{error}"
-    );
-    let error = refused(&split(&format!("{words} --load-friction 5mNm")));
-    assert!(error.contains("give it along the stroke"), "{error}");
-}
-
 /// The comment above a number, in one line.
 fn comment(text: &str, name: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
@@ -381,7 +303,10 @@ fn a_comment_makes_its_number() {
     let words = MICROMOTOR
         .replace("--torque-constant 11.4mNm/A", "")
         .replace("--stall-torque 9.90mNm", "");
-    let words = format!("{words} --gear-ratio 53 --values-of motor --gear-efficiency 43%");
+    // A gear in which nothing rubs: else its own friction would be guessed.
+    let words = format!(
+        "{words} --gear-ratio 53 --values-of motor --gear-efficiency 43% --load-friction 0mNm"
+    );
     let text = printed(&words);
     let machine = machine(&words);
     let constant = (12.0 - 0.0105 * 13.7) / (9900.0 * RPM) * 53.0;
