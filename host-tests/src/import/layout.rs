@@ -127,8 +127,12 @@ pub(super) const SAMPLE: usize = 200;
 
 /// A cell as a number.
 pub(super) fn number(field: &str, decimal_comma: bool) -> Option<f64> {
+    let decimal = if decimal_comma { ',' } else { '.' };
+    if let Some(plain) = ungrouped(field, decimal) {
+        return plain.parse().ok();
+    }
     if decimal_comma && field.contains(',') {
-        // What has a point too is a date, or has thousands apart.
+        // What has a point too is a date.
         let plain = field.bytes().filter(|byte| *byte == b',').count() == 1
             && !field.contains('.')
             && !field.ends_with(',');
@@ -144,6 +148,64 @@ pub(super) fn number(field: &str, decimal_comma: bool) -> Option<f64> {
         "false" | "off" => Some(0.0),
         _ => None,
     }
+}
+
+/// What separates thousands: in Switzerland an apostrophe, by the SI a space, which may be one that does not break a line.
+const GROUPING: [char; 7] = [',', '.', '\'', '’', ' ', '\u{a0}', '\u{202f}'];
+
+/// A number whose thousands are apart, as in `1,234,567.8`, without what separates them and with a decimal point; `None` of any
+/// other. `decimal`: what separates its decimals, and so not its thousands.
+fn ungrouped(field: &str, decimal: char) -> Option<String> {
+    let digits = field.strip_prefix(['-', '+']).unwrap_or(field);
+    let separator = digits.chars().find(|c| !c.is_ascii_digit())?;
+    if separator == decimal || !GROUPING.contains(&separator) {
+        return None;
+    }
+    let (whole, decimals) = match digits.split_once(decimal) {
+        Some((whole, decimals)) => (whole, Some(decimals)),
+        None => (digits, None),
+    };
+    let mut groups = whole.split(separator);
+    let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    // `0,001` has decimals: no number of thousands begins with a zero.
+    let is_first =
+        |text: &str| is_digits(text) && (1..=3).contains(&text.len()) && !text.starts_with('0');
+    let is_grouped = groups.next().is_some_and(is_first)
+        && groups.all(|group| is_digits(group) && group.len() == 3)
+        && decimals.is_none_or(is_digits);
+    let sign = &field[..field.len() - digits.len()];
+    let plain = whole.replace(separator, "");
+    is_grouped.then(|| format!("{sign}{plain}.{}", decimals.unwrap_or("0")))
+}
+
+/// Whether a cell is a number whose decimals are behind this, and cannot be one whose thousands are: one with three
+/// digits behind a single comma or point may be either.
+fn has_decimals(cell: &str, decimal: char) -> bool {
+    let other = if decimal == ',' { '.' } else { ',' };
+    cell.contains(decimal)
+        && number(cell, decimal == ',').is_some()
+        && ungrouped(cell, other).is_none()
+}
+
+/// Whether a cell is a number with two or more separators of thousands like this.
+fn has_thousands(cell: &str, separator: char) -> bool {
+    let decimal = if separator == ',' { '.' } else { ',' };
+    cell.matches(separator).count() >= 2 && ungrouped(cell, decimal).is_some()
+}
+
+/// Whether these cells are written with decimal commas. A cell that can only be read one way decides; a comma or a point with three
+/// digits behind it is one of decimals where no cell says that it separates thousands.
+fn are_with_commas<'t>(cells: impl Iterator<Item = &'t str> + Clone) -> bool {
+    let any = |is_it: fn(&str, char) -> bool, mark: char| {
+        cells
+            .clone()
+            .any(|cell| cell.contains(mark) && is_it(cell, mark))
+    };
+    if any(has_decimals, '.') || any(has_thousands, ',') {
+        return false;
+    }
+    let may_be = |cell: &str, mark: char| number(cell, mark == ',').is_some();
+    any(has_decimals, ',') || any(has_thousands, '.') || any(may_be, ',') && !any(may_be, '.')
 }
 
 fn numbers(fields: &[Cow<'_, str>], decimal_comma: bool) -> usize {
@@ -171,6 +233,12 @@ impl Layout {
             .filter_map(|delimiter| judged(sample, delimiter, reading.decimal_comma))
             // Of equals the first.
             .reduce(|best, next| if next.0 > best.0 { next } else { best })?;
+        // How many numbers a row usually has.
+        let rows = sample.iter().map(|line| delimiter.split(line));
+        let rows = rows.filter(|fields| fields.len() == width);
+        let mut counts: Vec<usize> = rows.map(|fields| numbers(&fields, decimal_comma)).collect();
+        counts.sort_unstable();
+        let usual = counts.get(counts.len() / 2).copied().unwrap_or(0);
         let mut layout = Self {
             delimiter,
             decimal_comma,
@@ -182,22 +250,29 @@ impl Layout {
             units: None,
             start: 0,
         };
-        layout.find_names(lines, reading);
+        layout.find_names(lines, reading, usual);
         layout.find_cut_stamp(lines, sample);
         Some(layout)
     }
 
-    fn find_names(&mut self, lines: &[&str], reading: &Reading) {
-        let fields = |at: usize| self.delimiter.split(lines[at]);
-        let is_row = |at: &usize| {
-            let fields = fields(*at);
-            !self.is_comment(lines[*at])
+    /// `usual`: how many numbers a row usually has.
+    fn find_names(&mut self, lines: &[&str], reading: &Reading, usual: usize) {
+        let has = |at: usize, least: usize| {
+            let fields = self.delimiter.split(lines[at]);
+            !self.is_comment(lines[at])
                 && fields.len() == self.width
-                && numbers(&fields, self.decimal_comma) >= 2
+                && numbers(&fields, self.decimal_comma) >= least
+        };
+        // A line of settings above the table may hold two numbers, too: the table begins with its first whole row, or with rows
+        // right above that which lack a number.
+        let begin = || {
+            let whole = (0..lines.len()).find(|at| has(*at, usual.max(2)))?;
+            let lacking = (0..whole).rev().take_while(|at| has(*at, 2)).last();
+            Some(lacking.unwrap_or(whole))
         };
         let start = match reading.header {
             Some(line) => line.min(lines.len()),
-            None => (0..lines.len()).find(is_row).unwrap_or(lines.len()),
+            None => begin().unwrap_or(lines.len()),
         };
         // The names stand in the nearest line above that may have them, comment or not.
         let text = |at: usize| self.uncommented(lines[at]);
@@ -324,13 +399,14 @@ impl Layout {
         }
     }
 
-    /// In words.
-    pub fn describe(&self) -> String {
+    /// In words. `has_labels`: each value had its name in front.
+    pub fn describe(&self, has_labels: bool) -> String {
         let mut words = vec![format!("fields apart by {}", self.delimiter.name())];
         if self.decimal_comma {
             words.push("decimal commas".into());
         }
         words.push(match self.names {
+            _ if has_labels => "a name in front of each value".into(),
             Some(line) => format!("names in line {}", line + 1),
             None => "no names".into(),
         });
@@ -363,10 +439,8 @@ fn judged(
     comma: bool,
 ) -> Option<((usize, usize), Delimiter, bool, usize)> {
     let rows: Vec<Vec<Cow<'_, str>>> = sample.iter().map(|line| delimiter.split(line)).collect();
-    let cells = || rows.iter().flatten();
-    let decimal_comma = comma
-        || cells().any(|cell| cell.contains(',') && number(cell, true).is_some())
-            && !cells().any(|cell| cell.contains('.') && number(cell, false).is_some());
+    let cells = || rows.iter().flatten().map(|cell| &**cell);
+    let decimal_comma = comma || are_with_commas(cells());
     let mut widths: Vec<usize> = rows.iter().map(Vec::len).collect();
     widths.sort_unstable();
     let usual = *widths.get(widths.len() / 2)?;
@@ -375,4 +449,47 @@ fn judged(
     let rows_of_numbers = counts.iter().filter(|count| **count >= 2).count();
     let all = counts.iter().sum();
     (rows_of_numbers > 0).then_some(((rows_of_numbers, all), delimiter, decimal_comma, usual))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_may_be_apart() {
+        for (cell, comma, value) in [
+            ("1,234,567.8", false, 1_234_567.8),
+            ("-12,748", false, -12_748.0),
+            ("1'234.5", false, 1_234.5),
+            ("1\u{a0}234\u{202f}567", false, f64::NAN),
+            ("1\u{202f}234\u{202f}567", false, 1_234_567.0),
+            ("1.234.567,8", true, 1_234_567.8),
+            ("12 000", true, 12_000.0),
+            ("1.234", false, 1.234),
+            ("1,234", true, 1.234),
+            ("0.001", true, 0.001),
+            ("1,23,456", false, f64::NAN),
+            ("27.11.2026", true, f64::NAN),
+        ] {
+            let read = number(cell, comma).unwrap_or(f64::NAN);
+            let is_same = read == value || read.is_nan() && value.is_nan();
+            assert!(is_same, "{cell}: {read}");
+        }
+    }
+
+    #[test]
+    fn cells_tell_decimal_commas_from_thousands() {
+        for (cells, comma) in [
+            (["0,5", "1,25", "3"], true),
+            (["0.5", "1,250", "3"], false),
+            (["1,250", "999", "3"], true),
+            (["1,250", "1,000,250", "3"], false),
+            (["1.250", "0,5", "3"], true),
+            (["1.250", "1.000.250", "0,125"], true),
+            (["1.250", "2.125", "3"], false),
+            (["0.001", "0.002", "1,000"], false),
+        ] {
+            assert_eq!(are_with_commas(cells.into_iter()), comma, "{cells:?}");
+        }
+    }
 }

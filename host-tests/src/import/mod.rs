@@ -7,11 +7,13 @@
 //! its form, `call` finds the recipe that would mend it, and prints it as a command.
 
 pub(crate) mod call;
+mod clock;
 pub mod command;
 mod convert;
 pub(crate) mod foreign;
 mod groups;
 mod guess;
+mod labelled;
 mod layout;
 mod mat;
 mod page;

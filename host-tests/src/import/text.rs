@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use super::clock;
+use super::labelled;
 use super::layout::{Delimiter, Layout, Reading, SAMPLE, number};
 use super::raw::{Column, Raw};
 use super::stamp::{Stamps, is_stamp};
@@ -24,7 +26,10 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         let message = "is empty; expected a row a sample";
         return Err(InputError::new(path, None, message));
     }
-    let joined = with_arrows_as_delimiters(&text, reading);
+    let (names, joined) = match labelled::as_table(&lines(&text)) {
+        Some((names, table)) => (Some(names), Some(table)),
+        None => (None, with_arrows_as_delimiters(&text, reading)),
+    };
     let lines = lines(joined.as_deref().unwrap_or(&text));
     let Some(layout) = Layout::find(&lines, reading) else {
         let message = "has no two columns of numbers; expected a row a sample, \
@@ -32,15 +37,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         return Err(InputError::new(path, None, message));
     };
     let mut raw = Raw {
-        layout: format!("{encoding}{}", layout.describe()),
+        layout: format!("{encoding}{}", layout.describe(names.is_some())),
         ..Raw::default()
-    };
-    let head = |at: usize| {
-        let fields = layout.delimiter.split(layout.uncommented(lines[at]));
-        fields
-            .into_iter()
-            .map(Cow::into_owned)
-            .collect::<Vec<String>>()
     };
     // The line above the numbers is a header, whether its names could be told or not.
     let above = (0..layout.start).rev().find(|&at| {
@@ -52,15 +50,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         let message = "a quotation mark of the header is not closed; close it, or leave it out";
         return Err(InputError::new(path, Some(at + 1), message));
     }
-    raw.names = layout.names.map(head).unwrap_or_default();
-    raw.names.resize(layout.width, String::new());
-    let units = layout.units.map(head).unwrap_or_default();
-    raw.units = (0..layout.width)
-        .map(|column| {
-            let own = units.get(column).map(|unit| bare(unit).to_owned());
-            own.or_else(|| unit_in(&raw.names[column]))
-        })
-        .collect();
+    (raw.names, raw.units) = names_and_units(&lines, &layout, names);
     raw.columns = vec![Column::default(); layout.width];
     let stamped = stamped(&lines, &layout);
     let mut stamps = vec![None; layout.width];
@@ -92,10 +82,36 @@ pub(super) fn read(path: &Path, bytes: &[u8], reading: &Reading) -> Result<Raw, 
         push(&mut raw, (&fields, is_open), at + 1, read);
     }
     drop_empty_end(&mut raw);
+    let joined = clock::join_seconds(&mut raw);
+    raw.layout += &joined;
     if comments > 0 {
         raw.layout += &format!(", {} left out", counted(comments, "comment line"));
     }
     Ok(raw)
+}
+
+/// The names and the units of the columns. `names`: those that stand in front of each value, where they do.
+fn names_and_units(
+    lines: &[&str],
+    layout: &Layout,
+    names: Option<Vec<String>>,
+) -> (Vec<String>, Vec<Option<String>>) {
+    let head = |at: usize| {
+        let fields = layout.delimiter.split(layout.uncommented(lines[at]));
+        fields
+            .into_iter()
+            .map(Cow::into_owned)
+            .collect::<Vec<String>>()
+    };
+    let mut names = names.or_else(|| layout.names.map(head)).unwrap_or_default();
+    names.resize(layout.width, String::new());
+    let units = layout.units.map(head).unwrap_or_default();
+    let unit_of = |(column, name): (usize, &String)| {
+        let own = units.get(column).map(|unit| bare(unit).to_owned());
+        own.or_else(|| unit_in(name))
+    };
+    let units = names.iter().enumerate().map(unit_of).collect();
+    (names, units)
 }
 
 /// What a serial monitor puts behind the clock that it adds to a line: `12:00:00.002 -> 0.02,1.31`.
@@ -228,13 +244,13 @@ fn rejoined<'t>(mut fields: Vec<Cow<'t, str>>, layout: &Layout) -> Vec<Cow<'t, s
     fields.chunks(2).map(pair).collect()
 }
 
-/// A last column without a name and without a value comes from delimiters at the ends of the lines.
+/// Last columns without a name and without a value come from delimiters at the ends of the lines.
 fn drop_empty_end(raw: &mut Raw) {
-    let empty = raw
-        .columns
-        .last()
-        .is_some_and(|column| column.values.iter().all(|v| v.is_nan()));
-    if empty && raw.names.last().is_some_and(String::is_empty) {
+    let is_empty = |raw: &Raw| {
+        let column = raw.columns.last();
+        column.is_some_and(|column| column.values.iter().all(|value| value.is_nan()))
+    };
+    while raw.names.last().is_some_and(String::is_empty) && is_empty(raw) {
         raw.columns.pop();
         raw.names.pop();
         raw.units.pop();
@@ -276,7 +292,7 @@ fn decoded(bytes: &[u8]) -> Option<(Cow<'_, str>, &'static str)> {
         return wide(u16::from_be_bytes);
     }
     if bytes.contains(&0) {
-        return None;
+        return without_mark(bytes).map(|text| (Cow::Owned(text), "UTF-16, "));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     Some(match std::str::from_utf8(bytes) {
@@ -287,6 +303,22 @@ fn decoded(bytes: &[u8]) -> Option<(Cow<'_, str>, &'static str)> {
             "Latin-1, ",
         ),
     })
+}
+
+/// UTF-16 without the mark in front that says so: of a table nearly every other byte is 0, the first or the second of each two.
+fn without_mark(bytes: &[u8]) -> Option<String> {
+    let zeros = |first: usize| {
+        let places = bytes.iter().skip(first).step_by(2);
+        let count = places.clone().filter(|byte| **byte == 0).count();
+        10 * count >= 9 * places.len()
+    };
+    let of: fn([u8; 2]) -> u16 = match (zeros(0), zeros(1)) {
+        (true, false) => u16::from_be_bytes,
+        (false, true) => u16::from_le_bytes,
+        _ => return None,
+    };
+    let units = bytes.chunks_exact(2).map(|pair| of([pair[0], pair[1]]));
+    char::decode_utf16(units).collect::<Result<_, _>>().ok()
 }
 
 /// A unit without the brackets around it.

@@ -203,3 +203,109 @@ fn a_sample_that_stands_alone_is_said_with_its_line() {
         "{warning}"
     );
 }
+
+/// What loggers of many kinds write, each of the same motion: settings above the table, names in front of values, thousands apart,
+/// wide characters without a mark.
+#[test]
+fn tables_of_many_loggers_are_read() {
+    let row = |form: &dyn Fn(f64, f64, f64) -> String| {
+        let rows: Vec<String> = (0..250)
+            .map(|k| {
+                let (t, u, x) = value(k);
+                form(t, u, x)
+            })
+            .collect();
+        rows.join("\n") + "\n"
+    };
+    let plain = row(&|t, u, x| format!("{t:.3},{u:.6},{x:.6}"));
+    reads(
+        "scope.csv",
+        "Model,DSO-4\nMemory,250\nSource,CH1,CH2\nProbe,10,1\nVertical Units,V,V\nVertical Scale,2,1\n\
+         Vertical Offset,0,0\nSample Interval,0.002\nTrigger Level,1.2\nDate,2026-11-12\nNote,\"bench, left\"\n\n\
+         t,u,x\n(s),(V),(V)\n"
+            .to_owned()
+            + &plain,
+        "",
+        "names in line 13, units in line 14",
+    );
+    reads(
+        "lab.lvm",
+        "LabVIEW Measurement\t\nDecimal_Separator\t.\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t250\t250\t\n\
+         Date\t2026/11/12\t2026/11/12\t\nX0\t0.0E+0\t0.0E+0\t\nDelta_X\t2.0E-3\t2.0E-3\t\n***End_of_Header***\t\t\t\n\
+         t\tu\tx\tComment\n"
+            .to_owned()
+            + &row(&|t, u, x| format!("{t:.3}\t{u:.6}\t{x:.6}\t")),
+        "",
+        "names in line 11",
+    );
+    for labelled in [
+        row(&|t, u, x| format!("t:{t:.3}\tu:{u:.6}\tx:{x:.6}")),
+        row(&|t, u, x| format!("t={t:.3} u={u:.6} x={x:.6}")),
+        row(&|t, u, x| format!("{{\"t\":{t:.3},\"u\":{u:.6},\"x\":{x:.6}}}")),
+    ] {
+        reads("plotter.txt", labelled, "", "a name in front of each value");
+    }
+    let wide = row(&|t, u, x| format!("{t:.3}\t{u:.6}\t{x:.6}"));
+    let wide = format!("t\tu\tx\n{wide}");
+    let wide: Vec<u8> = wide.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    reads("wide.txt", wide, "", "UTF-16, fields apart by tabs");
+    reads(
+        "empty.csv",
+        "t,u,x,,,\n".to_owned() + &plain.replace('\n', ",,,\n"),
+        "",
+        "commas",
+    );
+}
+
+/// Microseconds with their thousands apart, as a spreadsheet shows them: in English, in German, in Swiss and with spaces.
+#[test]
+fn thousands_apart_are_read() {
+    for (separator, decimal) in [(',', '.'), ('.', ','), ('\'', '.'), ('\u{202f}', ',')] {
+        let grouped = |number: i64| {
+            let digits = number.abs().to_string();
+            let grouped = digits.bytes().enumerate().map(|(at, digit)| {
+                let apart = at > 0 && (digits.len() - at).is_multiple_of(3);
+                let apart = if apart {
+                    separator.to_string()
+                } else {
+                    String::new()
+                };
+                format!("{apart}{}", char::from(digit))
+            });
+            let sign = if number < 0 { "-" } else { "" };
+            format!("{sign}{}", grouped.collect::<String>())
+        };
+        let raw = rows("\"t\";\"u\";\"x\"", 400, |k| {
+            let milli = (9_000.0 * (0.05 * k as f64).sin()).round() as i64;
+            format!(
+                "\"{}\";\"{}\";\"{}{decimal}5\"",
+                grouped(5_000 * k as i64),
+                grouped(milli),
+                grouped(30 * k as i64)
+            )
+        });
+        let place = Place::with("raw.csv", raw);
+        let (log, _) = place.import("raw.csv --time t:us --input u:mV --position x:mrad");
+        assert_eq!((log.samples(), log.period_s), (400, 5e-3), "{separator}");
+        near(&log.input, |k| {
+            1e-3 * (9_000.0 * (0.05 * k as f64).sin()).round()
+        });
+        near(&log.position, |k| 1e-3 * (30.0 * k as f64 + 0.5));
+    }
+}
+
+/// The time of a ROS message: whole seconds, and nanoseconds beside them.
+#[test]
+fn seconds_and_nanoseconds_are_one_time() {
+    let raw = rows("header.stamp.secs,header.stamp.nsecs,u,x", 400, |k| {
+        let nanoseconds = 900_000_000 + 5_000_000 * k;
+        let (secs, nsecs) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
+        format!("{},{nsecs},{},{}", 1_790_000_000 + secs, k % 7, k)
+    });
+    let place = Place::with("raw.csv", raw);
+    let (log, said) = place.import("raw.csv --time header.stamp.secs --input u --position x");
+    assert_eq!((log.samples(), log.start_s), (400, 0.0));
+    assert!((log.period_s / 5e-3 - 1.0).abs() < 1e-6, "{}", log.period_s);
+    let sentence = "header.stamp.secs with what header.stamp.nsecs has of its seconds";
+    assert!(said.contains(sentence), "{said}");
+}
