@@ -5,7 +5,7 @@ use std::path::Path;
 use super::groups::Read;
 use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
-use super::slow::Slow;
+use super::slow::{Slow, cut_off};
 use super::source::Source;
 use super::stamp::is_cut_clock;
 use crate::gap::metrics::least_balanced_samples;
@@ -28,13 +28,24 @@ pub(super) struct Converted {
     /// Rows that were earlier than one before them, and were moved.
     pub sorted: usize,
     /// Columns that have a number in every n-th row alone, and were interpolated in the rows between.
-    pub slow: Vec<Slow>,
+    pub slow: Vec<Interpolated>,
     /// Turns that were added or taken off, all together.
     pub turns: usize,
     /// The first time stamp, s, where it was made zero.
     pub zero: Option<f64>,
     /// Of each column of the log the rows before they are resampled.
     pub columns: Columns,
+}
+
+/// A column of the log that was interpolated between the rows that have a number.
+#[derive(Debug)]
+pub(super) struct Interpolated {
+    /// Its place among the columns of the log.
+    pub index: usize,
+    /// Where the file has its numbers.
+    pub slow: Slow,
+    /// What the straight lines between them cut off, rms, in the unit of the log.
+    pub error: f64,
 }
 
 /// A clock that reads more than this counts from some year, s: a log starts at zero then.
@@ -93,11 +104,12 @@ pub(super) fn convert(
         .filter(|first| first.abs() > CALENDAR_S);
     columns[TIME] = Some(stamps.iter().map(|&stamp| stamped(stamp, zero)).collect());
     let mut turns = 0;
+    let mut lines_between = Vec::new();
     for (index, source) in sources.iter().filter(|(index, _)| *index != TIME) {
         let read = &raw.columns[source.column].values;
-        let is_slow = slow.iter().any(|slow| slow.column == source.column);
+        let own_slow = slow.iter().find(|slow| slow.column == source.column);
         let own_rows = chosen.iter().copied();
-        let own_rows = own_rows.filter(|&row| !is_slow || !read[row].is_nan());
+        let own_rows = own_rows.filter(|&row| own_slow.is_none() || !read[row].is_nan());
         let own_rows: Vec<usize> = own_rows.collect();
         let mut values: Vec<f64> = own_rows.iter().map(|&row| read[row]).collect();
         if let Some(turn) = recipe
@@ -109,12 +121,14 @@ pub(super) fn convert(
         for (value, &row) in values.iter_mut().zip(&own_rows) {
             *value = checked(source.apply_at(row, *value, raw), *index, raw.lines[row])?;
         }
-        if is_slow {
+        if let Some(slow) = own_slow {
             let own: Vec<f64> = own_rows.iter().map(|&row| time(row)).collect();
-            let line = raw.lines[chosen[0]];
-            values = interpolated(&own, &values, &stamps).ok_or_else(|| {
-                Fault::new(line, "`time_s` does not rise; expected a clock that runs")
-            })?;
+            lines_between.push(Interpolated {
+                index: *index,
+                slow: slow.clone(),
+                error: cut_off(&own, &values),
+            });
+            values = interpolated(&own, &values, &stamps, raw.lines[chosen[0]])?;
         }
         columns[*index] = Some(values);
     }
@@ -133,7 +147,7 @@ pub(super) fn convert(
         rows,
         left_out,
         sorted,
-        slow,
+        slow: lines_between,
         turns,
         zero,
         columns,
@@ -165,12 +179,18 @@ fn slow_columns(raw: &Raw, sources: &[(usize, Source)], rows: &[usize]) -> Vec<S
         .collect()
 }
 
-/// The values at their own times brought to others, on the straight line from one to the next.
-fn interpolated(own: &[f64], values: &[f64], times: &[f64]) -> Option<Vec<f64>> {
-    let read = Read::of(own, values)?;
+/// The values at their own times brought to others, on the straight line from one to the next. `line`: the first row's.
+fn interpolated(
+    own: &[f64],
+    values: &[f64],
+    times: &[f64],
+    line: usize,
+) -> Result<Vec<f64>, Fault> {
+    let message = "`time_s` does not rise; expected a clock that runs";
+    let read = Read::of(own, values).ok_or_else(|| Fault::new(line, message))?;
     let (first, last) = (read.first(), read.last());
     let at = |time: &f64| read.at(time.clamp(first, last), Course::Seen);
-    Some(times.iter().map(at).collect())
+    Ok(times.iter().map(at).collect())
 }
 
 /// The rows in which every column has a number, or gets one as that of a slow sensor, and how many have not; with `skip_bad`
@@ -206,6 +226,10 @@ fn good_rows(
     let before = rows.len();
     let mut good = Vec::with_capacity(before);
     for &row in &rows {
+        // Nothing was measured there, and the log is no longer than what was.
+        if slow.iter().any(|slow| slow.is_beyond(row)) {
+            continue;
+        }
         let Some((index, column)) = bad(row) else {
             if !skip_bad || is_possible(row) {
                 good.push(row);

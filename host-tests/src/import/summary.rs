@@ -94,9 +94,13 @@ pub(super) fn render(
             stamp?
         ))
     });
-    let slow = converted.slow.iter().map(|slow| {
+    let slow = converted.slow.iter().map(|column| {
+        let (slow, log_column) = (&column.slow, COLUMNS[column.index].0);
+        let unit = unit_of(column.index, sources, is_linear);
+        let error = Scale::of(unit, [column.error]).quantity(column.error);
         format!(
-            "{} has a number in every {} row or so, {} of {}: it was interpolated in the rows between.",
+            "{} has a number in every {} row or so, {} of {}: it was interpolated in the rows between, which puts an \
+             error of some {error} rms into `{log_column}`.",
             raw.name(slow.column),
             ordinal(slow.every),
             slow.rows,
