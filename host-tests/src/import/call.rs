@@ -197,8 +197,13 @@ fn mending(path: &Path, raw: &mut Raw, mend: &Mend) -> Option<Mending> {
 
 /// The call of a recipe, mended until it makes a log; of a log that is to be cut, those of its parts.
 pub(super) fn tried(path: &Path, raw: &Raw, recipe: Recipe) -> Option<Calls> {
+    tried_beside(path, path, raw, recipe)
+}
+
+/// The same, with logs beside another file than the one that is imported.
+pub(super) fn tried_beside(beside: &Path, path: &Path, raw: &Raw, recipe: Recipe) -> Option<Calls> {
     let recipes = followed(path, raw, recipe)?;
-    let names = names_beside(path, recipes.len());
+    let names = names_beside(beside, recipes.len());
     let calls = recipes.iter().zip(&names);
     Some(Calls(
         calls.map(|(recipe, out)| recipe.call(path, out)).collect(),

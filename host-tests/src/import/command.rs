@@ -12,7 +12,7 @@ use super::raw::Raw;
 use super::recipe::{Recipe, Turn};
 use super::source::Source;
 use super::summary;
-use super::suspect::{many_turns, suspicions};
+use super::suspect::{counted_position, many_turns, suspicions};
 use crate::error::{InputError, LARGEST_DATA, escaped, read_at_most, read_bytes, unreadable, warn};
 use crate::failure::Failure;
 use crate::log::fault::{Fault, Mend};
@@ -27,7 +27,7 @@ pub struct Args {
     /// or behind gzip; `-` is standard input
     #[arg(value_name = "RAW")]
     pub raw: PathBuf,
-    /// Column with the time, as in t:ms; without it the rows are even, at --rate
+    /// Column with the time, as in t:ms; without it the rows are taken to be evenly spaced, at --rate
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub time: Option<String>,
     /// Column with what the drive was told, as in duty:%*12
@@ -51,23 +51,22 @@ pub struct Args {
     /// Column with a measured external torque or force, against positive motion
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub load_torque: Option<String>,
-    /// Column that is 0 while the drive lets go of the motor
+    /// Column that is 0 while the drive is off and no current flows through the motor
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub enabled: Option<String>,
-    /// Take out the jumps of a position (and command) that starts again after a turn, or after TURN of
-    /// the file's numbers
+    /// The position (and command) jumps back after each turn, or after TURN counts of the file: make it continuous
     #[arg(long, value_name = "TURN", num_args = 0..=1)]
     pub unwrap: Option<Option<f64>>,
     /// Rate of the log, Hz; without it that of the rows
     #[arg(long, value_name = "HZ")]
     pub rate: Option<f64>,
-    /// Keep these lines of the file alone (of arrays: elements), as in 2-5001
+    /// Use only these lines of the file (of arrays: elements), as in 2-5001
     #[arg(long, value_name = "FIRST-LAST", value_parser = lines)]
     pub lines: Option<(usize, usize)>,
     /// Put the rows into the order of their time
     #[arg(long)]
     pub sort: bool,
-    /// Leave out rows without a number where one has to be, or with one that no machine has; what is missing is filled in
+    /// Leave out rows in which a number is missing or impossible; short gaps are filled in
     #[arg(long)]
     pub skip_bad: bool,
     /// What separates the fields: one character, or comma, semicolon, tab, space; else it is found
@@ -85,10 +84,10 @@ pub struct Args {
     /// Write the log to this file, which must not be there yet
     #[arg(long, value_name = "LOG.csv")]
     pub out: PathBuf,
-    /// Check the log against this machine file: units, signs, counts a turn and supply that contradict it are named
+    /// Check the log against this machine file: say which units, signs, counts a turn or supply voltage contradict it
     #[arg(long, value_name = "M.toml")]
     pub machine: Option<PathBuf>,
-    /// Draw the columns into index.html of this directory, which must not be there yet
+    /// Write plots of the columns to index.html in this directory, which must not be there yet
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
@@ -143,19 +142,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     warn(&converted.doubts.iter().map(doubt).collect::<Vec<_>>());
     let mut suspicions = suspicions(&raw, &sources, &converted.columns, machine.as_ref());
     suspicions.extend(many_turns(&sources, &converted));
+    let again = recipe
+        .with_remedies(&suspicions)
+        .and_then(|mended| call::tried_beside(&args.out, &args.raw, &raw, mended));
     let is_linear = summary::is_linear(&sources, machine.as_ref());
-    let mut text = summary::render(
-        &name,
-        &raw,
-        &sources,
-        &converted,
-        &suspicions,
-        is_linear,
-        &args.out,
-    );
+    let mut text = summary::render(&name, &raw, &sources, &converted, is_linear, &args.out);
     for sentence in brought {
         text += &format!("{sentence}\n");
     }
+    text += &summary::doubts(&suspicions, again.as_ref(), &args.out);
     if let Some(machine) = &machine {
         // The log as it will lie there: what is printed is a call that imports it.
         let log = Log {
@@ -164,7 +159,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         // A column that is to be looked at again would make the machine file look wrong.
         text += &if suspicions.is_empty() {
-            summary::compared(machine, &log)
+            let counted = counted_position(&raw, &sources, machine);
+            summary::compared(machine, &log, counted)
         } else {
             format!(
                 "Not compared with {}: first see to what is said above.\n",
@@ -237,6 +233,9 @@ fn recipe(args: &Args) -> Result<Recipe, Failure> {
     option("--comment", args.comment.clone());
     if args.decimal_comma {
         layout.push("--decimal-comma".into());
+    }
+    if let Some(machine) = &args.machine {
+        layout.extend(["--machine".to_owned(), machine.display().to_string()]);
     }
     Ok(Recipe {
         sources: [

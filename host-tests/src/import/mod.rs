@@ -19,6 +19,7 @@ mod mat;
 mod page;
 mod raw;
 mod recipe;
+mod share;
 mod slow;
 mod source;
 pub(crate) mod stamp;

@@ -5,8 +5,9 @@ use std::path::Path;
 use super::call::{Call, quoted};
 use super::guess::SOME_RATE;
 use super::raw::Raw;
+use super::share::may_be_counted;
 use super::source::Source;
-use super::suspect::may_be_counted;
+use super::suspect::{Remedy, Suspicion};
 use super::unit::Kind;
 use crate::log::fault::Mend;
 use crate::log::{COLUMNS, POSITION, TIME};
@@ -48,7 +49,7 @@ pub(super) struct Recipe {
     pub sort: bool,
     /// Rows without a number where one has to be are left out.
     pub skip_bad: bool,
-    /// What the user said about the layout of the file, as options.
+    /// What the user said about the layout of the file, and the machine file, as options.
     pub layout: Vec<String>,
 }
 
@@ -143,6 +144,19 @@ impl Recipe {
             .is_none()
             .then(|| format!("put the rate of the rows, Hz, in place of {SOME_RATE}"));
         rate.into_iter().chain(given).collect()
+    }
+
+    /// The recipe with what would mend these suspicions, if any is known to.
+    pub fn with_remedies(&self, suspicions: &[Suspicion]) -> Option<Self> {
+        let mut mended = self.clone();
+        for suspicion in suspicions {
+            match &suspicion.remedy {
+                Some(Remedy::Source(index, text)) => mended.sources[*index] = Some(text.clone()),
+                Some(Remedy::Unwrap) => mended.unwrap = Some(Turn::OfUnit),
+                None => {}
+            }
+        }
+        (mended != *self).then_some(mended)
     }
 
     /// Adds what mends a fault. Whether there was anything to add.

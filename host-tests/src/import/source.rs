@@ -27,6 +27,10 @@ pub(super) struct Source {
     steps: Vec<Step>,
     /// Which of them is the unit.
     unit_at: Option<usize>,
+    /// What the user wrote behind the unit, without a direction.
+    behind_unit: String,
+    /// Whether a `-` in front reverses the sign.
+    reversed: bool,
     /// The column that gives the values their sign.
     direction: Option<usize>,
 }
@@ -38,6 +42,15 @@ const DIRECTED: [usize; 3] = [INPUT, CURRENT, VELOCITY];
 enum Step {
     Times(f64),
     Plus(f64),
+}
+
+impl Step {
+    fn applied(self, value: f64) -> f64 {
+        match self {
+            Self::Times(factor) => value * factor,
+            Self::Plus(offset) => value + offset,
+        }
+    }
 }
 
 impl Source {
@@ -59,6 +72,8 @@ impl Source {
             unit: None,
             steps: Vec::new(),
             unit_at: None,
+            behind_unit: String::new(),
+            reversed,
             direction: None,
         };
         while let Some(sign) = rest.chars().next() {
@@ -69,6 +84,8 @@ impl Source {
             }
             if sign == ':' {
                 rest = source.take_unit(after, log_column)?;
+                let behind = rest.split('@').next().unwrap_or_default();
+                source.behind_unit = behind.to_owned();
                 continue;
             }
             let end = number_end(after);
@@ -182,7 +199,7 @@ impl Source {
         let name = raw.name(self.column);
         if log_column != COLUMNS[TIME].0 {
             return Err(format!(
-                "is to be {}, which holds time stamps ({stamp}); expected a column of numbers",
+                "asks for the column {}, which holds time stamps ({stamp}); expected a column of numbers",
                 quoted(&name)
             ));
         }
@@ -199,10 +216,9 @@ impl Source {
 
     /// A value of the file as the log has it.
     pub fn apply(&self, value: f64) -> f64 {
-        self.steps.iter().fold(value, |value, step| match step {
-            Step::Times(factor) => value * factor,
-            Step::Plus(offset) => value + offset,
-        })
+        self.steps
+            .iter()
+            .fold(value, |value, step| step.applied(value))
     }
 
     /// The same of a value of this row, with the sign that its direction has there.
@@ -212,6 +228,31 @@ impl Source {
             Some(column) if raw.columns[column].values[row] <= 0.0 => -size,
             _ => size,
         }
+    }
+
+    /// A value of the file in its unit's SI unit, before what is done behind the unit.
+    pub fn at_unit(&self, value: f64) -> f64 {
+        let end = self.unit_at.map_or(0, |at| at + 1);
+        let steps = self.steps[..end].iter();
+        steps.fold(value, |value, step| step.applied(value))
+    }
+
+    /// What is done behind the unit, as the user wrote it, if that makes a size of a share or of a count.
+    pub fn size_behind_unit(&self) -> Option<&str> {
+        let unit_at = self.unit_at?;
+        let behind = &self.steps[unit_at + 1..self.steps.len() - usize::from(self.reversed)];
+        let is_sized = behind.iter().any(|step| matches!(step, Step::Times(_)));
+        is_sized.then_some(&self.behind_unit)
+    }
+
+    /// The same column of the file, its sign and its direction, with this in place of everything else that is done to it.
+    pub fn written_with(&self, raw: &Raw, spec: &str) -> String {
+        let sign = if self.reversed { "-" } else { "" };
+        let direction = self
+            .direction
+            .map(|column| format!("@{}", raw.name(column)));
+        let direction = direction.unwrap_or_default();
+        format!("{sign}{}{spec}{direction}", raw.name(self.column))
     }
 
     /// The columns of the file that it is made of.
@@ -324,8 +365,14 @@ fn find<'t>(text: &'t str, raw: &Raw) -> Option<(usize, &'t str)> {
 fn describe_absent(text: &str, raw: &Raw) -> String {
     let end = text.find([':', '*', '@']).unwrap_or(text.len());
     let wanted = quoted(&text[..end]);
+    // A line of settings above the table may look like names.
+    let header = if raw.layout.contains("names in line") {
+        "; if these are not the names, say in which line these are (--header)"
+    } else {
+        ""
+    };
     format!(
-        "is to be {wanted}, which is not there; expected one of {}",
+        "asks for the column {wanted}, and the file has none of that name; expected one of {}{header}",
         raw.listed()
     )
 }

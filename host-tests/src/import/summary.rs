@@ -3,9 +3,11 @@
 use std::path::Path;
 use std::slice;
 
+use super::call::Calls;
 use super::convert::Converted;
 use super::raw::Raw;
 use super::source::Source;
+use super::suspect::Suspicion;
 use super::unit::Kind;
 use crate::cells::{self, Cells, row};
 use crate::gap::disagreement::{self, Disagreement};
@@ -67,7 +69,6 @@ pub(super) fn render(
     raw: &Raw,
     sources: &[(usize, Source)],
     converted: &Converted,
-    suspicions: &[String],
     is_linear: Option<bool>,
     out: &Path,
 ) -> String {
@@ -123,18 +124,27 @@ pub(super) fn render(
     if !others.is_empty() {
         text += &format!("Columns that were not asked for: {}.\n", others.join(", "));
     }
-    for suspicion in suspicions {
-        text += &format!("Look again: {suspicion}.\n");
-    }
-    if !suspicions.is_empty() {
-        // No import replaces a file.
-        text += &format!(
-            "{} was written with the columns as they were given. Remove it, or give another --out, before you import \
-             again.\n",
-            out.display()
-        );
-    }
     text
+}
+
+/// What to look at again, and the call that would mend all of it.
+pub(super) fn doubts(suspicions: &[Suspicion], again: Option<&Calls>, out: &Path) -> String {
+    if suspicions.is_empty() {
+        return String::new();
+    }
+    let lines = suspicions
+        .iter()
+        .map(|suspicion| format!("Look again: {}.\n", suspicion.sentence));
+    let lines: String = lines.collect();
+    let out = out.display();
+    let written = format!("{lines}{out} was written with the columns as they were given.");
+    match again {
+        // No import replaces a file.
+        Some(calls) => format!("{written} With all of that changed it is:\n  {calls}\n"),
+        None => format!(
+            "{written} No import replaces a file: name another --out than {out} for the next one.\n"
+        ),
+    }
 }
 
 /// How many times its motor's speed without a load a machine may move at: a load that falls drives it faster, and the
@@ -188,8 +198,8 @@ fn lacks_current(machine: &Machine, log: &Log) -> Option<String> {
     })
 }
 
-/// What the log says of a machine file.
-pub(super) fn compared(machine: &Machine, log: &Log) -> String {
+/// What the log says of a machine file. `counted`: what is to be said before a unit is named.
+pub(super) fn compared(machine: &Machine, log: &Log, counted: Option<String>) -> String {
     let (file, path) = (machine.path.display(), log.path.display());
     let found = disagreement::look(machine, slice::from_ref(log));
     if found.is_empty() {
@@ -198,7 +208,8 @@ pub(super) fn compared(machine: &Machine, log: &Log) -> String {
             None => format!("Nothing in the log contradicts {file}.\n"),
         };
     }
-    let lines: Vec<String> = found.iter().flat_map(Disagreement::lines).collect();
+    let lines = found.iter().flat_map(Disagreement::lines);
+    let lines: Vec<String> = counted.into_iter().chain(lines).collect();
     format!(
         "\n{path} and {file} do not belong together:\n{}\n",
         lines.join("\n")

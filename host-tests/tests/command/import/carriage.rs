@@ -205,11 +205,33 @@ fn a_long_stroke_is_in_millimetres() {
     let (_, said) = place.import(words);
     let hint = "then --position \"x:deg\"; of a stroke --position \"x:mm\"";
     assert!(said.contains(hint), "{said}");
+    // The machine file says how far its motor moves it: that is better than any guess from the range.
     let (_, said) = place.import(&format!("{words} --machine m.toml"));
     assert!(
-        said.contains("`position` may be in mm") && !said.contains("deg"),
+        said.contains("position is in millimetres") && !said.contains("Look again"),
         "{said}"
     );
+}
+
+/// A counter that was multiplied by a wrong size of a count comes near to some unit by chance.
+#[test]
+fn a_wrong_size_of_a_count_is_said_beside_a_unit() {
+    let counts = rows("t,u,cnt", samples().len(), |row| {
+        let [time, volts, metres] = samples()[row];
+        let count = (metres / 5e-6).round();
+        format!("{},{},{count}", 1e3 * time, volts / SUPPLY)
+    });
+    let place = Place::with("raw.csv", counts);
+    place.write("m.toml", machine(false));
+    let words = "raw.csv --time t:ms --input u:duty*1 --machine m.toml --position";
+    // 200,000 counts to a metre, and 2,000 of them to a centimetre.
+    let (_, said) = place.import(&format!("{words} cnt/2000"));
+    let hint = "the size of a count may be wrong instead: then --position \"cnt:counts*0.005:mm\"";
+    assert!(said.contains(hint), "{said}");
+    for right in ["cnt*5e-6", "cnt:counts*0.005:mm"] {
+        let (_, said) = place.import(&format!("{words} {right}"));
+        assert!(said.contains("Nothing in the log contradicts"), "{said}");
+    }
 }
 
 /// A velocity that was given another unit than its own is seen beside the position.

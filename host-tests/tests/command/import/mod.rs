@@ -5,6 +5,7 @@
 mod angles;
 mod carriage;
 mod damaged;
+mod doubts;
 mod files;
 mod formats;
 mod layouts;

@@ -152,7 +152,7 @@ fn shares_and_counts_are_pointed_out() {
     let (_, said) = place.import("raw.csv --time t:ms --position Winkel --input PWM");
     for hint in [
         "--position \"Winkel [counts]:counts*0.001\" (put the size of a count in place of 0.001)",
-        "reaches 200: then --input \"PWM/255:duty*12\" (255 being the most; put the volts of your supply in place of 12)",
+        "whole and reach 200: then --input \"PWM/255:duty*12\" (255 being the most; put the volts of your supply in place of 12)",
     ] {
         assert!(said.contains(hint), "{hint}: {said}");
     }
@@ -184,7 +184,7 @@ fn a_unit_or_a_name_that_contradicts_the_call_is_pointed_out() {
         ),
         (
             "--position U_cmd --input Phi:V",
-            "Look again: `position` is to be U_cmd, which the file says is in V: check that it is the right column",
+            "Look again: `position` is read from U_cmd, which the file says is in V: check that it is the right column",
         ),
         (
             "--position Phi --input Phi:V",
@@ -192,7 +192,7 @@ fn a_unit_or_a_name_that_contradicts_the_call_is_pointed_out() {
         ),
         (
             "--position Ref --input U_cmd",
-            "Look again: `position` is to be Ref, which by its name is the position asked for",
+            "Look again: `position` is read from Ref, which by its name is the position asked for",
         ),
     ] {
         let (_, said) = place.import(&format!("raw.tsv --time Time {columns}"));
@@ -411,7 +411,7 @@ fn a_unit_in_a_name_need_not_be_typed() {
     near(&log.input, |k| (k % 60) as f64 * 0.24);
     place.refuses(
         "import raw.csv --time Zeit:ms --position pos:deg --input PWM --out log.csv",
-        &["--position is to be \"pos\", which is not there"],
+        &["--position asks for the column \"pos\", and the file has none of that name"],
     );
     // Two seconds from row to row, and a gap of eight in motion.
     let raw = rows("Zeit [ms],Winkel [°],PWM (%)", 300, |k| {
