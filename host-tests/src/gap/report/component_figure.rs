@@ -94,8 +94,7 @@ pub(super) fn of_effect(
             y.quantity(apart)
         ),
         method: format!(
-            "{}. Dots: what the data leave for the effect once all the rest of the model is taken out \
-             of them; large dots and curve: means in {bins} equal stretches.",
+            "{}. Dots: the data less all other parts of the model; large dots and curve: means in {bins} equal stretches.",
             log.label
         ),
         keys: vec![("measured", "data"), ("after", "fitted effect")],

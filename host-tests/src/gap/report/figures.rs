@@ -153,7 +153,7 @@ impl Subject<'_> {
                 }),
                 ("its peak", coordinate, &largest),
             ]),
-            method: "The whole log. Windowed replay; the error is model minus measurement. Curves \
+            method: "The whole log. The model is started again and again; the error is model minus measurement. Curves \
                      are thinned to the lowest and the highest sample of each pixel."
                 .into(),
             keys: self.keys(true),
@@ -187,7 +187,7 @@ impl Subject<'_> {
         let restarts_text = if restarts.is_empty() {
             ""
         } else {
-            " Uprights: the replay restarts from what was measured there or shortly before."
+            " Vertical lines: here the model is started again from what was measured."
         };
         for (_, row) in &mut panels {
             for panel in row {
