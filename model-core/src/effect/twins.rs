@@ -23,6 +23,30 @@ pub fn are_one_model(one: Id, other: Id) -> bool {
     )
 }
 
+/// Whether two effects with these values are one law, so that no motion tells them apart: [`are_one_model`], or a load that hangs and
+/// a cogging without overtones of one cycle a turn. `off`: by what share a fitted period may be off.
+///
+/// ```
+/// use core::f32::consts::TAU;
+/// use model_core::effect::{Active, Id, twins::are_one_law};
+/// let load = Active::new(Id::Gravity, [0.25, 0.5]);
+/// let cogging = |period| Active::new(Id::Cogging, [0.25, -0.5, period]);
+/// assert!(are_one_law(&load, &cogging(TAU), 0.05) && are_one_law(&cogging(1.04 * TAU), &load, 0.05));
+/// assert!(!are_one_law(&load, &cogging(TAU / 2.0), 0.05));
+/// ```
+pub fn are_one_law(one: &Active, other: &Active, off: f32) -> bool {
+    let is_once_a_turn = |cogging: &Active| {
+        let [_, _, period, ..] = cogging.values;
+        let has_no_overtones = cogging.overtones().iter().all(|&it| it == 0.0);
+        has_no_overtones && (period / core::f32::consts::TAU - 1.0).abs() <= off
+    };
+    match (one.id, other.id) {
+        (Id::Gravity, Id::Cogging) => is_once_a_turn(other),
+        (Id::Cogging, Id::Gravity) => is_once_a_turn(one),
+        (one, other) => are_one_model(one, other),
+    }
+}
+
 /// Most twins of one effect.
 pub const MOST_TWINS: usize = 2;
 
