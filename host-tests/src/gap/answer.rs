@@ -1,7 +1,7 @@
 //! What the tracing found, in the names, numbers and words of the answer.
 
-use model_core::effect::Id;
 use model_core::effect::learned_map::{Kind, LearnedMap};
+use model_core::effect::{Active, Id};
 use model_core::gap::criterion::LEAST_CERTAINTY;
 use model_core::gap::current_sensor::Reading;
 use model_core::gap::held_out::Refusal;
@@ -9,10 +9,12 @@ use model_core::gap::mechanism::Mechanism;
 use model_core::gap::model::{Base, Model};
 use model_core::gap::verdict::{Accepted, Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Options;
+use model_core::plant::parameters::Drive;
 use model_core::unit::Dimension;
 
 use super::outcome::{
-    Candidate, Estimate, FittedParameter, FoundEffect, LearnedLaw, NUMBERS, Unknown,
+    Candidate, Estimate, FittedParameter, FoundEffect, LearnedLaw, NUMBERS, NeglectedInductance,
+    Unknown,
 };
 use super::spread::{Spread, WINDING, propagate};
 use crate::machine::{Coordinate, Machine};
@@ -25,7 +27,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
     let share = |ratio: f64| format!("{:.0} %", 100.0 * (1.0 - ratio));
     let reason = match (look.decision, look.held_out) {
         (Decision::Accepted, Some(held_out)) => format!(
-            "held-out error falls by {}, p = {:.1e}",
+            "the error on data left out of the fit falls by {}, p = {:.1e}",
             share(held_out.ratio),
             held_out.p_value
         ),
@@ -57,7 +59,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) if held_out.ratio > 1.0 => {
             let times = significant(held_out.ratio, 2);
             format!(
-                "most held-out blocks gain, but their error as a whole is {times} times as large"
+                "the error falls in most stretches of the data left out of the fit, but over all of them it is {times} times as large"
             )
         }
         (Decision::Refused(Refusal::GainTooSmall), Some(held_out)) => format!(
@@ -65,7 +67,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             share(held_out.ratio)
         ),
         (Decision::Refused(Refusal::NotNeeded), _) => {
-            "fitted without it from where it has led to, the model follows the log as well"
+            "the model without it follows the log as well, once it is fitted from the numbers that the effect led to"
                 .to_owned()
         }
         (Decision::Refused(Refusal::Uncertain), _) => {
@@ -93,7 +95,7 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
             "over shorter or longer predictions the error is clearly larger with it".to_owned()
         }
         (Decision::Refused(Refusal::OverOneLength), _) => {
-            "it helps the model to predict over one length of time, and not over another".to_owned()
+            OVER_ONE_LENGTH.to_owned()
         }
         (Decision::Refused(Refusal::ExplainsTooLittle), _) => {
             "with all that was found the model still does not follow the log, and most of its error is left: another \
@@ -101,28 +103,28 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
                 .to_owned()
         }
         (Decision::Refused(Refusal::GainNotCommon), _) => {
-            "the gain comes from few of the held-out blocks".to_owned()
+            "the error falls only in few stretches of the data left out of the fit".to_owned()
         }
         (Decision::SameAs { other }, _) => format!("it is the same model as {} here", id(other)),
         (Decision::Absorbed, _) => format!(
-            "absorbed by the fitted parameters (identifiability {:.3})",
+            "the fitted numbers can do what it does (identifiability {:.3})",
             look.identifiability
         ),
-        (Decision::WrongSign, _) => "the residual asks for a sign that physics forbids".to_owned(),
+        (Decision::WrongSign, _) => "the logs ask for a negative size of it, which is impossible".to_owned(),
         (Decision::BelowResolution, _) => {
             "smaller than half a count: the sensor's own rounding".to_owned()
         }
-        (Decision::ScoreTooLow, _) => "explains under 1 % of the residual".to_owned(),
+        (Decision::ScoreTooLow, _) => "it explains less than 1 % of the error".to_owned(),
         (Decision::NearDeclared, _) => {
             "their fitted values are within 2 % of the declared ones".to_owned()
         }
         (Decision::Hopeless, _) => {
-            "no start of a fit with it follows the log nearly as well as the model without"
+            "no fit with it came near to the model without it"
                 .to_owned()
         }
-        (Decision::NotShortlisted, _) => "others score higher".to_owned(),
+        (Decision::NotShortlisted, _) => "it was not fitted: others have a higher score".to_owned(),
         (Decision::FarBehind { of }, _) => {
-            format!("scores under a tenth of {}, which passed", in_words(of))
+            format!("it was not fitted: its score is under a tenth of that of {}, which was proven", in_words(of))
         }
         (Decision::Dropped, _) => {
             "it was taken at first, and with the effects found later the model does as well without it".to_owned()
@@ -144,6 +146,48 @@ pub(super) fn candidate(look: &Consideration) -> Candidate {
         reason,
     }
 }
+
+/// Refuses what a round took and the end of a tracing does not have: an effect or a law that is not certain, or holds over
+/// predictions of one length alone.
+pub(super) fn settle(candidates: &mut [Candidate], trace: &Trace) {
+    let accepted = trace.accepted.iter();
+    let effects = accepted.map(|it| Subject::Effect(it.candidate.effect.id));
+    let of_law = mechanism(trace).map(|it| Subject::Effect(it.accepted.candidate.effect.id));
+    let law = trace.unknown.as_ref().map(|law| Subject::Map(law.kind));
+    let numbers = (!trace.freed().is_empty()).then_some(Subject::Numbers);
+    let sensor = (!trace.readings.is_empty()).then_some(Subject::Sensor);
+    let input = trace.base.contains(&Base::InputLead);
+    let others = [
+        of_law,
+        law,
+        numbers,
+        sensor,
+        input.then_some(Subject::Input),
+    ];
+    let there: Vec<String> = effects
+        .chain(others.into_iter().flatten())
+        .map(subject)
+        .collect();
+    for taken in candidates.iter_mut().filter(|it| it.accepted) {
+        if !there.contains(&taken.id) {
+            taken.accepted = false;
+            taken.reason = if trace.unconfirmed {
+                OVER_ONE_LENGTH
+            } else {
+                NOT_CERTAIN
+            }
+            .to_owned();
+        }
+    }
+}
+
+/// Why something that was found is not said.
+const OVER_ONE_LENGTH: &str =
+    "it helps the model to predict over one length of time, and not over another";
+
+/// The same of what was found and does not stand in the end.
+const NOT_CERTAIN: &str =
+    "when all was found it was no longer certain, and so the answer leaves it out";
 
 /// What was looked at, as the answer names it.
 pub(super) fn subject(subject: Subject) -> String {
@@ -258,10 +302,32 @@ fn found_effect(
             .iter()
             .map(|id| id.description().id.to_owned())
             .collect(),
+        neglected_inductance: neglected_inductance(effect, model),
         presumes: presumed
             .iter()
             .map(|number| number.name().to_owned())
             .collect(),
+    }
+}
+
+/// The inductance that a delay stands for, of a model that neglects it. Without one the current of a model follows the voltage at
+/// once; with one it comes later by inductance over resistance, and so does the motion.
+fn neglected_inductance(effect: &Active, model: &Model) -> Option<NeglectedInductance> {
+    let is_delay = matches!(effect.id, Id::InputDelay | Id::SensorDelay);
+    match model.plant.drive {
+        Drive::Voltage {
+            resistance,
+            inductance: 0.0,
+            ..
+        } if is_delay => {
+            let resistance = decimal(resistance);
+            let [delay, ..] = effect.values;
+            Some(NeglectedInductance {
+                inductance: decimal(delay) * resistance,
+                resistance,
+            })
+        }
+        _ => None,
     }
 }
 

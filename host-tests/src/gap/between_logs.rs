@@ -9,6 +9,7 @@ use model_core::gap::model::{Base, Model};
 use model_core::gap::replay::{self, Data, Fold};
 use model_core::plant::parameters::ParameterError;
 
+use super::answer::listed;
 use super::engine::AllCores;
 use super::metrics;
 use super::outcome::{FreeRunCost, LogDifference, NumberDifference};
@@ -79,9 +80,14 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// What a log has otherwise than the training logs, surely and by more than a data sheet would say; `label` is its name.
-    /// `trained_rms`: the model's windowed position error on the training logs, rms, rad or m.
-    pub fn differences(&self, log: Log, label: &str, trained_rms: f64) -> Option<LogDifference> {
+    /// What a log has otherwise than the training logs, surely and by more than a data sheet would say; `label` is its name, and
+    /// `trained_on` whether it is one of them. `trained_rms`: the model's windowed position error on these, rms, rad or m.
+    pub fn differences(
+        &self,
+        log: Log,
+        (label, trained_on): (&str, bool),
+        trained_rms: f64,
+    ) -> Option<LogDifference> {
         let logs = [log];
         let data = Data {
             logs: &logs,
@@ -130,6 +136,7 @@ impl<'a> Numbers<'a> {
         });
         Some(LogDifference {
             log: label.to_owned(),
+            trained_on,
             position_rms: without,
             position_rms_with: with,
             numbers: told.collect(),
@@ -208,6 +215,61 @@ impl<'a> Numbers<'a> {
 /// Whether a number is the same in all logs of one machine under one load and supply.
 pub(super) fn stays(name: &str) -> bool {
     STAYS.iter().any(|base| base.name() == name)
+}
+
+/// Which logs differ, with the verb, and from what: `log b.csv differs from the other training logs`. Of training logs of which none
+/// stands out, `the training logs differ among themselves`. `trained`: how many there are.
+pub(super) fn who_differs(logs: &[LogDifference], trained: usize) -> Vec<String> {
+    let named = |trained_on: bool| -> Vec<&str> {
+        let logs = logs.iter().filter(|log| log.trained_on == trained_on);
+        logs.map(|log| log.log.as_str()).collect()
+    };
+    let sentence = |names: &[&str], others: &str| match names.len() {
+        0 => None,
+        1 => Some(format!("log {} differs from the {others}", names[0])),
+        _ => Some(format!("logs {} differ from the {others}", listed(names))),
+    };
+    let own = odd(logs, trained);
+    let among = if own.is_empty() && !named(true).is_empty() {
+        Some("the training logs differ among themselves".to_owned())
+    } else {
+        sentence(&own, "other training logs")
+    };
+    let others = sentence(&named(false), "training logs");
+    among.into_iter().chain(others).collect()
+}
+
+/// The training logs that stand out among all of them: those that differ, where they are less than half. The numbers that they are
+/// held against are fitted to all logs, so that one odd log makes the others differ too; then those that are off the median of all.
+/// None where no log stands out.
+pub(super) fn odd(logs: &[LogDifference], trained: usize) -> Vec<&str> {
+    let own = || logs.iter().filter(|log| log.trained_on);
+    let is_few = |names: &[&str]| !names.is_empty() && 2 * names.len() < trained;
+    let differing: Vec<&str> = own().map(|log| log.log.as_str()).collect();
+    if is_few(&differing) {
+        return differing;
+    }
+    let Some(first) = own().next().and_then(|log| log.numbers.first()) else {
+        return Vec::new();
+    };
+    let of = |log: &'_ LogDifference| {
+        let mut numbers = log.numbers.iter();
+        let number = numbers.find(|number| number.name == first.name)?;
+        Some((number.difference, number.std))
+    };
+    // A log that does not differ has what all have together.
+    let mut differences: Vec<f64> = own().filter_map(|log| Some(of(log)?.0)).collect();
+    differences.resize(trained.max(differences.len()), 0.0);
+    differences.sort_by(f64::total_cmp);
+    let median = differences[differences.len() / 2];
+    let least = f64::from(LEAST_OFF) * first.trained.abs();
+    let is_off = |log: &&LogDifference| {
+        of(log).is_some_and(|(difference, std)| {
+            (difference - median).abs() >= (LEAST_APART * std).max(least)
+        })
+    };
+    let off: Vec<&str> = own().filter(is_off).map(|log| log.log.as_str()).collect();
+    if is_few(&off) { off } else { Vec::new() }
 }
 
 /// The name of what a variable moves, and what that measures.

@@ -2,6 +2,8 @@
 
 use model_core::effect::{Id, Parameter};
 
+use super::effect_words::declared_by;
+
 /// What a parameter may be, with its unit: `0 to 0.25, in s`.
 pub fn values(parameter: &Parameter, rotary: bool) -> String {
     let bounds = parameter.bounds;
@@ -35,8 +37,9 @@ pub fn text() -> String {
         } else {
             ""
         };
+        let meaning = declared_by(id).map_or(String::new(), |words| format!("\n      {words}"));
         format!(
-            "{text}\n  {}: {}{angle}{winding}\n      {}",
+            "{text}\n  {}: {}{angle}{winding}\n      {}{meaning}",
             description.id,
             description.summary.of(true),
             parameters(id, true)

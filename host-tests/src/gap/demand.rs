@@ -28,6 +28,9 @@ pub struct Demand {
     pub duration_s: f64,
 }
 
+/// Largest input that is still a share of the supply's voltage: one, and what a logger rounds it up to with two decimals.
+const WHOLE_DUTY: f64 = 1.01;
+
 impl Demand {
     /// Of logs on a model. Torques and speeds are those of its torque balance, whose filter takes the
     /// sensor's noise out of them.
@@ -71,7 +74,7 @@ impl Demand {
         }
         if constant.is_some() {
             let gain = f64::from(plant.gain).abs();
-            demand.is_of_supply = gain > 1.0 && most_input <= 1.0;
+            demand.is_of_supply = gain > 1.0 && most_input <= WHOLE_DUTY;
             demand.voltage = gain * if demand.is_of_supply { 1.0 } else { most_input };
         }
         let mean = squares / entries as f64;

@@ -123,6 +123,27 @@ pub fn sentence(effect: &FoundEffect, workshop: &Workshop) -> String {
     }
 }
 
+/// What those numbers mean that an effect is declared by, where they are others than it is reported in.
+pub fn declared_by(id: Id) -> Option<&'static str> {
+    let periodic = "it is `sine` · sin(2π position/`period`) + `cosine` · cos(2π position/`period`), and the same of each \
+                    harmonic with its own numbers";
+    Some(match id {
+        Id::AsymmetricCoulomb => {
+            "`difference` is half of what dry friction is more forward than backward: it is `coulomb` + `difference` forward \
+             and `coulomb` - `difference` backward"
+        }
+        Id::AsymmetricViscous => {
+            "`difference` is half of what viscous friction is more forward than backward: it is `viscous` + `difference` \
+             forward and `viscous` - `difference` backward"
+        }
+        Id::Spring => "the spring pulls with `torque` - `stiffness` · position",
+        Id::Gravity => "the load pulls with -`sine` · sin(position) - `cosine` · cos(position)",
+        Id::Cogging | Id::PositionDependentFriction | Id::EncoderEccentricity => periodic,
+        Id::ExternalLoad => "it acts for `duration`, until `end`",
+        _ => return None,
+    })
+}
+
 impl Words<'_> {
     fn sentence(&self, id: Id) -> String {
         match id {
@@ -455,16 +476,21 @@ impl Words<'_> {
                 share.times(100.0).in_words("%")
             );
         }
-        // s = R/U² by the effect's law, with the supply's voltage U; no log has more than that.
-        let highest = if self.workshop.demand.is_of_supply {
-            String::new()
-        } else {
-            format!("; {} is the logs' highest voltage", with_unit(volts, "V"))
-        };
+        // s = R/U² by the effect's law, with the supply's voltage U.
+        let ohms = share.times(volts * volts);
+        if self.workshop.demand.is_of_supply {
+            return format!(
+                "The supply sags under load, as one of {} with {} in series.",
+                with_unit(volts, "V"),
+                ohms.in_words("Ω"),
+            );
+        }
         format!(
-            "The supply sags under load, as one of {} with {} in series{highest}.",
-            with_unit(volts, "V"),
-            share.times(volts * volts).in_words("Ω"),
+            "The supply sags under load: asked for {most} V, the most in the logs, it gives {} less for each ampere, as with {} Ω \
+             in series; a supply of U volts has (U/{most})² times that.",
+            ohms.in_words("V"),
+            significant(ohms.value, DIGITS),
+            most = significant(volts, DIGITS),
         )
     }
 
@@ -500,11 +526,30 @@ impl Words<'_> {
     }
 
     fn input_delay(&self) -> String {
-        format!("The drive acts {} after it is told to.", self.delay())
+        format!(
+            "The drive acts {} after it is told to{}.",
+            self.delay(),
+            self.or_inductance()
+        )
     }
 
     fn sensor_delay(&self) -> String {
-        format!("The position is reported {} late.", self.delay())
+        format!(
+            "The position is reported {} late{}.",
+            self.delay(),
+            self.or_inductance()
+        )
+    }
+
+    /// What a delay may be instead, where the machine file neglects the winding's inductance.
+    fn or_inductance(&self) -> String {
+        let neglected = self.effect.neglected_inductance;
+        neglected.map_or(String::new(), |neglected| {
+            format!(
+                ", or it is the winding's inductance, which the machine file neglects: {}",
+                as_inductance(self.value("delay"), neglected.resistance)
+            )
+        })
     }
 
     fn backlash(&self) -> String {
@@ -542,6 +587,17 @@ impl Words<'_> {
             self.recurrence(self.value("period"))
         )
     }
+}
+
+/// The inductance whose current is so late, in seconds, behind a resistance, in ohms: `a delay of 1.2 ms would be 1.2 mH at 1 Ω`.
+pub(super) fn as_inductance(delay: f64, resistance: f64) -> String {
+    let quantity = |value: f64, unit: &str| Scale::of(unit, [value]).quantity(value);
+    format!(
+        "a delay of {} would be {} at {}",
+        quantity(delay, "s"),
+        quantity(delay * resistance, "H"),
+        with_unit(resistance, "Ω")
+    )
 }
 
 /// A size of the logs, or one unit of it where they have none.

@@ -14,7 +14,9 @@ use model_core::gap::workbench::{Options, Workbench};
 use model_core::plant::parameters::ParameterError;
 use rayon::prelude::*;
 
-use super::answer::{candidate, current_sensor, fitted, found, input_lead, mechanism, unknown};
+use super::answer::{
+    candidate, current_sensor, fitted, found, input_lead, mechanism, settle, unknown,
+};
 use super::between_logs;
 use super::declared::{base_parameters, encoder_turn, model, resolution, unsure};
 use super::demand::Demand;
@@ -24,7 +26,8 @@ use super::metrics::{
     self, LEAST_ENTRIES, SETTLING, balance_entries, least_balanced_samples, torque_balance,
 };
 use super::outcome::{
-    Candidate, Cost, Errors, FreeMotor, Outcome, Report, Resampled, Residual, Stages, rises_clearly,
+    Candidate, Cost, Errors, FreeMotor, Outcome, Report, Resampled, Residual, ShortLogs, Stages,
+    rises_clearly,
 };
 use super::series::Series;
 use super::spread::{Known, Spread};
@@ -331,6 +334,7 @@ pub fn trace(
         }
         validate_errors = Some(errors);
     }
+    settle(&mut candidates, &trace);
     let known = Known::of(machine, &options);
     let spread = Spread::new(&trace, &judged, &declared, &known).ok_or_else(left_range)?;
     let moved = (&trace.base[..], &trace.readings[..]);
@@ -353,10 +357,13 @@ pub fn trace(
     let free_run_costs = numbers.free_run_costs(last).map_err(refused)?;
     // One log alone has nothing otherwise than itself.
     let trained = series.iter().filter(|_| series.len() > 1);
-    let others = trained.chain(&unseen_series);
+    let trained = trained.map(|log| (log, true));
+    let others = trained.chain(unseen_series.iter().map(|log| (log, false)));
     let trained_rms = train_errors.after.position_rms;
     let between_logs = others
-        .filter_map(|log| numbers.differences(log.log(), &log.label, trained_rms))
+        .filter_map(|(log, trained_on)| {
+            numbers.differences(log.log(), (&log.label, trained_on), trained_rms)
+        })
         .collect();
 
     let outcome = Outcome {
@@ -368,6 +375,7 @@ pub fn trace(
             floor: trace.residual.floor,
             implausible: trace.farthest.map(Base::name),
             unconfirmed: trace.unconfirmed,
+            short: ShortLogs::of(&data),
         }),
         effects: found(&trace, &spread, named.as_ref(), &declared, rotary),
         unknown: unknown(&trace, rotary),

@@ -68,6 +68,8 @@ pub struct NextExperiment {
     /// Others that, refitted, follow the logs about as well: with a mean square error of at most 1.5
     /// times that of what was named.
     pub near: Vec<String>,
+    /// Those of either that are one law with what was named, and so no candidates: no input tells them apart, only a changed machine.
+    pub same_law: Vec<String>,
     /// Identifiability of what was named, where it is so low that fitted parameters may be it; else
     /// null.
     pub low_identifiability: Option<f64>,
@@ -180,6 +182,7 @@ impl NextExperiment {
             candidates,
             equivalent: Vec::new(),
             near: Vec::new(),
+            same_law: Vec::new(),
             low_identifiability: None,
             absorbed: Vec::new(),
             looked: false,
@@ -200,6 +203,11 @@ impl NextExperiment {
     /// What is in doubt and what would settle it. `unit`: that of positions.
     pub fn sentences(&self, unit: &str) -> String {
         let doubt = self.doubt();
+        if self.needs_another_machine() {
+            return format!(
+                "{doubt} No input would tell them apart: they are one law of the position."
+            );
+        }
         let settle = match self.absorbed.len() {
             0 => "tell them apart",
             1 => "show it",
@@ -233,9 +241,9 @@ impl NextExperiment {
             format!(", but not {}", listed(&left))
         };
         let alone = if self.alone {
-            ", or alone,"
+            ""
         } else {
-            " (alone it may mislead)"
+            "; alone it may mislead"
         };
         let would = if self.confirmed {
             "would tell"
@@ -244,7 +252,7 @@ impl NextExperiment {
         };
         format!(
             "{doubt} An experiment in open loop {would}: {excitation}, {} s from rest at {} {unit}. \
-             Its log beside these{alone} sets {} apart by {} times the noise{left}.",
+             Give its log together with these{alone}. That tells {} apart by {} times the noise{left}.",
             number(duration),
             number(start),
             self.all_in_words(&self.separates),
@@ -269,6 +277,11 @@ impl NextExperiment {
         }
         doubts.extend(self.rivals());
         doubts.join(" ")
+    }
+
+    /// Whether all that is in doubt is one law: no input settles it.
+    pub(super) fn needs_another_machine(&self) -> bool {
+        !self.same_law.is_empty() && self.candidates.len() < 2
     }
 
     /// What is in doubt, as a part of a sentence.
@@ -307,8 +320,17 @@ impl NextExperiment {
                 (100.0 * (1.0 - identifiability)).min(MOST_SAID)
             ));
         }
-        if !self.near.is_empty() {
-            let near: Vec<String> = self.near.iter().map(|name| self.in_words(name)).collect();
+        let others = self
+            .same_law
+            .iter()
+            .filter(|name| !self.equivalent.contains(name));
+        let near: Vec<String> = self
+            .near
+            .iter()
+            .chain(others)
+            .map(|name| self.in_words(name))
+            .collect();
+        if !near.is_empty() {
             doubts.push(format!(
                 "It may also be {}, not {}: the logs cannot tell.",
                 any_of(&near),
@@ -336,11 +358,9 @@ impl NextExperiment {
 }
 
 impl Absorbed {
-    /// With its strength, in a sentence: the one size that matters, in the units of a workshop.
+    /// With its strength, in a sentence, in the units of a workshop. The catalogue reports that first.
     fn in_words(&self) -> String {
-        let mut sizes = self.parameters.iter();
-        let size = sizes.find(|quantity| !PLACES.contains(&quantity.name.as_str()));
-        match size {
+        match self.parameters.first() {
             Some(size) => format!("{} ({})", self.id, size.in_words()),
             None => self.id.clone(),
         }
@@ -349,18 +369,6 @@ impl Absorbed {
 
 /// Most per cent that is said of what other numbers do: all of it, none does.
 const MOST_SAID: f64 = 99.0;
-
-/// Numbers of an effect that say where and when it acts, and not how much.
-const PLACES: [&str; 8] = [
-    "rest",
-    "phase",
-    "period",
-    "begin",
-    "end",
-    "duration",
-    "velocity",
-    "time_constant",
-];
 
 impl Quantity {
     fn in_words(&self) -> String {
@@ -438,7 +446,7 @@ fn with_doubt(
             return Some(None);
         };
         let limits = Limits::of(workbench, &candidates.all[0].model);
-        let best = if look {
+        let best = if look && candidates.all.len() > 1 {
             best(
                 &Bench::new(workbench, &candidates)?,
                 &candidates.all,
@@ -530,6 +538,7 @@ fn proposal(
     let nothing = NextExperiment {
         equivalent: candidates.equivalent.clone(),
         near: near.map(|it| it.name.clone()).collect(),
+        same_law: candidates.same_law.clone(),
         low_identifiability: candidates.low_identifiability.map(decimal),
         absorbed: candidates.absorbed.clone(),
         looked,

@@ -6,24 +6,27 @@ mod found;
 mod gain;
 mod layout;
 mod next;
+mod settle;
 
 use model_core::effect::Id;
 use model_core::effect::twins::are_one_model;
 use model_core::gap::criterion::UNEXPLAINED;
 use model_core::gap::verdict::Verdict;
 
-use self::found::{between_logs, current_sensor, inductance, late_input, learned};
+use self::found::{current_sensor, late_input, learned};
 use self::gain::{gain, rises, shortest_gain};
 pub use self::layout::LINES;
 pub(super) use self::layout::lines;
 pub use self::next::Step;
 pub(super) use self::next::sentence as next_sentence;
 use super::answer::listed;
+use super::between_logs;
 use super::disagreement::words::spoken;
 use super::effect_words::{Workshop, sentence};
 use super::experiment::any_of;
-use super::outcome::{Candidate, FittedParameter, FoundEffect, Outcome, Report};
-use crate::quantity::{Scale, significant};
+use super::outcome::{Candidate, FittedParameter, FoundEffect, Outcome, Report, ShortLogs};
+use super::table::number_in_words;
+use crate::quantity::{Scale, capitalised, significant};
 
 /// Most effects that the first sentence names; of more it says the number.
 const NAMED: usize = 3;
@@ -83,8 +86,9 @@ impl Headline {
         let mut finding = finding(outcome);
         let beside = [
             left(outcome),
+            short_logs(outcome).map(|short| short.in_words()),
             at_limit(outcome),
-            differs(outcome),
+            differs(report),
             lost(report),
         ]
         .into_iter();
@@ -100,7 +104,7 @@ impl Headline {
         details.extend(learned(report));
         details.extend(late_input(report));
         details.extend(current_sensor(report));
-        details.extend(between_logs(report));
+        details.extend(found::between_logs(report));
         Self {
             finding,
             details,
@@ -118,7 +122,7 @@ fn finding(outcome: &Outcome) -> String {
         [one] if one.equivalent.is_empty() => format!("one effect was missing, {}.", one.id),
         [one] => {
             let all = [vec![one.id.clone()], equivalent(one)].concat();
-            let who = if is_one_model(one) {
+            let who = if is_one_model(outcome, one) {
                 "no log can"
             } else {
                 "the logs cannot"
@@ -203,12 +207,22 @@ fn is_doubt_in_finding(outcome: &Outcome) -> bool {
 }
 
 /// Whether an effect and the only other one that it may be are one model in every motion.
-fn is_one_model(effect: &FoundEffect) -> bool {
-    let [other] = &effect.equivalent[..] else {
-        return false;
-    };
+fn is_one_model(outcome: &Outcome, effect: &FoundEffect) -> bool {
+    match &effect.equivalent[..] {
+        [other] => is_same_law(outcome, effect, other),
+        _ => false,
+    }
+}
+
+/// Whether an effect and another one are one law of the motion, so that no log tells them apart.
+fn is_same_law(outcome: &Outcome, effect: &FoundEffect, other: &str) -> bool {
     let ids = Id::from_id(&effect.id).zip(Id::from_id(other));
+    let next = outcome.next_experiment.as_ref();
     ids.is_some_and(|(id, other)| are_one_model(id, other))
+        || next.is_some_and(|next| {
+            next.candidates.first() == Some(&effect.id)
+                && next.same_law.iter().any(|same| same == other)
+        })
 }
 
 /// What the logs cannot tell from an effect; of many their number.
@@ -307,7 +321,7 @@ fn presumed(report: &Report) -> Option<String> {
     let declared = declared(report);
     (!declared.is_empty()).then(|| {
         format!(
-            "Presumed as declared, and not fitted: {}; what is not in `declared_effects` is looked for.",
+            "No fit changes what the machine file declares of {}; what is not in `declared_effects` is looked for.",
             listed(&declared)
         )
     })
@@ -320,14 +334,14 @@ fn scale_of_torques(report: &Report) -> Option<String> {
     let presumed = presumed.find(|numbers| !numbers.is_empty())?;
     let is_within = |number: &String| report.held_within.contains(&number.as_str());
     let interval = if presumed.iter().all(is_within) {
-        "; the intervals allow for their tolerances"
+        "; the intervals include their tolerances"
     } else {
-        ", which the intervals do not allow for"
+        "; the intervals do not include that"
     };
     let words = presumed.iter().map(|number| number.replace('_', " "));
     Some(format!(
-        "The sizes are as far off as the declared {}{interval}.",
-        listed(&words.collect::<Vec<_>>())
+        "If the declared {} is wrong, each size is wrong by as much{interval}.",
+        any_of(&words.collect::<Vec<_>>())
     ))
 }
 
@@ -355,9 +369,7 @@ fn certainty(report: &Report) -> String {
             sentences.join(" ")
         }
         Verdict::EffectsFound | Verdict::UnknownEffect => {
-            let late = delay(outcome).map(|time| ("the motion", time));
             let mut sentences = Vec::from_iter(presumed(report));
-            sentences.extend(late.and_then(|late| inductance(report, late)));
             sentences.extend(scale_of_torques(report));
             sentences.extend(chance(&outcome.effects));
             sentences.extend(alternatives(outcome, &report.coordinate));
@@ -390,24 +402,27 @@ fn left(outcome: &Outcome) -> Option<String> {
     ))
 }
 
-/// That logs differ from the training logs, where the first sentence would have it that nothing is wrong or known.
-fn differs(outcome: &Outcome) -> Option<String> {
-    let says_nothing = matches!(
+/// The logs' length, where nothing was found in them and they are short.
+fn short_logs(outcome: &Outcome) -> Option<ShortLogs> {
+    let found_nothing = matches!(
         outcome.verdict,
         Verdict::NoMissingEffect | Verdict::NothingProven
     );
-    let logs: Vec<String> = outcome
-        .between_logs
-        .iter()
-        .map(|log| log.log.clone())
-        .collect();
-    let verb = if logs.len() == 1 { "differs" } else { "differ" };
-    (says_nothing && !logs.is_empty()).then(|| {
-        format!(
-            "But {} {verb} from the training logs in a number.",
-            listed(&logs)
-        )
-    })
+    outcome.residual?.short.filter(|_| found_nothing)
+}
+
+/// That logs differ, and in which numbers: what was found is of all training logs together, and may only make up for that.
+fn differs(report: &Report) -> Option<String> {
+    let logs = &report.outcome.between_logs;
+    let mut numbers: Vec<String> = Vec::new();
+    for number in logs.iter().flat_map(|log| &log.numbers) {
+        let words = number_in_words(&number.name, &number.unit);
+        if !numbers.contains(&words) {
+            numbers.push(words);
+        }
+    }
+    let who = between_logs::who_differs(logs, report.train.len());
+    (!who.is_empty()).then(|| capitalised(&format!("{} in {}.", listed(&who), listed(&numbers))))
 }
 
 /// That the model does not follow the validation logs as it does the training logs, where no number in which they differ says why.
@@ -516,14 +531,6 @@ fn alternatives(outcome: &Outcome, coordinate: &str) -> Option<String> {
         sentences.extend(next.rivals());
     }
     (!sentences.is_empty()).then(|| sentences.join(" "))
-}
-
-/// The delay that was found, s, if one was.
-fn delay(outcome: &Outcome) -> Option<f64> {
-    let delays = [Id::InputDelay, Id::SensorDelay].map(|id| id.description().id);
-    let mut effects = outcome.effects.iter();
-    let late = effects.find(|effect| delays.contains(&effect.id.as_str()))?;
-    Some(late.parameters.first()?.value)
 }
 
 /// The refused candidate that came nearest to being found, if any came near.

@@ -447,6 +447,7 @@ mod tests {
             p_value: 1e-6,
             law: None,
             equivalent: Vec::new(),
+            neglected_inductance: None,
             presumes: Vec::new(),
         };
         declare(&mut document, &effect).unwrap();

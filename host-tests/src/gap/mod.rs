@@ -20,6 +20,7 @@ pub mod numbers;
 pub mod outcome;
 pub mod report;
 mod series;
+mod short_logs;
 mod spread;
 pub mod table;
 pub(crate) mod terminal;

@@ -9,6 +9,7 @@ use super::demand::Demand;
 use super::disagreement::Disagreement;
 use super::experiment::NextExperiment;
 pub use super::learned_law::LearnedLaw;
+pub use super::short_logs::ShortLogs;
 use crate::log::Log;
 use crate::log::resample::Resampling;
 use crate::machine::DeclaredEffect;
@@ -76,6 +77,8 @@ pub struct Outcome {
 pub struct LogDifference {
     /// The file, as the user named it.
     pub log: String,
+    /// Whether it is one of the training logs, and so differs from all of them together, itself among them.
+    pub trained_on: bool,
     /// Root mean square of the windowed position error on it of the final model, rad or m.
     pub position_rms: f64,
     /// The same with the numbers that this log has.
@@ -152,6 +155,9 @@ pub struct Residual {
     /// nothing is said to be missing or complete.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub unconfirmed: bool,
+    /// That the training logs are short, where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub short: Option<ShortLogs>,
 }
 
 impl Residual {
@@ -189,9 +195,22 @@ pub struct FoundEffect {
     pub law: Option<LearnedLaw>,
     /// Effects that this log cannot tell from it.
     pub equivalent: Vec<String>,
+    /// Inductance of the winding that makes the motion as late as this delay does, H, where the machine file neglects it: what it
+    /// may be instead. Left out of the JSON elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub neglected_inductance: Option<NeglectedInductance>,
     /// Numbers of the motor that its values presume, for they were not fitted: freed instead of it, they
     /// explain less.
     pub presumes: Vec<String>,
+}
+
+/// A winding's inductance that a delay may stand for: over the resistance it is as long as that.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct NeglectedInductance {
+    /// That inductance, H.
+    pub inductance: f64,
+    /// The resistance that it goes with, that of the final model, Ω.
+    pub resistance: f64,
 }
 
 /// A fitted number with its standard deviation.

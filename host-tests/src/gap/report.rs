@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use std::io;
 
 use super::component;
+use super::effect_words::declared_by;
 use super::headline::{Headline, next_sentence};
 use super::outcome::{Candidate, ErrorSet, Evidence, FoundEffect, Outcome, Report};
 use super::table::{
@@ -17,6 +18,7 @@ use super::table::{
 use crate::page::series::{difference, extent, rms};
 use crate::page::{self, escape};
 use crate::quantity::{Scale, capitalised, change, given, probability, significant};
+use model_core::effect::Id;
 use model_core::gap::verdict::Verdict;
 
 /// The page, HTML. It holds its style and its drawings, and asks for no script, font or other file.
@@ -240,9 +242,9 @@ fn found(effect: &FoundEffect) -> String {
     }
     let _ = write!(
         text,
-        "</tbody>\n</table>\n<p>Gain on held-out blocks of the training data: p {} that it is one percent or less, \
-         one-sided, by ranks (Wilcoxon) and, of few blocks, by their mean (Student). Score {} and identifiability {}, by \
-         which it was tried before others, are estimates from before it was fitted; they are explained below.</p>\n",
+        "</tbody>\n</table>\n<p>On data left out of the fit the error falls. If the effect took one percent of it or less, \
+         chance would make it fall so with p {} (one-sided; ranks by Wilcoxon, and of few stretches their mean by Student). Score \
+         {} and identifiability {} were estimated before the fit and say what is tried first; they are explained below.</p>\n",
         escape(&probability(effect.p_value)),
         significant(effect.score, 3),
         significant(effect.identifiability, 3)
@@ -262,6 +264,9 @@ fn found(effect: &FoundEffect) -> String {
         "<p>To declare it: <code>{}</code></p>",
         escape(&effect.declare)
     );
+    if let Some(words) = Id::from_id(&effect.id).and_then(declared_by) {
+        let _ = writeln!(text, "<p class=\"note\">Where {}.</p>", escape(words));
+    }
     text + "</article>\n"
 }
 

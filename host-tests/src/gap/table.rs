@@ -5,6 +5,7 @@ use model_core::effect::{Bounds, Id};
 use model_core::gap::verdict::Verdict;
 
 use super::disagreement::words::spoken;
+use super::effect_words::declared_by;
 use super::headline;
 use super::outcome::{
     Candidate, ErrorSet, Errors, Estimate, FittedParameter, FoundEffect, LearnedLaw, Outcome,
@@ -21,8 +22,7 @@ use crate::quantity::{
 const FAR_OFF: f64 = 100.0;
 
 /// What is said of a number that was fitted although `[fit]` leaves it out.
-pub(super) const FREED: &str =
-    "not in [fit], and fitted all the same: no effect follows the logs better than this value";
+pub(super) const FREED: &str = "[fit] does not name it; it was fitted because no effect follows the logs better than this value";
 
 /// What is said of a number whose fit stopped at the limit of what the machine file lets it be off.
 pub(super) const AT_LIMIT: &str = "stopped at its limit";
@@ -107,7 +107,7 @@ fn disagreement(page: &mut Page, outcome: &Outcome) {
 pub(super) fn presumed(effect: &FoundEffect) -> Option<String> {
     (!effect.presumes.is_empty()).then(|| {
         format!(
-            "A wrong {} explains less; the values presume the declared ones",
+            "The values hold for the declared {}; others explain less",
             effect.presumes.join(" or ")
         )
     })
@@ -202,15 +202,18 @@ pub(super) fn error_legend(errors: &Errors) -> [(&'static str, String); 7] {
         (
             "position and current",
             format!(
-                "replay in windows of {window}, each restarted from what was measured there or shortly before; NRMSE is \
-                 over the standard deviation of the measurement"
+                "the model runs for {window}, again and again, each time started from what was measured; NRMSE is the error \
+                 divided by the standard deviation of the position"
             ),
         ),
         (
             "torque residual",
-            "its norm over the norm of the torque".into(),
+            "the share of the torque that the model does not explain".into(),
         ),
-        ("free run", "one replay without restarts".into()),
+        (
+            "free run",
+            "the model runs through the whole log from one start".into(),
+        ),
     ]
 }
 
@@ -234,7 +237,7 @@ pub(super) fn free_run_costs(outcome: &Outcome, coordinate: &str) -> Option<Stri
     let costs: Vec<String> = costs.collect();
     (!costs.is_empty()).then(|| {
         format!(
-            "What one percent of the friction moves a free run by: {}.",
+            "How far a small change moves a free run: {}.",
             costs.join(", ")
         )
     })
@@ -244,8 +247,8 @@ pub(super) fn free_run_costs(outcome: &Outcome, coordinate: &str) -> Option<Stri
 pub(super) fn whiteness(outcome: &Outcome) -> String {
     let whiteness = &outcome.whiteness;
     format!(
-        "Whiteness of the residual before effects: Ljung–Box {} per degree of freedom over {} lags \
-         (white noise: about 1), p {}. Its correlation with the input {:+.2}, with the velocity \
+        "Whether the error before effects is mere noise: Ljung–Box {} per degree of freedom over {} lags (noise: about 1; \
+         more says that something is missing), p {}. Correlation of that error with the input {:+.2}, with the velocity \
          {:+.2}, with the direction of motion {:+.2}, with the input squared {:+.2}.",
         significant(whiteness.ljung_box, 3),
         whiteness.lags,
@@ -387,6 +390,9 @@ fn effects(page: &mut Page, outcome: &Outcome) {
             &format!("  {:28} {}", "to declare it", effect.declare),
             Style::Plain,
         );
+        if let Some(words) = Id::from_id(&effect.id).and_then(declared_by) {
+            page.wrapped(&format!("  {:28} where {words}", ""), 31, Style::Faint);
+        }
     }
     if let Some(unknown) = &outcome.unknown {
         page.section("Unknown effect");
@@ -468,8 +474,8 @@ fn parameters(page: &mut Page, outcome: &Outcome) {
     for parameter in far {
         page.wrapped(
             &format!(
-                "note: {} ended {:.0} times off its declared value; if that was meant as a true order of \
-                 magnitude, log and machine file are in different units (s, rad or m, V or A)",
+                "note: the declared and the fitted {} are {:.0} times apart; if the declared one is about right, log and \
+                 machine file are in different units (s, rad or m, V or A)",
                 parameter.name,
                 (parameter.fitted / parameter.declared)
                     .abs()
@@ -482,9 +488,10 @@ fn parameters(page: &mut Page, outcome: &Outcome) {
 }
 
 /// What the columns of the candidates mean.
-pub(super) const SELECTION_LEGEND: &str = "Score: by which effects are tried first, the share of the residual that a \
-    linear estimate has an effect explain, before it is fitted, once the fitted parameters are projected out. Identifiability: share of its trace that they cannot imitate. \
-    Held-out ratio: mean square error with the effect over that without, on blocks that were not fitted.";
+pub(super) const SELECTION_LEGEND: &str = "Score: an estimate, made before any fit, of the share of the error that the effect \
+    explains and that no fitted number explains; effects with a high score are tried first. Identifiability: the share of what the \
+    effect does that no fitted number can do. Held-out ratio: the mean square error with the effect divided by that without it, on \
+    data left out of the fit.";
 
 fn selection(page: &mut Page, candidates: &[Candidate]) {
     for (number, round) in rounds(candidates) {

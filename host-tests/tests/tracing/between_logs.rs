@@ -1,7 +1,7 @@
 //! Logs of one machine that differ among themselves, and a log of another machine among them.
 
 use host_tests::gap::engine;
-use host_tests::gap::headline::Headline;
+use host_tests::gap::headline::{Headline, Step};
 use host_tests::gap::outcome::Report;
 use host_tests::log::Log;
 use host_tests::machine::Machine;
@@ -108,4 +108,45 @@ fn a_log_of_another_machine_is_doubted() {
             .unwrap();
         assert!(sentence.contains("the same machine"), "{sentence}");
     }
+}
+
+/// One worn log among those that are trained on makes all of them differ from what is fitted to them together.
+#[test]
+fn a_worn_log_among_the_training_logs_is_named() {
+    let new = RigMachine::force_slide();
+    let mut worn = new.clone();
+    worn.coulomb *= 1.3;
+    worn.static_friction *= 1.3;
+    let directory = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| {
+        let path = directory.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let log = |name: &str, machine: &RigMachine, seed: u64| {
+        let motion = Trajectory::sweep(machine, SECONDS);
+        let experiment = Experiment::tracking(machine.clone(), motion);
+        let recording = experiment.lasting(SECONDS).seeded(seed).run();
+        Log::read(&write(name, recording.to_csv())).unwrap()
+    };
+    let machine = Machine::read(&write("machine.toml", new.to_toml())).unwrap();
+    let train = [
+        log("a.csv", &new, 81_401),
+        log("b.csv", &worn, 81_402),
+        log("c.csv", &new, 81_403),
+    ];
+    let report = engine::run(&machine, &train, || Ok(Vec::new()), |_| ()).unwrap();
+    assert!(report.outcome.between_logs.iter().all(|log| log.trained_on));
+    let headline = Headline::of(&report);
+    assert!(
+        headline
+            .finding
+            .contains("b.csv differs from the other training logs in Coulomb friction"),
+        "{headline:?}"
+    );
+    let without = "run it again without ";
+    assert!(
+        matches!(&headline.next[0], Step::Do(step) if step.starts_with(without) && step.contains("b.csv")),
+        "{headline:?}"
+    );
 }

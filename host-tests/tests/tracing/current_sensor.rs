@@ -141,9 +141,8 @@ fn the_lag_of_a_winding_is_said(lags: &[f64]) {
         let headline = Headline::of(&report);
         let said = format!("{headline:?}");
         let (_, behind) = said
-            .split_once(
-                "The machine file has no inductance, most likely that is it: with a winding of ",
-            )
+            .split_once("the winding's inductance, which the machine file neglects: a delay of ")
+            .and_then(|(_, delay)| delay.split_once(" would be "))
             .unwrap_or_else(|| panic!("{lag}: {said}"));
         let words: Vec<&str> = behind.split_whitespace().take(2).collect();
         assert_eq!(words[1], "mH", "{said}");
@@ -165,6 +164,32 @@ fn the_lag_of_a_winding_that_the_machine_file_neglects_is_said_to_be_that() {
 #[ignore = "other cases"]
 fn other_lags_of_a_winding_that_the_machine_file_neglects_are_said_to_be_that() {
     the_lag_of_a_winding_is_said(&[1.5e-3, 5e-3]);
+}
+
+/// Without a current the motion is late, as of a late drive; the answer has the inductance that it may be.
+#[test]
+fn a_late_motion_may_be_the_inductance_that_the_machine_file_neglects() {
+    let lag = 3e-3;
+    let good = Sensor {
+        gain: 1.0,
+        offset: 0.0,
+        late: 0,
+    };
+    let drive = |phases| Log {
+        current: None,
+        ..log_with(lag * RESISTANCE, &good, 0.0, phases)
+    };
+    let machine = gearmotor([4.0, 0.0, 1.4], COUNTS, "");
+    let train = [drive([0.3, 1.9, 4.0, 5.5])];
+    let other = drive([2.2, 0.4, 5.1, 1.0]);
+    let report = engine::run(&machine, &train, || Ok(vec![other]), |_| ()).unwrap();
+    let mut effects = report.outcome.effects.iter();
+    let found = effects.find_map(|effect| effect.neglected_inductance);
+    let found = found.unwrap_or_else(|| panic!("{:?}", report.outcome.effects));
+    let share = found.inductance / (lag * RESISTANCE);
+    assert!((share - 1.0).abs() < 0.25, "{found:?}");
+    let said = format!("{:?}", Headline::of(&report));
+    assert!(said.contains("which the machine file neglects"), "{said}");
 }
 
 /// A channel of the logger that nothing is connected to: the torque of a log is that of its current.

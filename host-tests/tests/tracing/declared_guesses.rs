@@ -139,6 +139,9 @@ fn a_number_that_had_to_go_where_no_data_sheet_would_let_it_is_named() {
     let machine = RigMachine::rotary_ema();
     let outcome = trace(&machine, &guessed(&machine, 1.0, 1.0, 0.05), &[], 5109);
     assert_eq!(outcome.verdict, Verdict::NothingProven);
+    // What was found on the way and is not said was not accepted.
+    let mut taken = outcome.candidates.iter().filter(|it| it.accepted);
+    assert!(taken.all(|it| ["input_lead", "current_sensor"].contains(&it.id.as_str())));
     let residual = outcome.residual.unwrap();
     assert!(
         matches!(residual.implausible, Some("coulomb" | "static")),
@@ -165,6 +168,9 @@ fn a_number_that_is_unsure_may_go_as_far_as_that() {
     assert_eq!(outcome.verdict, Verdict::NoMissingEffect);
     let outcome = trace_unsure(&machine, &declared, "{ inertia = 1.1 }", &[], 5109);
     assert_eq!(outcome.verdict, Verdict::NothingProven);
+    // What was found on the way and is not said was not accepted.
+    let mut taken = outcome.candidates.iter().filter(|it| it.accepted);
+    assert!(taken.all(|it| ["input_lead", "current_sensor"].contains(&it.id.as_str())));
     assert_eq!(outcome.residual.unwrap().implausible, Some("inertia"));
 }
 

@@ -6,9 +6,10 @@
 use std::f64::consts::TAU;
 
 use host_tests::gap::demand::Demand;
-use host_tests::gap::effect_words::{Workshop, sentence};
-use host_tests::gap::outcome::{Estimate, FoundEffect};
-use model_core::effect::Id;
+use host_tests::gap::effect_words::{Workshop, declared_by, sentence};
+use host_tests::gap::outcome::{Estimate, FoundEffect, NeglectedInductance};
+use model_core::effect::{Active, Id, Role};
+use model_core::plant::parameters::Parameters;
 
 /// An effect with these reported values, each with its standard deviation.
 fn effect(id: &str, values: &[(&str, f64, f64)]) -> FoundEffect {
@@ -27,6 +28,7 @@ fn effect(id: &str, values: &[(&str, f64, f64)]) -> FoundEffect {
         p_value: 1e-6,
         law: None,
         equivalent: vec![],
+        neglected_inductance: None,
         presumes: vec![],
     }
 }
@@ -283,7 +285,8 @@ fn what_motor_and_drive_lose_is_said_in_volts_ohms_and_percent() {
     says(
         &rotary("supply_sag", &[("share", share, 0.01 * share)]),
         &[
-            "as one of 12.0 V with 0.300 Ω (95 %: 0.294 to 0.306) in series; 12.0 V is the logs' highest voltage.",
+            "asked for 12.0 V, the most in the logs, it gives 0.300 V (95 %: 0.294 to 0.306) less for each ampere",
+            "as with 0.300 Ω in series; a supply of U volts has (U/12.0)² times that.",
         ],
     );
     // Where the input is a share of the supply's voltage, that is known.
@@ -433,5 +436,77 @@ fn every_effect_has_a_sentence_of_its_own_at_any_demand() {
         beginnings.sort();
         beginnings.dedup();
         assert_eq!(beginnings.len(), count, "{beginnings:?}");
+    }
+}
+
+/// 1.2 ms behind 1 Ω is 1.2 mH.
+#[test]
+fn a_delay_may_be_the_inductance_that_the_machine_file_neglects() {
+    for id in ["input_delay", "sensor_delay"] {
+        let delay = FoundEffect {
+            neglected_inductance: Some(NeglectedInductance {
+                inductance: 1.2e-3,
+                resistance: 1.0,
+            }),
+            ..effect(id, &[("delay", 1.2e-3, 1e-5)])
+        };
+        let workshop = Workshop {
+            demand: &DEMAND,
+            rotary: true,
+            load_unit: "N·m",
+        };
+        says(
+            &sentence(&delay, &workshop),
+            &[
+                "or it is the winding's inductance, which the machine file neglects: a delay of 1.20 ms would be 1.20 mH at \
+                 1.00 Ω",
+            ],
+        );
+        let declared = rotary(id, &[("delay", 1.2e-3, 1e-5)]);
+        assert!(!declared.contains("inductance"), "{declared}");
+    }
+}
+
+/// Whoever copies the line that declares an effect knows what its numbers are.
+#[test]
+fn numbers_that_an_effect_is_declared_by_are_reported_or_explained() {
+    for id in Id::ALL {
+        let description = id.description();
+        for parameter in description.parameters {
+            let is_reported = description
+                .reported
+                .iter()
+                .any(|(name, _)| *name == parameter.name);
+            let quoted = format!("`{}`", parameter.name);
+            let is_explained = declared_by(*id).is_some_and(|words| words.contains(&quoted));
+            let is_overtone = parameter.role == Role::Overtone;
+            assert!(
+                is_reported || is_explained || is_overtone,
+                "{}: {quoted}",
+                description.id
+            );
+        }
+    }
+}
+
+/// What is said of an effect that may be there is how strong it is: the first number that is reported.
+#[test]
+fn the_first_reported_number_is_how_much_acts() {
+    let plant = Parameters::free(1.0);
+    for id in Id::ALL {
+        let first = |strength: f32| {
+            let mut active = Active::new(*id, []);
+            for (value, parameter) in active.values.iter_mut().zip(id.description().parameters) {
+                *value = match parameter.role {
+                    Role::Strength => strength,
+                    Role::Shape => 0.5,
+                    Role::Overtone => 0.0,
+                };
+            }
+            active.report(&plant)[0]
+        };
+        let name = id.description().id;
+        assert_eq!(first(0.0), 0.0, "{name}");
+        assert!(first(0.02) > first(0.01), "{name}");
     }
 }

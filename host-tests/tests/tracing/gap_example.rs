@@ -130,6 +130,7 @@ pub fn example() -> Report {
             floor: 1e-6,
             implausible: None,
             unconfirmed: false,
+            short: None,
         }),
         effects: vec![
             FoundEffect {
@@ -144,6 +145,7 @@ pub fn example() -> Report {
                 p_value: 1.04e-6,
                 law: None,
                 equivalent: vec!["offset_torque".into(), "spring".into()],
+                neglected_inductance: None,
                 presumes: vec![],
             },
             FoundEffect {
@@ -155,6 +157,7 @@ pub fn example() -> Report {
                 p_value: 0.0042,
                 law: None,
                 equivalent: vec![],
+                neglected_inductance: None,
                 presumes: vec!["resistance".into(), "torque_constant".into()],
             },
         ],

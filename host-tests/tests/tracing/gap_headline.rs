@@ -7,7 +7,7 @@ use host_tests::gap::demand::Demand;
 use host_tests::gap::disagreement::Disagreement;
 use host_tests::gap::experiment::{Absorbed, Bounds, NextExperiment, Quantity};
 use host_tests::gap::headline::{Headline, LINES, Step};
-use host_tests::gap::outcome::{FoundEffect, FreeMotor, Report, Resampled};
+use host_tests::gap::outcome::{FoundEffect, FreeMotor, Report, Resampled, ShortLogs};
 use host_tests::gap::report;
 use host_tests::gap::table::{Detail, WIDTH, render};
 use host_tests::log::resample::Resampling;
@@ -406,7 +406,7 @@ fn the_line_that_declares_an_effect_keeps_what_is_declared() {
     let headline = Headline::of(&report);
     let line = headline.next.iter().find_map(|step| match step {
         Step::Copy(line) => Some(line.as_str()),
-        Step::Do(_) | Step::Written(_) => None,
+        _ => None,
     });
     let line: toml::Table = line.unwrap().parse().unwrap();
     let effects = line["declared_effects"].as_array().unwrap();
@@ -417,7 +417,7 @@ fn the_line_that_declares_an_effect_keeps_what_is_declared() {
     assert_eq!(ids, ["load_dependent_friction", "asymmetric_viscous"]);
     assert_eq!(effects[0]["share"].as_float(), Some(0.3));
     // What no fit changes is said to be presumed.
-    let presumed = "Presumed as declared, and not fitted: load_dependent_friction;";
+    let presumed = "No fit changes what the machine file declares of load_dependent_friction;";
     assert!(
         headline.certainty.contains(presumed),
         "{}",
@@ -483,12 +483,13 @@ fn what_the_sizes_depend_on_is_told() {
     let mut report = example();
     let numbers = ["resistance", "torque_constant"];
     report.outcome.effects[0].presumes = numbers.map(str::to_owned).to_vec();
-    let sizes = "The sizes are as far off as the declared resistance and torque constant";
+    let sizes =
+        "If the declared resistance or torque constant is wrong, each size is wrong by as much";
     for (held_within, intervals) in [
-        (vec![], ", which the intervals do not allow for."),
+        (vec![], "; the intervals do not include that."),
         (
             numbers.to_vec(),
-            "; the intervals allow for their tolerances.",
+            "; the intervals include their tolerances.",
         ),
     ] {
         report.held_within = held_within;
@@ -713,7 +714,7 @@ fn the_other_verdicts_say_what_they_are_and_what_to_do() {
         (
             "no validation",
             &[
-                "On the training log itself, of which nothing was kept back, the position error went",
+                "On the training log, to which the model was fitted, the position error went",
                 "Next: record a second log, not for the fit, and give it with --validate",
             ],
         ),
@@ -985,7 +986,7 @@ fn what_does_not_hold_is_not_to_be_relied_on() {
     assert!(!text.contains("from now on"), "{text}");
     assert!(
         text.contains(
-            "until then refitted.toml, the machine file with what was found, is for trials alone"
+            "until then use refitted.toml, the machine file with what was found, for trials only"
         ),
         "{text}"
     );
@@ -1064,8 +1065,8 @@ fn the_page_begins_with_the_same_words() {
             assert!(texts.contains(&rest), "no {rest:?} in {texts}");
         }
         for step in &headline.next {
-            let (Step::Do(words) | Step::Written(words) | Step::Copy(words)) = step;
-            assert!(texts.contains(words.as_str()), "no {words:?} in {texts}");
+            let words = step.text();
+            assert!(texts.contains(&*words), "no {words:?} in {texts}");
         }
     }
 }
@@ -1076,4 +1077,62 @@ fn a_demand_without_numbers_prints_no_nonsense() {
     report.demand = Demand::default();
     let text = words(&report);
     assert!(text.contains("at 1000 mm/s it is 167 N forward"), "{text}");
+}
+
+/// A load that hangs and a cogging of once a turn are one law: a changed machine tells, and no input.
+#[test]
+fn what_no_input_settles_asks_for_another_machine() {
+    let mut report = example();
+    let outcome = &mut report.outcome;
+    outcome.effects.truncate(1);
+    let effect = &mut outcome.effects[0];
+    effect.id = "gravity".into();
+    effect.equivalent = vec!["cogging".into()];
+    let limits = open_questions().limits;
+    let open = |candidates: &[&str]| NextExperiment {
+        equivalent: vec!["cogging".into()],
+        ..NextExperiment::open(candidates.iter().map(|&it| it.into()).collect(), limits)
+    };
+    // Of another period an input may tell.
+    outcome.next_experiment = Some(open(&["gravity", "cogging"]));
+    let text = words(&report);
+    assert!(text.contains("the logs cannot tell them apart"), "{text}");
+    assert!(
+        text.contains("--experiment FILE") && !text.contains("turn the machine"),
+        "{text}"
+    );
+    report.outcome.next_experiment = Some(NextExperiment {
+        same_law: vec!["cogging".into()],
+        ..open(&["gravity"])
+    });
+    let text = words(&report);
+    assert!(text.contains("no log can tell them apart"), "{text}");
+    assert!(
+        text.contains("turn the machine") && !text.contains("--experiment FILE"),
+        "{text}"
+    );
+}
+
+/// Where nothing was found in short logs, how long one has to be is said, and to record it comes first.
+#[test]
+fn short_logs_are_said_to_be_short() {
+    for name in ["no effect", "nothing proven"] {
+        let mut report = variant(name);
+        let residual = report.outcome.residual.as_mut().unwrap();
+        residual.short = Some(ShortLogs {
+            duration_s: 0.6,
+            windows: 24,
+            window_s: 0.022,
+            usual_s: 0.2,
+            least_s: 4.833,
+        });
+        let text = words(&report);
+        for said in [
+            "24 predictions of 22.0 ms",
+            "A log of 4.90 s",
+            "record a log of 4.90 s or more",
+        ] {
+            assert!(text.contains(said), "{name}: no {said:?} in {text}");
+        }
+    }
 }

@@ -60,8 +60,7 @@ fn a_wrong_number_is_marked() {
         .into_iter()
         .find(|(name, _)| *name == "wrong number")
         .unwrap();
-    let marked =
-        "not in [fit], and fitted all the same: no effect follows the logs better than this value";
+    let marked = "[fit] does not name it; it was fitted because no effect follows the logs better than this value";
     assert_lines(&verbose(&report), &[marked]);
     assert!(page(&report).contains(marked));
 }
@@ -76,7 +75,7 @@ fn the_table_gives_effects_and_parameters_with_deviation_and_unit() {
             "forward 167.2 ± 1.1 N·s/m",
             "backward 241.5 ± 1.3 N·s/m",
             "this log cannot tell it from: offset_torque, spring",
-            "A wrong resistance or torque_constant explains less; the values presume the declared ones",
+            "The values hold for the declared resistance or torque_constant; others explain less",
             "to declare it { id = \"asymmetric_viscous\", difference = -37.155 }",
             "sensor_delay score 0.222 identifiability 0.482 p 0.0042",
             "delay 504 ± 21 µs",
@@ -179,7 +178,7 @@ fn the_verdicts_are_told_apart() {
         ),
         (
             "no validation",
-            vec!["On the training log", "of which nothing was kept back"],
+            vec!["On the training log", "to which the model was fitted"],
         ),
         ("diverged", vec!["diverged", "167.2 ± not determined N·s/m"]),
     ] {

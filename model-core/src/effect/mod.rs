@@ -58,7 +58,8 @@ pub struct Description {
     pub source: &'static str,
     /// Its parameters in the order of its values; strengths come first.
     pub parameters: &'static [Parameter],
-    /// What is reported of it, where that is more readable than its parameters.
+    /// What is reported of it, where that is more readable than its parameters. How much acts comes first; where, when and at
+    /// what speed it does is behind that.
     pub reported: &'static [(&'static str, Dimension)],
     /// Whether it needs an angle as coordinate.
     pub rotary_only: bool,

@@ -1,7 +1,7 @@
 //! What the logs leave standing, each fitted to them.
 
 use model_core::effect::learned_map::{Kind, LearnedMap};
-use model_core::effect::twins::are_one_model;
+use model_core::effect::twins::{are_one_law, are_one_model};
 use model_core::effect::{Active, Id, Scope};
 use model_core::gap::criterion::LARGEST_RATIO;
 use model_core::gap::fit::Fit;
@@ -10,6 +10,7 @@ use model_core::gap::screen;
 use model_core::gap::verdict::{Consideration, Decision, Subject, Trace};
 use model_core::gap::workbench::Workbench;
 
+use super::variants::OFF;
 use super::{Absorbed, Quantity};
 use crate::gap::answer;
 use crate::gap::engine::AllCores;
@@ -84,6 +85,9 @@ pub(super) struct Candidates {
     pub all: Vec<Candidate>,
     /// Those that the answer calls equivalent to the named one.
     pub equivalent: Vec<String>,
+    /// Those that are one law with the named one, as far as a fit knows its numbers. They are no candidates: no input tells them
+    /// apart.
+    pub same_law: Vec<String>,
     /// The model without any of them, fitted to the training logs.
     pub without: Model,
     /// Identifiability of the named effect, where it is low.
@@ -228,8 +232,8 @@ fn doubt_of_map(kind: Kind, looks: &[Consideration]) -> Option<Doubt> {
 }
 
 /// The candidates, each fitted to the logs as the named one is: the named one, those that the answer
-/// calls equivalent to it, and of the others those that follow the logs about as well. `None` where
-/// there is none beside the named one.
+/// calls equivalent to it, and of the others those that follow the logs about as well; but for those that are
+/// one law with the named one. `None` where there is none beside the named one.
 pub(super) fn fitted(
     workbench: &mut Workbench<AllCores>,
     trace: &Trace,
@@ -289,10 +293,21 @@ pub(super) fn fitted(
     let samples = (workbench.data.windows() * workbench.data.settings.window) as f64;
     let limit = TOLD_APART * named.cost.max(samples);
     let mut others: Vec<(f64, Candidate)> = Vec::new();
+    let mut same_law = Vec::new();
+    let own = accepted.and_then(|own| effect_of(&named.model, own.effect.id).copied());
     for (subject, reason, start) in starts {
         let Some(fit) = workbench.fit(&start) else {
             continue;
         };
+        let effect = match subject {
+            Some(Subject::Effect(id)) => effect_of(&fit.model, id),
+            _ => None,
+        };
+        let is_named = |(own, effect): (Active, &Active)| are_one_law(&own, effect, OFF);
+        if own.zip(effect).is_some_and(is_named) {
+            same_law.extend(effect.map(|effect| name_of(effect.id)));
+            continue;
+        }
         if reason == Reason::Equivalent || fit.cost <= limit {
             others.push((fit.cost, Candidate::new(subject, reason, fit.model)));
         }
@@ -304,9 +319,11 @@ pub(super) fn fitted(
     let mut all = vec![Candidate::new(Some(subject), Reason::Named, named.model)];
     all.extend(others.into_iter().map(|(_, candidate)| candidate));
     all.truncate(MOST);
-    (all.len() > 1).then_some(Candidates {
+    let is_in_doubt = all.len() > 1 || !same_law.is_empty();
+    is_in_doubt.then_some(Candidates {
         all,
         equivalent: doubt.equivalent.iter().copied().map(name_of).collect(),
+        same_law,
         without,
         low_identifiability: accepted
             .filter(|_| doubt.nothing)
@@ -345,6 +362,7 @@ fn fitted_beside_absorbed(
     (all.len() > 1).then_some(Candidates {
         all,
         equivalent: Vec::new(),
+        same_law: Vec::new(),
         without: base.model,
         low_identifiability: None,
         absorbed,
@@ -467,6 +485,11 @@ impl Candidate {
             model,
         }
     }
+}
+
+/// The last effect of this kind in a model: one that was found stands behind those that are declared.
+fn effect_of(model: &Model, id: Id) -> Option<&Active> {
+    model.effects.iter().rfind(|effect| effect.id == id)
 }
 
 fn name_of(id: Id) -> String {

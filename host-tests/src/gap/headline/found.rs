@@ -7,6 +7,7 @@ use crate::data_sheet::WITHIN;
 use crate::gap::answer::listed;
 use crate::gap::between_logs;
 use crate::gap::component::LEARNED;
+use crate::gap::effect_words::as_inductance;
 use crate::gap::outcome::{Estimate, LearnedLaw, NumberDifference, Report};
 use crate::gap::table::number_in_words;
 use crate::quantity::{Scale, capitalised, change, estimate, prefixed_estimate, significant};
@@ -85,8 +86,14 @@ pub(super) fn between_logs(report: &Report) -> Vec<(String, String)> {
     let of_log = report.outcome.between_logs.iter().map(|log| {
         let each: Vec<String> = log.numbers.iter().map(difference_in_words).collect();
         let scale = Scale::of(&report.coordinate, [log.position_rms]);
+        // The numbers that a training log is held against are fitted to it too.
+        let others = if log.trained_on {
+            "all training logs together"
+        } else {
+            "the training logs"
+        };
         let mut sentence = format!(
-            "Against the training logs this log has {}: with that the position error is {} rms, not {}.",
+            "Against {others} this log has {}: with that the position error on it is {} rms, not {}.",
             listed(&each),
             scale.quantity(log.position_rms_with),
             scale.quantity(log.position_rms),
@@ -184,27 +191,19 @@ pub(super) fn current_sensor(report: &Report) -> Option<(String, String)> {
     // The input is held from row to row, so a current without inductance is that of half a row before when a row begins; one
     // with inductance is that much later anyhow.
     let winding = lag.value + 0.5 * row_period(report).unwrap_or(0.0);
-    let late = is_sure(lag, 0.0).then_some(("the current", winding));
-    if late.is_some() {
+    let is_late = is_sure(lag, 0.0);
+    if is_late {
         errs.push(format!("comes {} late", quantity(lag.value, &lag.unit)));
     }
     let errs: Vec<&str> = errs.iter().map(String::as_str).collect();
     (!errs.is_empty()).then(|| {
         let mut sentence = format!("The current that the log holds {}.", listed(&errs));
-        if let Some(winding) = late.and_then(|late| inductance(report, late)) {
-            sentence += " ";
-            sentence += &winding;
+        if let Some(resistance) = report.without_inductance.filter(|_| is_late) {
+            sentence += &format!(
+                " Most likely that is the winding's inductance, which the machine file neglects: {}.",
+                as_inductance(winding, resistance)
+            );
         }
         ("current sensor".to_owned(), sentence)
     })
-}
-
-/// The inductance of the winding, where the machine file has none and something was found to be late. Without one a model's
-/// current follows the voltage at once; with one it comes later by inductance over resistance, and so does the motion.
-pub(super) fn inductance(report: &Report, (late, time): (&str, f64)) -> Option<String> {
-    let inductance = time * report.without_inductance?;
-    Some(format!(
-        "The machine file has no inductance, most likely that is it: with a winding of {} {late} comes as late as that.",
-        Scale::of("H", [inductance]).quantity(inductance)
-    ))
 }

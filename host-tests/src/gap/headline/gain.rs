@@ -201,8 +201,8 @@ pub(super) fn gain(report: &Report) -> String {
     let movements = movements(stages, report);
     let unseen = match (&outcome.errors.validate, report.train.len()) {
         (Some(_), _) => ", which nothing was fitted to,",
-        (None, 0 | 1) => " itself, of which nothing was kept back,",
-        (None, _) => " themselves, of which nothing was kept back,",
+        (None, 0 | 1) => ", to which the model was fitted,",
+        (None, _) => ", to which the model was fitted,",
     };
     if !is_extended(outcome) {
         let [position, torque, _] = &movements;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::next::{Step, sentence, without_line};
+use super::next::{Step, sentence};
 use super::{CHANCE, Headline, NAMED, is_doubt_in_finding, rises};
 use crate::gap::answer::listed;
 use crate::gap::outcome::{Outcome, Report};
@@ -174,7 +174,7 @@ impl Shown<'_> {
     /// The step with a line to declare an effect by, and the same without that line.
     fn with_line(&self) -> Option<(usize, Vec<Step>)> {
         let mut steps = self.next.iter().enumerate();
-        steps.find_map(|(place, steps)| Some((place, without_line(steps)?)))
+        steps.find_map(|(place, steps)| Some((place, Step::without_line(steps)?)))
     }
 
     /// The step that is needed least, if one can be left out: not the first one, nor that a file was written; what is

@@ -1,16 +1,18 @@
 //! What to do next: the line to declare, the log to record, the experiment to play, the call to run.
 
-use model_core::effect::Id;
+use std::borrow::Cow;
+
 use model_core::gap::criterion::FARTHEST;
 use model_core::gap::model::Base;
 use model_core::gap::verdict::Verdict;
 
 use super::gain::Reliance;
-use super::{declared, lost, nearest, times_left};
+use super::settle::{changed, experiment, repeated};
+use super::{declared, lost, nearest, short_logs, times_left};
 use crate::gap::answer::listed;
+use crate::gap::between_logs;
 use crate::gap::disagreement::Disagreement;
-use crate::gap::experiment::NextExperiment;
-use crate::gap::outcome::{FittedParameter, FoundEffect, FreeMotor, NUMBERS, Outcome, Report};
+use crate::gap::outcome::{FittedParameter, FreeMotor, NUMBERS, Outcome, Report};
 use crate::machine::{DeclaredEffect, MOTOR};
 use crate::quantity::{Scale, given, significant};
 
@@ -19,18 +21,6 @@ const AGAIN: &str = "run it again with --machine-out FILE";
 
 /// The same as a step.
 const KEEP: &str = "to keep it, run it again with --machine-out FILE";
-
-/// What does the same by hand.
-const DECLARE: &str = "have `declared_effects` in [fit] as below";
-
-/// A step without the line to declare an effect by, where it has one: what keeps the effect does without.
-pub(super) fn without_line(steps: &[Step]) -> Option<Vec<Step>> {
-    let [Step::Do(words), Step::Copy(_)] = steps else {
-        return None;
-    };
-    let is_it = words.strip_prefix(KEEP)?.ends_with(DECLARE);
-    is_it.then(|| vec![said(KEEP)])
-}
 
 /// Most remedies that the answer shows, so that it keeps to its lines.
 const MOST_REMEDIES: usize = 5;
@@ -42,8 +32,25 @@ pub enum Step {
     Do(String),
     /// What a file is for that has been written, likewise a part of a sentence: it is said however little room there is.
     Written(String),
+    /// To keep an effect, by a command or by the line to copy that comes next.
+    Keep,
     /// A line to copy as it stands: a command, or a line of the machine file.
     Copy(String),
+}
+
+impl Step {
+    /// It in words, or the line to copy.
+    pub fn text(&self) -> Cow<'_, str> {
+        match self {
+            Self::Do(text) | Self::Written(text) | Self::Copy(text) => text.into(),
+            Self::Keep => format!("{KEEP}, or have `declared_effects` in [fit] as below").into(),
+        }
+    }
+
+    /// These steps without the line to declare an effect by, where they have it: the command alone keeps the effect too.
+    pub(super) fn without_line(steps: &[Self]) -> Option<Vec<Self>> {
+        matches!(steps, [Self::Keep, Self::Copy(_)]).then(|| vec![said(KEEP)])
+    }
 }
 
 /// What to do, the most useful first; `law` says where a learned law is drawn.
@@ -58,6 +65,7 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             let reliance = Reliance::on(report);
             steps.extend(supply(&outcome.fit, has_current(report)));
             steps.extend(not_yet(reliance));
+            steps.extend(apart(report));
             // A number that is said to be wrong may make up for one that is declared and no fit changes.
             if times_left(outcome).is_some() || outcome.freed().next().is_some() {
                 steps.extend(without_declared(report));
@@ -75,7 +83,9 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
                     "record a second log, not for the fit, and give it with --validate",
                 ));
             }
-            if outcome.verdict == Verdict::NoMissingEffect && nearest(outcome).is_some() {
+            if let Some(longer) = longer(outcome) {
+                steps.push(longer);
+            } else if outcome.verdict == Verdict::NoMissingEffect && nearest(outcome).is_some() {
                 steps.push(said(
                     "to see whether that is chance, record a longer log with more varied motion and give it with another --train",
                 ));
@@ -83,6 +93,7 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             let next = outcome.next_experiment.as_ref();
             let experiment = experiment(next, unit);
             steps.extend(repeated(outcome));
+            steps.extend(changed(outcome));
             // An input that settles what the logs do not tell apart comes before what is kept.
             let (found, offered) = match next.is_some_and(|next| next.excitation.is_some()) {
                 true => (experiment, None),
@@ -92,10 +103,6 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             steps.extend(guessed);
             steps.extend(declare(report, reliance, is_final));
             steps.extend(offered);
-            let other = outcome.between_logs.iter();
-            let other =
-                other.map(|log| said(&format!("see why {} differs, as said above", log.log)));
-            steps.extend(other);
             if lost(report).is_some() {
                 steps.push(said(
                     "see what was different when the validation data were recorded (load, supply, units), or give them with \
@@ -112,7 +119,8 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
         Verdict::UnknownEffect => {
             let variable = outcome.unknown.as_ref();
             let hint = hint(variable.map_or("", |unknown| unknown.depends_on.as_str()));
-            let mut steps = Vec::from_iter(without_declared(report));
+            let mut steps = Vec::from_iter(apart(report));
+            steps.extend(without_declared(report));
             steps.push(said(&format!("see the learned law {law}; {hint}")));
             steps.extend(guessed(outcome));
             steps.extend(free_motor(report));
@@ -123,6 +131,8 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
         Verdict::NothingProven => {
             // The first step stays however little room there is.
             let mut steps = Vec::from_iter(mounted(outcome).or_else(|| guessed(outcome)));
+            steps.extend(longer(outcome));
+            steps.extend(apart(report));
             steps.extend(without_declared(report));
             steps.extend(free_motor(report));
             if report.has_return_spring {
@@ -150,8 +160,8 @@ pub(in crate::gap) fn sentence(steps: &[Step]) -> (String, Vec<&str>) {
     let (mut words, mut copied) = (Vec::new(), Vec::new());
     for step in steps {
         match step {
-            Step::Do(step) | Step::Written(step) => words.push(step.as_str()),
             Step::Copy(line) => copied.push(line.as_str()),
+            in_words => words.push(in_words.text()),
         }
     }
     let end = if copied.is_empty() { "." } else { ":" };
@@ -163,7 +173,7 @@ fn has_current(report: &Report) -> bool {
     report.train.iter().all(|log| !log.current.is_empty())
 }
 
-fn said(words: &str) -> Step {
+pub(super) fn said(words: &str) -> Step {
     Step::Do(words.to_owned())
 }
 
@@ -198,48 +208,37 @@ fn remedies(outcome: &Outcome) -> Vec<Step> {
     [Step::Do(mend)].into_iter().chain(copied).collect()
 }
 
-/// The experiment that settles a doubt: to be played, to be looked for, or none.
-fn experiment(next: Option<&NextExperiment>, unit: &str) -> Option<Step> {
-    let next = next?;
-    let doubt = next.question();
-    if !next.looked {
-        return Some(said(&format!(
-            "run it again with --experiment FILE, which writes an input that settles {doubt}, if one is found"
-        )));
-    }
-    let (Some(_), Some(start), Some(duration)) =
-        (&next.excitation, next.start_position, next.duration_s)
-    else {
-        return Some(said(&format!(
-            "no input was found that settles {doubt}, {}",
-            next.limits.in_words(unit)
-        )));
-    };
-    let file = next.file.as_deref().unwrap_or("the input of the report");
-    let seconds = Scale::of("s", [duration]).quantity(duration);
-    let start = Scale::of(unit, [start]).quantity(start);
-    let may = if next.confirmed {
-        "settles"
-    } else {
-        "may settle"
-    };
+/// To record for longer, where nothing was found in short logs.
+fn longer(outcome: &Outcome) -> Option<Step> {
+    let least = short_logs(outcome)?.least();
     Some(said(&format!(
-        "play {file} in open loop from rest at {start} ({seconds}), and give its log with another --train: \
-         it {may} {doubt}",
+        "record a log of {least} or more, both ways and with many reversals, and give it with another --train"
     )))
 }
 
-/// What settles whether a load acted while the logs were recorded, which no input does.
-fn repeated(outcome: &Outcome) -> Option<Step> {
-    let load = Id::ExternalLoad.description().id;
-    let mut effects = outcome.effects.iter();
-    let may_be =
-        |effect: &FoundEffect| effect.id == load || effect.equivalent.iter().any(|id| id == load);
-    effects.any(may_be).then(|| {
-        said(
-            "record the same motion again and give it with another --train: a load that acted once is not in that log",
-        )
-    })
+/// What to do about logs that differ. One set of numbers is fitted to all training logs, so what was found may only make up for one
+/// of them that has others.
+fn apart(report: &Report) -> Option<Step> {
+    let logs = &report.outcome.between_logs;
+    let others = logs.iter().filter(|log| !log.trained_on);
+    let others: Vec<&str> = others.map(|log| log.log.as_str()).collect();
+    if !logs.iter().any(|log| log.trained_on) {
+        return (!others.is_empty()).then(|| {
+            said(&format!(
+                "see why {} differs, as said above",
+                listed(&others)
+            ))
+        });
+    }
+    let odd = between_logs::odd(logs, report.train.len());
+    let alone = if odd.is_empty() {
+        "run it again with each training log alone".to_owned()
+    } else {
+        format!("run it again without {}", listed(&odd))
+    };
+    Some(said(&format!(
+        "{alone}, for one set of numbers does not suit them all; `cargo hil track` says how the numbers change from log to log"
+    )))
 }
 
 /// To take out what is declared and may not be so: no fit changes it, and other effects make up for it.
@@ -387,7 +386,7 @@ fn declare(report: &Report, reliance: Reliance, is_final: bool) -> Vec<Step> {
             // The whole line: a second one of its name would be an error.
             let known = report.declared.iter().map(DeclaredEffect::to_toml);
             let all: Vec<String> = known.chain([one.declare.clone()]).collect();
-            steps.push(said(&format!("{KEEP}, or {DECLARE}")));
+            steps.push(Step::Keep);
             steps.push(Step::Copy(format!(
                 "declared_effects = [{}]",
                 all.join(", ")
@@ -421,7 +420,7 @@ fn written(outcome: &Outcome, file: &str, reliance: Reliance, is_final: bool) ->
         (Some(_), _) => format!(
             "{file} was written with the fitted numbers, but not the learned law: no machine file can hold one"
         ),
-        (None, Reliance::None) => format!("until then {file}, {what}, is for trials alone"),
+        (None, Reliance::None) => format!("until then use {file}, {what}, for trials only"),
         (None, Reliance::ShortPredictions) => {
             let window = outcome.errors.train.after.window_s;
             let window = Scale::of("s", [window]).quantity(window);
