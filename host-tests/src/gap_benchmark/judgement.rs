@@ -11,6 +11,8 @@ use crate::gap::outcome::Outcome;
 pub struct Answer {
     /// Each effect that was named: its id, then those that the log cannot tell from it.
     pub named: Vec<Vec<String>>,
+    /// Those of the effects whose law was learned, in place of the catalogue's formula.
+    pub learned: Vec<String>,
     /// Numbers of the machine file that are said to be wrong although `[fit]` leaves them out.
     pub freed: Vec<String>,
     /// The variable that carries what the catalogue does not explain.
@@ -30,8 +32,10 @@ impl Answer {
             let id = std::iter::once(found.id.clone());
             id.chain(found.equivalent.iter().cloned()).collect()
         });
+        let learned = outcome.effects.iter().filter(|found| found.law.is_some());
         Self {
             named: named.collect(),
+            learned: learned.map(|found| found.id.clone()).collect(),
             freed: outcome.freed().map(str::to_owned).collect(),
             unknown: outcome
                 .unknown
@@ -55,6 +59,8 @@ pub struct Truth {
     pub carriers: Vec<&'static str>,
     /// Effects of the catalogue that say fairly what it has not.
     pub fair: Vec<&'static str>,
+    /// Effects of the catalogue of which it has another law: they say what it has not where their law was learned.
+    pub other_law: Vec<&'static str>,
     /// Effects that the log has by the way, whose names say nothing wrong.
     pub tolerated: Vec<&'static str>,
     /// Numbers of the machine file that are wrong.
@@ -72,6 +78,7 @@ impl Truth {
             ids: kinds.clone().map(label).collect(),
             carriers: kinds.filter_map(carrier).collect(),
             fair: Vec::new(),
+            other_law: Vec::new(),
             tolerated: Vec::new(),
             wrong_numbers: NUMBERS
                 .into_iter()
@@ -82,10 +89,12 @@ impl Truth {
         }
     }
 
-    /// Whether a class of effects holds one that is there, or stands for it.
-    fn holds(&self, class: &[String]) -> bool {
-        let fair = |id: &String| self.fair.contains(&id.as_str());
-        class.iter().any(|id| self.ids.contains(id) || fair(id))
+    /// Whether a class of effects holds one that is there, or stands for it. `learned`: effects whose law was learned.
+    fn holds(&self, class: &[String], learned: &[String]) -> bool {
+        class.iter().any(|id| {
+            let is_of_other_law = self.other_law.contains(&id.as_str()) && learned.contains(id);
+            self.ids.contains(id) || self.fair.contains(&id.as_str()) || is_of_other_law
+        })
     }
 }
 
@@ -121,16 +130,17 @@ pub fn judge(truth: &Truth, answer: &Answer) -> Judgement {
             _ => Judgement::Wrong,
         };
     }
+    let holds = |class: &[String]| truth.holds(class, &answer.learned);
     let tolerated = |class: &[String]| {
         let by_the_way = |id: &String| truth.tolerated.contains(&id.as_str());
-        !truth.holds(class) && class.iter().any(by_the_way)
+        !holds(class) && class.iter().any(by_the_way)
     };
     let named: Vec<&Vec<String>> = answer
         .named
         .iter()
         .filter(|class| !tolerated(class))
         .collect();
-    let true_ones = named.iter().filter(|class| truth.holds(class)).count();
+    let true_ones = named.iter().filter(|class| holds(class)).count();
     let is_right = |name: &String| !truth.wrong_numbers.contains(name);
     // One number that is wrong may go by the name of an effect that is there for it.
     let most = truth.ids.len().max(usize::from(truth.outside_fit));
@@ -206,7 +216,6 @@ mod tests {
                 .iter()
                 .map(|class| class.iter().map(|id| (*id).to_owned()).collect())
                 .collect(),
-            freed: Vec::new(),
             unknown: unknown.map(str::to_owned),
             proven: unknown.is_some(),
             ..Answer::default()
@@ -303,6 +312,7 @@ mod tests {
             ids: vec!["(warm_up)".to_owned()],
             carriers: vec!["time"],
             fair: vec!["friction_drift"],
+            other_law: Vec::new(),
             tolerated: vec!["sensor_delay"],
             wrong_numbers: Vec::new(),
             outside_fit: false,
@@ -323,6 +333,33 @@ mod tests {
                 judgement,
                 "{named:?}"
             );
+        }
+    }
+
+    /// An effect is a mechanism over a variable: a spring that stiffens is a spring whose law was learned, and no straight one.
+    #[test]
+    fn another_law_of_an_effect_is_right_where_it_was_learned() {
+        let truth = Truth {
+            group: Group::Outside,
+            ids: vec!["(cubic_spring)".to_owned()],
+            carriers: vec!["position"],
+            fair: Vec::new(),
+            other_law: vec!["spring"],
+            tolerated: Vec::new(),
+            wrong_numbers: Vec::new(),
+            outside_fit: false,
+        };
+        for (named, learned, judgement) in [
+            (&[&["spring"][..]][..], &["spring"][..], Judgement::Right),
+            (&[&["spring"]], &[], Judgement::Wrong),
+            (&[&["gravity"]], &["gravity"], Judgement::Wrong),
+            (&[&["spring"], &["stribeck"]], &["spring"], Judgement::Wrong),
+        ] {
+            let answer = Answer {
+                learned: learned.iter().map(|id| (*id).to_owned()).collect(),
+                ..answer(named, None)
+            };
+            assert_eq!(super::judge(&truth, &answer), judgement, "{named:?}");
         }
     }
 
@@ -351,6 +388,7 @@ mod tests {
             ids: Vec::new(),
             carriers: Vec::new(),
             fair: vec!["spring"],
+            other_law: Vec::new(),
             tolerated: Vec::new(),
             wrong_numbers: vec!["spring".to_owned()],
             outside_fit: true,

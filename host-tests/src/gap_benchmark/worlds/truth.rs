@@ -16,8 +16,8 @@ use crate::gap_benchmark::judgement::Truth;
 /// - A current limit is a motor whose torque stops growing with what is asked of it.
 /// - A rough spot is friction over position, if not a periodic one.
 /// - A warm-up is a friction that drifts, if not evenly.
-/// - A cubic spring, a crank and a band of speeds have no neighbour: `spring`, `gravity`, `stribeck` say what
-///   is not so.
+/// - A crank and a band of speeds have no neighbour: `gravity`, `stribeck` say what is not so. So does the `spring` of
+///   the catalogue of a cubic one, unless its law was learned (`other_law`).
 fn outside(law: &Law) -> (&'static [&'static str], &'static [&'static str]) {
     match law {
         Law::Hysteresis { .. } => (&["position"], &["hysteresis", "presliding"]),
@@ -29,6 +29,11 @@ fn outside(law: &Law) -> (&'static [&'static str], &'static [&'static str]) {
         Law::WarmUp { .. } => (&["time"], &["friction_drift"]),
         _ => (&[], &[]),
     }
+}
+
+/// The effect of the catalogue that a law is another law of: the same mechanism over the same variable.
+fn other_law(law: &Law) -> Option<&'static str> {
+    matches!(law, Law::CubicSpring { .. }).then_some("spring")
 }
 
 /// What an answer may say of a world.
@@ -56,6 +61,7 @@ pub fn of(world: &World) -> Truth {
             .flat_map(|(_, fair)| fair.to_vec())
             .chain(stands_for(world))
             .collect(),
+        other_law: world.laws.iter().filter_map(other_law).collect(),
         // A filter before the log is a sensor that reports late.
         tolerated: if world.sins.filter > 0.0 {
             vec!["sensor_delay"]
