@@ -366,7 +366,7 @@ pub fn trace(
         })
         .collect();
 
-    let outcome = Outcome {
+    let mut outcome = Outcome {
         machine: machine.name.clone(),
         verdict: trace.verdict(),
         disagreement: Vec::new(),
@@ -405,6 +405,7 @@ pub fn trace(
             samples: logs.iter().map(CoreLog::samples).sum(),
         },
     };
+    outcome.heed_validation();
     let report = Report {
         outcome,
         coordinate: machine.coordinate.unit().to_owned(),

@@ -303,6 +303,9 @@ fn nothing_proven(outcome: &Outcome) -> String {
             "nothing is proven: to follow the logs, `{number}` had to go farther than the machine file lets it be \
              off, and no effect was found that explains why"
         ),
+        None if residual.times_floor() <= UNEXPLAINED => {
+            "nothing is proven: the training data show no missing effect".to_owned()
+        }
         None => format!(
             "nothing is proven: the model is off by {} times the sensor's noise, and nothing that was tried predicts the \
              rest of it",
@@ -426,12 +429,11 @@ fn differs(report: &Report) -> Option<String> {
 }
 
 /// That the model does not follow the validation logs as it does the training logs, where no number in which they differ says why.
-pub(super) fn lost(report: &Report) -> Option<String> {
+fn lost(report: &Report) -> Option<String> {
     let outcome = &report.outcome;
     let there = outcome.errors.validate.as_ref()?.after.position_rms;
     let here = outcome.errors.train.after.position_rms;
-    let floor = outcome.residual.as_ref()?.floor;
-    if there <= UNEXPLAINED * here.max(floor) || !outcome.between_logs.is_empty() {
+    if !outcome.is_lost() {
         return None;
     }
     let quantity = |error: f64| Scale::of(report.coordinate.as_str(), [error]).quantity(error);

@@ -1,6 +1,7 @@
 //! What `cargo hil gap` found: the JSON of the contract, and the evidence behind it for the report.
 
 use model_core::gap::criterion::LARGEST_RATIO;
+use model_core::gap::criterion::UNEXPLAINED;
 use model_core::gap::verdict::Verdict;
 use serde::{Serialize, Serializer};
 
@@ -266,6 +267,25 @@ impl FittedParameter {
 }
 
 impl Outcome {
+    /// Whether the final model leaves so much more of the validation logs than of the training logs, and than the sensor, that it
+    /// has a cause, and no number in which the logs differ is it. A free run that follows them shows that it follows: windows have
+    /// restarts, of which one may be wrong where the machine sticks.
+    pub(super) fn is_lost(&self) -> bool {
+        let Some((validate, residual)) = self.errors.validate.as_ref().zip(self.residual) else {
+            return false;
+        };
+        let here = self.errors.train.after.position_rms.max(residual.floor);
+        let there = validate.after.position_rms.min(validate.after.free_run_rms);
+        there > UNEXPLAINED * here && self.between_logs.is_empty()
+    }
+
+    /// Says nothing proven in place of nothing missing, where the validation logs show more than sensors and restarts leave.
+    pub(super) fn heed_validation(&mut self) {
+        if self.verdict == Verdict::NoMissingEffect && self.is_lost() {
+            self.verdict = Verdict::NothingProven;
+        }
+    }
+
     /// What logs and machine file disagree in, each once though several logs need it mended.
     pub fn disagreements(&self) -> Vec<&str> {
         distinct(self.disagreement.iter().map(|found| &*found.what))

@@ -8,7 +8,7 @@ use model_core::gap::verdict::Verdict;
 
 use super::gain::Reliance;
 use super::settle::{changed, experiment, repeated};
-use super::{declared, lost, nearest, short_logs, times_left};
+use super::{declared, nearest, short_logs, times_left};
 use crate::gap::answer::listed;
 use crate::gap::between_logs;
 use crate::gap::disagreement::Disagreement;
@@ -103,12 +103,7 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             steps.extend(guessed);
             steps.extend(declare(report, reliance, is_final));
             steps.extend(offered);
-            if lost(report).is_some() {
-                steps.push(said(
-                    "see what was different when the validation data were recorded (load, supply, units), or give them with \
-                     another --train",
-                ));
-            }
+            steps.extend(look_at_validation(outcome));
             if steps.is_empty() {
                 steps.push(said(
                     "nothing; the machine file and these logs belong together",
@@ -130,7 +125,8 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
         }
         Verdict::NothingProven => {
             // The first step stays however little room there is.
-            let mut steps = Vec::from_iter(mounted(outcome).or_else(|| guessed(outcome)));
+            let mut steps = Vec::from_iter(look_at_validation(outcome));
+            steps.extend(mounted(outcome).or_else(|| guessed(outcome)));
             steps.extend(longer(outcome));
             steps.extend(apart(report));
             steps.extend(without_declared(report));
@@ -153,6 +149,16 @@ pub(super) fn steps(report: &Report, law: &str) -> Vec<Step> {
             steps
         }
     }
+}
+
+/// To look at how the validation logs were recorded, where the model does not follow them.
+fn look_at_validation(outcome: &Outcome) -> Option<Step> {
+    outcome.is_lost().then(|| {
+        said(
+            "see what was different when the validation data were recorded (load, supply, units), or give them with \
+             another --train",
+        )
+    })
 }
 
 /// What to do as one sentence, and the lines to copy behind it.
