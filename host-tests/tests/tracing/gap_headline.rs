@@ -472,8 +472,7 @@ fn many_filled_samples_are_told_however_much_else_there_is() {
             },
         }];
         let sentence = format!(
-            "a.csv was resampled: {filled} of {} samples filled in, where rows are missing; that puts some 20.0 µm rms into \
-             the position.",
+            "{filled} of {} samples filled in, where rows are missing",
             1_600 + filled
         );
         let text = words(&report);

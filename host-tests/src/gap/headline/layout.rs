@@ -47,6 +47,8 @@ struct Shown<'h> {
     next: Vec<Cow<'h, [Step]>>,
     name: String,
     note: Option<String>,
+    /// How many samples were filled in, which stays of it where there are many.
+    short_note: Option<String>,
     /// Whether it stays as long as the effects are named with their sizes.
     keeps_note: bool,
 }
@@ -69,6 +71,7 @@ impl<'h> Shown<'h> {
                 .collect(),
             name: shortened(&printable(&report.outcome.machine), NAME),
             note: resampled(&report.outcome, &report.coordinate),
+            short_note: filled(&report.outcome),
             keeps_note: has_many_filled(&report.outcome),
         }
     }
@@ -136,7 +139,9 @@ impl<'h> Shown<'h> {
             self.gain = vec![self.shortest_gain];
         } else if let Some(place) = self.least_step() {
             self.next.remove(place);
-        } else if self.leave_out_certainty() || !self.keeps_note && self.note.take().is_some() {
+        } else if self.note != self.short_note {
+            self.note.clone_from(&self.short_note);
+        } else if self.leave_out_certainty() || !self.keeps_note && self.leave_out_note() {
             // One of them is out.
         } else if self.detailed > 1 {
             self.detailed -= 1;
@@ -144,7 +149,7 @@ impl<'h> Shown<'h> {
             self.finding.remove(1);
         } else if self.detailed > 0 {
             self.detailed = 0;
-        } else if self.note.take().is_some() {
+        } else if self.leave_out_note() {
             // What was found comes before what was done to the logs.
         } else if self.finding.len() > 1 {
             self.finding.pop();
@@ -169,6 +174,12 @@ impl Shown<'_> {
             self.certainty.remove(0);
         }
         is_there
+    }
+
+    /// Leaves out what was done to the logs; false if nothing is said of it.
+    fn leave_out_note(&mut self) -> bool {
+        self.short_note = None;
+        self.note.take().is_some()
     }
 
     /// The step with a line to declare an effect by, and the same without that line.
@@ -234,6 +245,27 @@ fn has_many_filled(outcome: &Outcome) -> bool {
     changes.any(|change| change.filled as f64 > MANY * (change.rows + change.filled) as f64)
 }
 
+/// How many samples of the first log that was resampled are filled in, if any are.
+fn filled(outcome: &Outcome) -> Option<String> {
+    let first = outcome.resampled.first()?;
+    let change = &first.change;
+    let samples = change.rows + change.filled - change.merged;
+    (change.filled > 0).then(|| {
+        format!(
+            "{}: {} of {samples} samples filled in, where rows are missing.",
+            short_name(&first.log),
+            change.filled
+        )
+    })
+}
+
+/// The end of a log's path, which says more than its beginning.
+fn short_name(log: &str) -> String {
+    let name = printable(log);
+    let start = name.chars().count().saturating_sub(NAME);
+    name.chars().skip(start).collect()
+}
+
 /// That logs were resampled, and what that changed in the first of them.
 fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
     let (first, others) = outcome.resampled.split_first()?;
@@ -242,10 +274,7 @@ fn resampled(outcome: &Outcome, unit: &str) -> Option<String> {
         1 => "; another log was resampled too".to_owned(),
         count => format!("; {count} more logs were resampled too"),
     };
-    let name = printable(&first.log);
-    // The end of a path says more than its beginning.
-    let start = name.chars().count().saturating_sub(NAME);
-    let name: String = name.chars().skip(start).collect();
+    let name = short_name(&first.log);
     let change = &first.change;
     let mut done = vec![format!("{name} was resampled")];
     if change.filled > 0 {

@@ -66,13 +66,12 @@ pub(super) fn changed(outcome: &Outcome) -> Option<Step> {
         let has = |id: Id| pair.contains(&Some(id));
         if has(Id::Gravity) && has(Id::Cogging) {
             Some(
-                "no input tells gravity from cogging of one cycle a turn: turn the machine so that its axis stands upright, and \
-                 trace a log of that alone; gravity is gone there, cogging is not",
+                "to tell gravity from cogging, turn the machine so that its axis stands upright, and trace a log of that alone: gravity is \
+                 gone there, cogging is not",
             )
         } else if has(Id::OffsetTorque) && has(Id::AsymmetricCoulomb) {
             Some(
-                "no input tells offset_torque from asymmetric_coulomb: take the load off or turn the machine over, and trace a log \
-                 of that alone; a load's pull changes with that, friction hardly does",
+                "to tell a load's pull from friction, take the load off or turn the machine over, and trace a log of that alone",
             )
         } else {
             None
