@@ -1,6 +1,6 @@
 //! A small gearmotor under a step of voltage: `cargo run -p model-core --example step_a_plant`.
 
-use model_core::plant::actuator::{Actuator, Load};
+use model_core::plant::actuator::Actuator;
 use model_core::plant::parameters::{Drive, Parameters};
 use model_core::plant::{Directional, State};
 use std::error::Error;
@@ -28,19 +28,12 @@ pub fn main() -> Result<(), Box<dyn Error>> {
 
     println!("time_s,position,velocity,current_a");
     let mut state = State::new(0.0, 0.0);
-    let declared = Load::declared(&parameters);
     for sample in 0..500 {
         let time = sample as f32 * PERIOD;
         let volts = if time < 0.1 { 0.0 } else { 6.0 };
-        // A torque of one's own, held over the step: here a fan on the shaft.
-        let velocity = state.velocity.value();
-        let load = Load {
-            torque: declared.torque - 1e-3 * velocity * velocity.abs(),
-            ..declared
-        };
-        actuator.step_under(&mut state, volts, &load)?;
+        actuator.step(&mut state, volts)?;
         if sample % 20 == 0 {
-            let position = state.position.value();
+            let (position, velocity) = (state.position.value(), state.velocity.value());
             println!("{time:.3},{position:.5},{velocity:.4},{:.4}", state.current);
         }
     }

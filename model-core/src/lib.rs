@@ -20,7 +20,7 @@
 //! | see what effects there are | [`effect::Id`] |
 //! | find the effect that a log lacks | [`gap::lengths::trace`], with the logs in [`gap::replay::Data`] |
 //!
-//! Examples: `examples/step_a_plant.rs`, with a torque of one's own, and `examples/refit_friction.rs`.
+//! Examples: `examples/step_a_plant.rs`, `examples/effect_of_ones_own.rs` and `examples/refit_friction.rs`.
 #![no_std]
 
 pub mod control;

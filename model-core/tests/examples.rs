@@ -1,5 +1,7 @@
 //! The examples run to their end.
 
+#[path = "../examples/effect_of_ones_own.rs"]
+mod effect_of_ones_own;
 #[path = "../examples/refit_friction.rs"]
 mod refit_friction;
 #[path = "../examples/step_a_plant.rs"]
@@ -13,4 +15,14 @@ fn a_plant_is_stepped() {
 #[test]
 fn a_friction_is_estimated_anew() {
     refit_friction::main().unwrap();
+}
+
+/// The speed is that of the closed form.
+#[test]
+fn an_effect_of_ones_own_acts() {
+    let [reached, by_hand] = effect_of_ones_own::main().unwrap();
+    assert!(
+        (reached / by_hand - 1.0).abs() < 1e-3,
+        "{reached} {by_hand}"
+    );
 }

@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 use firmware::app::machine::EMA;
 use host_tests::documents::{Documented, commands};
 use host_tests::log::Log;
-use host_tests::machine::Machine;
+use host_tests::machine::{Machine, PARAMETERS};
 use host_tests::{measured, workspace};
 use serialport::{SerialPort, TTYPort};
 use tempfile::TempDir;
@@ -125,6 +125,16 @@ fn of_way(wanted: Way) -> Vec<Documented> {
         .retain(|command| command.is_whole && way(command).is_some_and(|(_, way)| *way == wanted));
     assert!(!commands.is_empty(), "{wanted:?}");
     commands
+}
+
+#[test]
+fn every_number_of_a_machine_file_is_explained() {
+    let text = fs::read_to_string(workspace::root().join("docs/log.md")).unwrap();
+    let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("| ")).collect();
+    for parameter in PARAMETERS {
+        let key = format!("`{}`", parameter.name);
+        assert!(rows.iter().any(|row| row.contains(&key)), "{key}");
+    }
 }
 
 #[test]
