@@ -134,7 +134,15 @@ impl Recipe {
             if !may_be_counted(raw, source.column) {
                 return Some(put);
             }
-            let counts = format!("{}/255:duty*1", raw.name(source.column));
+            let name = raw.name(source.column);
+            if text.contains("/255:") {
+                let percent = format!("{name}:%*1");
+                return Some(format!(
+                    "{put}, 255 being the drive's full scale; if that is 100, it is {}",
+                    quoted(&percent)
+                ));
+            }
+            let counts = format!("{name}/255:duty*1");
             Some(format!(
                 "{put}, which of a PWM that counts to 255 is {}",
                 quoted(&counts)

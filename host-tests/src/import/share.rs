@@ -112,25 +112,65 @@ pub(super) fn of_volts(name: &str, values: &[f64], is_given: bool) -> Option<Rea
             hint: counter.hint(put),
         });
     }
-    let looks = |unit: &str| {
+    // What stays below a hundred in whole numbers may be either; only the drive's full scale tells.
+    let is_either = are_whole(values) && most > 1.5;
+    let in_percent = || {
+        let mut reading = looks_in("%", most);
+        if is_either {
+            let other = format!("{name}/255:duty{factor}");
+            reading.hint += &format!(
+                "; whole numbers may be counts as well, and the drive's full scale decides: if that is 255, --input \"{other}\""
+            );
+        }
+        Some(reading)
+    };
+    let in_counts = || {
         Some(Reading {
-            why: format!("may be in {unit}, for it reaches {}", significant(most, 3)),
-            spec: format!(":{unit}{factor}"),
-            hint: put.to_owned(),
+            why: format!(
+                "may be a PWM count of 8 bits, for its values are whole and reach {}",
+                given(most)
+            ),
+            spec: format!("/255:duty{factor}"),
+            hint: format!(
+                "255 being the most; {put}; whole numbers may be per cent as well, and the drive's full scale decides: if that \
+                 is 100, --input \"{name}:%{factor}\""
+            ),
         })
     };
+    let is_percent_at_most = most <= 100.0 * WHOLE;
     match most {
         _ if is_given => None,
-        _ if is_share(name) && most > 1.5 && most <= 100.0 * WHOLE => looks("%"),
+        // What is called a PWM is a counter's number before it is anything else.
+        _ if is_either && is_percent_at_most && is_counter(name) => in_counts(),
+        _ if is_share(name) && most > 1.5 && is_percent_at_most => in_percent(),
         _ if most > MILLIVOLTS => Some(Reading {
             why: format!("may be in mV, for it reaches {}", significant(most, 3)),
             spec: ":mV".to_owned(),
             hint: String::new(),
         }),
-        _ if most > 60.0 && most <= 100.0 * WHOLE => looks("%"),
-        _ if most <= 1.001 && most > 0.05 => looks("duty"),
+        _ if most > 60.0 && is_percent_at_most => in_percent(),
+        _ if most <= 1.001 && most > 0.05 => Some(looks_in("duty", most)),
         _ => None,
     }
+}
+
+/// An input that may be in this unit of a share of the supply, by its largest value.
+fn looks_in(unit: &str, most: f64) -> Reading {
+    let (factor, put) = SUPPLY;
+    Reading {
+        why: format!("may be in {unit}, for it reaches {}", significant(most, 3)),
+        spec: format!(":{unit}{factor}"),
+        hint: put.to_owned(),
+    }
+}
+
+/// Whether the name is that of a PWM and says nothing of per cent.
+fn is_counter(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    let is_percent = ["percent", "pct", "%"]
+        .iter()
+        .any(|word| name.contains(word));
+    name.contains("pwm") && !is_percent
 }
 
 /// An input beyond this is no voltage but one in millivolts.
@@ -212,12 +252,25 @@ mod tests {
             ("duty", 3000.0, 1.0, "/4095:duty*12"),
             ("u", 11_873.0, 1.0, ":mV"),
             ("u", 11_873.5, 0.5, ":mV"),
-            ("pwm", 80.0, 1.0, ":%*12"),
+            ("pwm", 80.0, 1.0, "/255:duty*12"),
+            ("pwm", 80.0, 0.1, ":%*12"),
+            ("pwm_percent", 80.0, 1.0, ":%*12"),
+            ("duty", 80.0, 1.0, ":%*12"),
             ("u", 90.0, 0.1, ":%*12"),
             ("u", 0.9, 0.1, ":duty*12"),
         ] {
             let reading = of_volts(name, &counted(most, step), false);
             assert_eq!(reading.unwrap().spec, spec, "{name} {most}");
+        }
+        // Where the numbers tell neither, both calls are there, and what decides.
+        for (name, other) in [
+            ("pwm", "pwm:%*12"),
+            ("duty", "duty/255:duty*12"),
+            ("u", "u/255:duty*12"),
+        ] {
+            let reading = of_volts(name, &counted(80.0, 1.0), false).unwrap();
+            assert!(reading.hint.contains(other), "{}", reading.hint);
+            assert!(reading.hint.contains("full scale"), "{}", reading.hint);
         }
         for (name, most, step) in [("u", 12.0, 0.1), ("u", 24.0, 1.0), ("u", 48.0, 1.0)] {
             assert!(of_volts(name, &counted(most, step), false).is_none());

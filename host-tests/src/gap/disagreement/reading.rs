@@ -383,12 +383,15 @@ impl Reading {
     pub fn of_duty(&self) -> Vec<(Correction, f64)> {
         let inputs = || self.logs.iter().flat_map(|log| &log.input);
         let most = channels::largest_input(&self.logs);
-        // A duty ends at one, a percentage at a hundred; what goes beyond in whole numbers is a counter's.
+        // A duty ends at one, a percentage at a hundred; what goes beyond in whole numbers is a counter's alone.
         let mut wholes: Vec<f64> = [1.0, 100.0]
             .into_iter()
             .filter(|whole| most <= 1.001 * whole)
             .collect();
-        if wholes.is_empty() && inputs().all(|input| input.fract() == 0.0) {
+        // Whole numbers up to a hundred may be counts of a PWM that stayed small as well as per cent. Up to one they are a
+        // switch's.
+        let may_be_counts = !wholes.contains(&1.0);
+        if may_be_counts && inputs().all(|input| input.fract() == 0.0) {
             wholes.extend(units::full_scale(most));
         }
         let declared = self.takes_a_share().then(|| self.machine.gain.abs());
