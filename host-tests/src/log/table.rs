@@ -121,7 +121,8 @@ impl Table {
             message += ", but the rows keep the pace of a rate: if they are even and only their stamps scatter, give it";
             Mend::Even(self.even_rate())
         } else {
-            self.longest_run(|row| time[row] < time[row - 1])
+            // A clock that restarted or ran over: what lies before it is as good as what lies behind.
+            self.longest_parts(self.runs(|row| time[row] < time[row - 1]))
         };
         Err(Fault::mended_by(self.lines[row], message, mend))
     }
