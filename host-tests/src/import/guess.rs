@@ -101,6 +101,11 @@ const NAMES: [&[&str]; COLUMNS.len()] = [
         "iq",
         "amps",
         "strom",
+        "cur",
+        "curr",
+        "motorcur",
+        "ampere",
+        "amperes",
     ],
     &[
         "velocity",
@@ -136,6 +141,11 @@ fn base(name: &str) -> String {
 /// Whether a column is the position asked for by its name.
 pub(super) fn is_command(name: &str) -> bool {
     NAMES[COMMAND].contains(&base(name).as_str())
+}
+
+/// Whether a column is the motor's current by its name.
+pub(crate) fn is_current(name: &str) -> bool {
+    NAMES[CURRENT].contains(&base(name).as_str())
 }
 
 /// What a name in a path ends with, without the number of an element: `current` of `/motor.current.0`.
@@ -176,8 +186,11 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
         chosen[index] = own.or_else(|| usual(&whole)).or_else(|| usual(&ends));
         if chosen[index].is_none() {
             let is_free = |at: &usize| !chosen.contains(&Some(*at)) && fits(at);
+            // A name of one small letter is a symbol, as v of a velocity and a of an acceleration.
+            let is_symbol = |name: &str| matches!(name, "a" | "v");
             let is_of = |at: &usize| {
-                Unit::find(&raw.names[*at]).is_some_and(|unit| tells(index, unit.kind))
+                let name = &raw.names[*at];
+                !is_symbol(name) && Unit::find(name).is_some_and(|unit| tells(index, unit.kind))
             };
             chosen[index] = (0..raw.names.len()).find(|at| is_free(at) && is_of(at));
             named_by_unit.extend(chosen[index]);
@@ -217,7 +230,9 @@ pub(super) fn recipe(raw: &Raw) -> Option<Recipe> {
         let unit = unit.or_else(|| raw.own_unit(column, COLUMNS[index].0));
         // That the file says it is in SI units is worth seeing too; a time in seconds is the rule.
         let stated = || raw.stated_unit(column, COLUMNS[index].0);
-        let unit = unit.or_else(|| stated().filter(|_| index != TIME));
+        // What has the log's own name is in the log's unit.
+        let is_own = name == COLUMNS[index].0;
+        let unit = unit.or_else(|| stated().filter(|_| index != TIME && !is_own));
         // Seconds that the name says are believed; without any the steps tell.
         let told = index != TIME || raw.units[column].is_some();
         let steps = || unit_of_time(&raw.columns[column].values);

@@ -12,7 +12,7 @@ pub mod command;
 mod convert;
 pub(crate) mod foreign;
 mod groups;
-mod guess;
+pub(crate) mod guess;
 mod labelled;
 mod layout;
 mod mat;

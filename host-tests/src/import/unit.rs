@@ -112,6 +112,20 @@ const UNITS: [(&[&str], Kind, f64); 48] = [
 /// Counts of an encoder, as `counts/4096`: so many to a turn.
 const PER_TURN: &str = "counts/";
 
+/// What a unit of a voltage or a current in lower case can only be, for `ma` and `mv` are nothing else. Capitals stay what they
+/// are: `MV` would be a million volts.
+fn as_written(text: &str) -> &str {
+    match text {
+        "v" => "V",
+        "mv" => "mV",
+        "kv" => "kV",
+        "a" => "A",
+        "ma" => "mA",
+        "ua" => "uA",
+        other => other,
+    }
+}
+
 impl Unit {
     /// The unit of this spelling. Case counts where it must (mV, MV), and is forgiven where nothing else
     /// can be meant.
@@ -123,6 +137,7 @@ impl Unit {
         };
         known(|name, text| name == text)
             .or_else(|| known(|name, text| name.len() > 2 && name.eq_ignore_ascii_case(text)))
+            .or_else(|| known(|name, text| name == as_written(text)))
             .or_else(|| Self::per_turn(text))
     }
 
@@ -211,6 +226,10 @@ mod tests {
             ("%", 1e-2),
             ("V", 1.0),
             ("DEG", PI / 180.0),
+            ("ma", 1e-3),
+            ("mv", 1e-3),
+            ("a", 1.0),
+            ("v", 1.0),
         ] {
             assert_eq!(
                 Unit::find(name).map(|unit| unit.factor),

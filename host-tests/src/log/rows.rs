@@ -4,9 +4,11 @@ use std::collections::HashSet;
 
 use super::fault::{Fault, Mend};
 use super::{
-    BRAKE, COLUMNS, ENABLED, EXPECTED, GREATEST_VALUE, REQUIRED, TIME, counted, quoted, rounded,
+    BRAKE, COLUMNS, CURRENT, ENABLED, EXPECTED, GREATEST_VALUE, REQUIRED, TIME, counted, quoted,
+    rounded,
 };
 use crate::error::line_ends;
+use crate::import::guess::is_current;
 
 /// The rows of a CSV text that are not blank, each with its line.
 pub(super) struct Rows<'t> {
@@ -47,7 +49,7 @@ impl<'t> Rows<'t> {
             "{finding}the quotation mark of {} is not closed; close it, or remove it",
             quoted(rest)
         );
-        Err(Fault::new(line, message))
+        Err(Fault::mended_by(line, message, Mend::SkipBad))
     }
 
     /// Reads the next row and returns its line, or `None` at the end.
@@ -112,6 +114,14 @@ pub(super) fn find_columns(
         .map(|((name, _), _)| format!("`{name}`"))
         .collect();
     if missing.is_empty() {
+        // Nor may a measured current, whatever its name.
+        if let (None, Some(name)) = (places[CURRENT], header.iter().find(|name| is_current(name))) {
+            return Err(format!(
+                "the column {} looks like the motor's current, and a log has that as `{}`, in A; import it, or remove the column",
+                quoted(name),
+                COLUMNS[CURRENT].0
+            ));
+        }
         return Ok(places);
     }
     let hint = if header.len() == 1 && header[0].contains([';', '\t']) {

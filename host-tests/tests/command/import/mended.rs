@@ -270,7 +270,7 @@ fn clocks_and_shares() {
             "put the size of a count, in rad or m, in place of the 1 of \"pos [counts]:counts*1\"",
         ],
     );
-    // Whole numbers may be either, as far as they stay small.
+    // Whole numbers may be either, as far as they stay small: a PWM's are counts first.
     let whole = changed(&HEADER.replacen("input", "pwm", 1), |_, fields| {
         let input: f64 = fields[1].parse().unwrap();
         format!(
@@ -284,10 +284,24 @@ fn clocks_and_shares() {
     mends(
         whole,
         &[
-            "put the volts of the supply in place of the 1 of \"pwm:%*1\"",
-            "which of a PWM that counts to 255 is \"pwm/255:duty*1\"",
+            "put the volts of the supply in place of the 1 of \"pwm/255:duty*1\"",
+            "if that is 100, it is \"pwm:%*1\"",
         ],
     );
+}
+
+/// A current in milliamperes is none that may be left out in silence, nor read as one in amperes.
+#[test]
+fn a_current_of_another_name_is_not_left_out() {
+    for name in ["current_ma", "i_ma", "cur_ma", "motor_current_ma"] {
+        mends(
+            log().replacen("command", name, 1),
+            &[
+                &format!("the column \"{name}\" looks like the motor's current"),
+                &format!("--current {name}:ma"),
+            ],
+        );
+    }
 }
 
 /// Words are no numbers: a call that left out all rows that have them would leave out most rows.
