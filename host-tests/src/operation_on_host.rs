@@ -18,6 +18,7 @@ use firmware::app::operation::actuator::{self, CURRENT_MIDDLE, Inputs, Readings}
 use firmware::app::operation::body::Body;
 use firmware::app::operation::bridge;
 use firmware::app::operation::drive::Drive;
+use firmware::app::operation::evaluation::{Done, Job};
 use firmware::app::operation::kit::{ACTUATOR, Kit, THROTTLE_BODY};
 use firmware::app::operation::operator::{
     self, Joints, Keyboard, Operator, POLL_PERIOD_MS, Station,
@@ -626,12 +627,22 @@ impl<P: Plant> OperationOnHost<P> {
         answer
     }
 
+    /// The long work that was asked for, once.
+    pub fn job(&mut self) -> Option<Job> {
+        self.operator.job()
+    }
+
+    /// Takes long work back that is done, and says what came of it.
+    pub fn finish(&mut self, done: Done) {
+        self.operator.finish(done, &mut self.said);
+    }
+
     /// Does the long work that was asked for, and gives what is said of it. None if nothing was.
     pub fn evaluate(&mut self) -> Option<String> {
-        let job = self.operator.job()?;
-        let done = job.run();
-        let mut said = String::new();
-        self.operator.finish(done, &mut said);
+        let done = self.job()?.run();
+        let before = core::mem::take(&mut self.said);
+        self.finish(done);
+        let said = core::mem::replace(&mut self.said, before);
         Some(said.replace("\r\n", "\n"))
     }
 }

@@ -2,6 +2,7 @@
 //! console at a pseudo-terminal.
 
 use std::io::{self, ErrorKind};
+use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -10,6 +11,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use firmware::app::demonstration::UNDECLARED;
+use firmware::app::operation::evaluation::Done;
 use firmware::app::operation::operator::POLL_PERIOD_MS;
 use firmware::app::wiring::Wiring;
 use model_core::plant::parameters::Parameters;
@@ -152,6 +154,7 @@ impl EmulatedBoard {
                     image,
                     injected,
                     was_armed,
+                    evaluation: None,
                 };
                 work.run(&mut board_end, pace, &ending);
             })
@@ -191,6 +194,8 @@ struct Work {
     image: OperationOnHost<Motor>,
     injected: Receiver<WireFault>,
     was_armed: Arc<AtomicBool>,
+    /// The refit or the check that is under way.
+    evaluation: Option<JoinHandle<Done>>,
 }
 
 impl Work {
@@ -209,7 +214,9 @@ impl Work {
                 }
                 0
             });
+            self.end_evaluation();
             let said = self.image.type_in(&bytes[..typed]);
+            self.begin_evaluation();
             say(line, said.as_bytes(), ending);
             self.image.run_ms(POLL_PERIOD_MS);
             if self.image.wiring.latch().is_armed() {
@@ -224,6 +231,25 @@ impl Work {
                 }
                 thread::sleep(due - now);
             }
+        }
+    }
+
+    /// Begins a refit or a check that was asked for, beside everything else: as the chip's task of lowest priority, it
+    /// must not hold up the drive.
+    fn begin_evaluation(&mut self) {
+        // A board that ends does not wait for it: the log that it has is never freed.
+        if let Some(job) = self.image.job() {
+            self.evaluation = Some(thread::spawn(move || job.run()));
+        }
+    }
+
+    /// Takes a refit or a check back once it is done.
+    fn end_evaluation(&mut self) {
+        let done = self.evaluation.take_if(|thread| thread.is_finished());
+        if let Some(done) = done {
+            // As on the chip, the board does not outlive a panic of its task.
+            let done = done.join().unwrap_or_else(|panic| resume_unwind(panic));
+            self.image.finish(done);
         }
     }
 }

@@ -324,6 +324,35 @@ fn a_fault_freezes_what_was_driven_and_gap_finds_what_the_motor_has() {
     assert_eq!(served.files().len(), 5);
 }
 
+/// What a refit or a check finds is said, and the board's log is there for the next question.
+#[test]
+fn a_refit_and_a_check_say_what_they_find_and_freezing_works_again() {
+    let served = Served::start(None);
+    let drive = |seconds: u64| {
+        assert_eq!(served.post("/arm", "the actuator may move").status, 200);
+        assert_eq!(served.post("/line", "sweep 0 0.5 0.5 3 8").status, 200);
+        let start = served.state()["next"].as_u64().unwrap();
+        served.until(|state| state["next"].as_u64().unwrap() > start + seconds * 50);
+        assert_eq!(served.post("/disarm", "").status, 200);
+    };
+    let ask = |question: &str, result: &str| {
+        assert_eq!(served.post("/line", question).content, "ok");
+        served.until(|state| state["said"].to_string().contains(result));
+    };
+    // Nothing was driven.
+    ask("refit", "no refit: ");
+    ask("check", "no check: ");
+    for (question, result) in [("refit", "refit: coulomb "), ("check", "\"check: ")] {
+        drive(6);
+        ask(question, result);
+        drive(1);
+        let freezing = served.post("/freeze", "");
+        assert_eq!(freezing.status, 200, "{}", freezing.content);
+        served.until(|state| !state["frozen"].is_null());
+        assert_eq!(served.post("/thaw", "").status, 200);
+    }
+}
+
 #[test]
 fn the_page_shows_the_drive_in_a_browser() {
     let is_there = |name: &&&str| {
