@@ -228,13 +228,18 @@ mod tests {
     use super::CommandLine;
 
     fn is_test(name: &str) -> bool {
-        ["host-tests", "host-tests/rig", "model-core"]
-            .iter()
-            .any(|package| {
-                let tests = workspace::root().join(package).join("tests");
-                let directory: PathBuf = tests.join(name).join("main.rs");
-                tests.join(format!("{name}.rs")).is_file() || directory.is_file()
-            })
+        [
+            "host-tests",
+            "host-tests/rig",
+            "host-tests/rtt",
+            "model-core",
+        ]
+        .iter()
+        .any(|package| {
+            let tests = workspace::root().join(package).join("tests");
+            let directory: PathBuf = tests.join(name).join("main.rs");
+            tests.join(format!("{name}.rs")).is_file() || directory.is_file()
+        })
     }
 
     fn check(command: &Documented) -> bool {
