@@ -640,9 +640,8 @@ impl<P: Plant> OperationOnHost<P> {
     /// Does the long work that was asked for, and gives what is said of it. None if nothing was.
     pub fn evaluate(&mut self) -> Option<String> {
         let done = self.job()?.run();
-        let before = core::mem::take(&mut self.said);
-        self.finish(done);
-        let said = core::mem::replace(&mut self.said, before);
+        let mut said = String::new();
+        self.operator.finish(done, &mut said);
         Some(said.replace("\r\n", "\n"))
     }
 }

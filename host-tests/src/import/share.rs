@@ -195,13 +195,12 @@ pub(super) fn beyond_whole(source: &Source, raw: &Raw) -> Option<Reading> {
     );
     let counter = Counter::of(most).filter(|_| most > 100.0 * WHOLE);
     Some(match counter {
-        Some(counter) if are_whole(&values) => Reading {
-            why: format!("{why} {}", counter.why(most)),
-            spec: format!("/{}:duty{behind}", counter.full),
-            hint: counter.hint(""),
-        },
         Some(counter) => Reading {
-            why: format!("{why} may be {}", counter.name()),
+            why: if are_whole(&values) {
+                format!("{why} {}", counter.why(most))
+            } else {
+                format!("{why} may be {}", counter.name())
+            },
             spec: format!("/{}:duty{behind}", counter.full),
             hint: counter.hint(""),
         },

@@ -112,23 +112,7 @@ fn changes(estimates: &[Estimate]) -> Vec<Change> {
 mod tests {
     use super::*;
     use crate::track::outcome::Value;
-
-    /// Normal numbers, as the sum of twelve even ones.
-    struct Random(u64);
-
-    impl Random {
-        fn normal(&mut self) -> f64 {
-            let mut sum = -6.0;
-            for _ in 0..12 {
-                self.0 = self
-                    .0
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1);
-                sum += (self.0 >> 11) as f64 / (1_u64 << 53) as f64;
-            }
-            sum
-        }
-    }
+    use model_core::numeric::random::Random;
 
     fn logs(values: &[f64], std: f64) -> Vec<LogNumbers> {
         let each = values.iter().enumerate();
@@ -169,11 +153,13 @@ mod tests {
     /// chance in 2,000 calls add: 5 + 4 √(5 · 95 / 2000) = 7 %.
     #[test]
     fn chance_is_no_jump() {
-        let mut random = Random(7);
+        let mut random = Random::new(7, 0);
         for count in [4, 6, 10, 30] {
             let mut found = 0;
             for _ in 0..2_000 {
-                let values: Vec<f64> = (0..count).map(|_| 1.0 + 0.1 * random.normal()).collect();
+                let values: Vec<f64> = (0..count)
+                    .map(|_| 1.0 + 0.1 * f64::from(random.normal()))
+                    .collect();
                 found += usize::from(Jump::find(&logs(&values, 0.01), &NUMBERS).is_some());
             }
             assert!(found <= 140, "{found} of 2000 with {count} logs");

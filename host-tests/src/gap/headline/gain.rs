@@ -199,10 +199,9 @@ pub(super) fn gain(report: &Report) -> String {
     }
     let (stages, logs) = judged(report);
     let movements = movements(stages, report);
-    let unseen = match (&outcome.errors.validate, report.train.len()) {
-        (Some(_), _) => ", which nothing was fitted to,",
-        (None, 0 | 1) => ", to which the model was fitted,",
-        (None, _) => ", to which the model was fitted,",
+    let unseen = match &outcome.errors.validate {
+        Some(_) => ", which nothing was fitted to,",
+        None => ", to which the model was fitted,",
     };
     if !is_extended(outcome) {
         let [position, torque, _] = &movements;

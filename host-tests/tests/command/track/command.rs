@@ -16,13 +16,18 @@ const SCATTER: f64 = 0.01;
 
 /// A directory with a machine file and logs `0.csv`, `1.csv` … whose friction grows by `growth` of the first a log.
 fn bench(logs: usize, growth: f64) -> TempDir {
+    bench_of(logs, |log| 1.0 + growth * log as f64)
+}
+
+/// The same with the friction of each log over that of the first.
+fn bench_of(logs: usize, level: impl Fn(usize) -> f64) -> TempDir {
     let directory = tempfile::tempdir().unwrap();
     let write = |name: &str, text: String| fs::write(directory.path().join(name), text).unwrap();
     let declared = Machine::rotary_ema();
     write("machine.toml", declared.to_toml());
     let mut random = Random::new(28);
     for log in 0..logs {
-        let level = FIRST * (1.0 + growth * log as f64) * (1.0 + SCATTER * random.normal());
+        let level = FIRST * level(log) * (1.0 + SCATTER * random.normal());
         let machine = Machine {
             coulomb: level,
             static_friction: 1.25 * level,
@@ -233,26 +238,7 @@ fn bad_input_is_named_and_nothing_is_written() {
 /// A friction that rises at once is said in the first lines, with the logs between which it does.
 #[test]
 fn a_jump_is_named_with_its_logs() {
-    let directory = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: String| fs::write(directory.path().join(name), text).unwrap();
-    let declared = Machine::rotary_ema();
-    write("machine.toml", declared.to_toml());
-    let mut random = Random::new(28);
-    for log in 0..7 {
-        let level = FIRST * if log < 4 { 1.0 } else { 1.3 } * (1.0 + SCATTER * random.normal());
-        let machine = Machine {
-            coulomb: level,
-            static_friction: 1.25 * level,
-            ..declared.clone()
-        };
-        let trajectory = Trajectory::sines(&machine);
-        let recording = Experiment::tracking(machine, trajectory)
-            .lasting(3.0)
-            .seeded(log as u64)
-            .with_step(2e-5)
-            .run();
-        write(&format!("{log}.csv"), recording.to_csv());
-    }
+    let directory = bench_of(7, |log| if log < 4 { 1.0 } else { 1.3 });
     let arguments = [&LOGS[..7], &["--json", "out.json"]].concat();
     let output = track(directory.path(), &arguments);
     assert!(output.status.success(), "{}", text(&output.stderr));
